@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the mono3d authors
+
+# Every outside library, named once. cmake/install-dependencies.sh installs them on Debian 12.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)
+find_package(Ceres 2.1 REQUIRED)
+find_package(Vulkan REQUIRED COMPONENTS glslangValidator)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(spirv-cross REQUIRED IMPORTED_TARGET spirv-cross-c-shared)
+if(MONO3D_BUILD_SYNTHETIC)
+  find_package(embree 3 REQUIRED)
+endif()
+if(MONO3D_BUILD_TOOLS)
+  find_package(CLI11 2.1 REQUIRED)
+  find_package(spdlog 1.10 REQUIRED)
+endif()
+if(MONO3D_BUILD_TESTS)
+  find_package(GTest 1.12 REQUIRED)
+endif()
+if(MONO3D_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()

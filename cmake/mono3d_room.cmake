@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the mono3d authors
+
+# A room is one folder with one job: public headers in include/mono3d/<room>, the rest in src/<room>.
+# Each is compiled once, as an object library; the rooms of the product together are the one
+# installed library, and a test links the objects of its own room and of the rooms that it uses.
+
+add_library(mono3d_warnings INTERFACE)
+target_compile_options(mono3d_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+  $<$<BOOL:${MONO3D_WARNINGS_AS_ERRORS}>:-Werror>)
+
+# mono3d_room(<name> USES <room>... [TARGET_OF_ITS_OWN])
+# Declares a room and the rooms that it may include, and reads its file list from src/<name>.
+# TARGET_OF_ITS_OWN keeps it out of the installed library.
+function(mono3d_room name)
+  cmake_parse_arguments(ARG "TARGET_OF_ITS_OWN" "" "USES" ${ARGN})
+  if(NOT EXISTS ${PROJECT_SOURCE_DIR}/libmono3d/src/${name}/CMakeLists.txt)
+    message(STATUS "room ${name} is not there yet")
+    return()
+  endif()
+  set(closure ${name})
+  foreach(used IN LISTS ARG_USES)
+    get_target_property(used_closure mono3d_${used} MONO3D_ROOM_CLOSURE)
+    list(APPEND closure ${used_closure})
+  endforeach()
+  list(REMOVE_DUPLICATES closure)
+
+  set(target mono3d_${name})
+  add_library(${target} OBJECT)
+  set_target_properties(${target} PROPERTIES
+    MONO3D_ROOM_CLOSURE "${closure}" POSITION_INDEPENDENT_CODE ON)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_include_directories(${target} PUBLIC
+    ${PROJECT_SOURCE_DIR}/libmono3d/include ${PROJECT_SOURCE_DIR}/libmono3d/src
+    ${PROJECT_SOURCE_DIR}/shaders ${PROJECT_BINARY_DIR}/generated)
+  target_link_libraries(${target} PRIVATE mono3d_warnings)
+  foreach(used IN LISTS ARG_USES)
+    target_link_libraries(${target} PUBLIC mono3d_${used})
+  endforeach()
+  set_property(GLOBAL APPEND PROPERTY MONO3D_ROOM_TABLE "${name}:${ARG_USES}")
+  set(MONO3D_ROOM ${name})
+  set(MONO3D_ROOM_INSTALLED TRUE)
+  if(ARG_TARGET_OF_ITS_OWN)
+    set(MONO3D_ROOM_INSTALLED FALSE)
+  else()
+    target_sources(mono3d PRIVATE $<TARGET_OBJECTS:${target}>)
+  endif()
+  add_subdirectory(${PROJECT_SOURCE_DIR}/libmono3d/src/${name})
+endfunction()
+
+# mono3d_room_files([PUBLIC_HEADERS <file>...] SOURCES <file>... [SHADERS <stage>...]
+#                   [PUBLIC_LIBRARIES <target>...] [LIBRARIES <target>...])
+# Called from src/<room>/CMakeLists.txt. PUBLIC_LIBRARIES appear in public headers.
+function(mono3d_room_files)
+  cmake_parse_arguments(ARG "" "" "PUBLIC_HEADERS;SOURCES;SHADERS;PUBLIC_LIBRARIES;LIBRARIES" ${ARGN})
+  set(target mono3d_${MONO3D_ROOM})
+  target_sources(${target} PRIVATE ${ARG_SOURCES})
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBRARIES} ${ARG_LIBRARIES})
+  if(ARG_SHADERS)
+    mono3d_shaders(${target} ${MONO3D_ROOM} ${ARG_SHADERS})
+  endif()
+  if(MONO3D_ROOM_INSTALLED)
+    set(include_dir ${PROJECT_SOURCE_DIR}/libmono3d/include)
+    list(TRANSFORM ARG_PUBLIC_HEADERS PREPEND ${include_dir}/mono3d/${MONO3D_ROOM}/)
+    target_sources(mono3d PUBLIC FILE_SET HEADERS BASE_DIRS ${include_dir} FILES ${ARG_PUBLIC_HEADERS})
+    target_link_libraries(mono3d PUBLIC ${ARG_PUBLIC_LIBRARIES} PRIVATE ${ARG_LIBRARIES})
+  endif()
+endfunction()
+
+# mono3d_link_rooms(<target> <room>...): objects and usage of the rooms and of all that they use.
+function(mono3d_link_rooms target)
+  set(closure)
+  foreach(room IN LISTS ARGN)
+    get_target_property(room_closure mono3d_${room} MONO3D_ROOM_CLOSURE)
+    list(APPEND closure ${room_closure})
+  endforeach()
+  list(REMOVE_DUPLICATES closure)
+  foreach(room IN LISTS closure)
+    target_link_libraries(${target} PRIVATE mono3d_${room})
+  endforeach()
+endfunction()

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace mono3d {
+
+// Points with what is known of them. Each list is empty or as long as `points`.
+struct PointCloud {
+  std::vector<Eigen::Vector3f> points;               // su
+  std::vector<Eigen::Vector3f> normals;              // unit length, outwards
+  std::vector<std::array<std::uint8_t, 3>> colours;  // red, green, blue
+  std::vector<float> radii;                          // su
+  std::vector<float> confidences;                    // 0 to 1
+  std::vector<std::uint32_t> observations;           // depth maps that saw the point
+
+  std::size_t size() const { return points.size(); }
+  bool empty() const { return points.empty(); }
+};
+
+}  // namespace mono3d

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <opencv2/core/mat.hpp>
+
+#include "mono3d/geometry/camera_model.h"
+
+namespace mono3d {
+
+// One image of the video, free of distortion: `camera` has none.
+struct Frame {
+  std::int64_t index = 0;  // position in the source, before any stride; names output files
+  double timestamp_s = 0;
+  std::string name;     // file name or "video.mp4#12", for messages
+  cv::Mat bgr;          // CV_8UC3, camera.height x camera.width
+  CameraModel camera;
+};
+
+// CV_8UC1 of the same size.
+cv::Mat ToGrey(const cv::Mat& bgr);
+
+// Throws Error unless the frame's image is CV_8UC3 (in words: 8-bit colour) of the camera's size and
+// the camera is valid and without distortion.
+void Validate(const Frame& frame);
+
+}  // namespace mono3d

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mono3d/core/options.h"
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/image/frame.h"
+
+namespace mono3d {
+
+struct FrameSourceOptions {
+  double fps = 0;      // of the input; 0: the container's own, or timestamps.txt, or 30
+  int stride = 1;      // take every stride-th image
+  int start = 0;       // first image
+  int max_frames = 0;  // 0: all
+  std::string resize;  // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to
+                       // the calibration's size; empty: refuse images of another size
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// A sequence of images, one at a time, free of distortion.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  // The next frame, or nothing at the end. An image that cannot be decoded is skipped with a warning
+  // and counted; an image of the wrong size throws Error.
+  [[nodiscard]] virtual std::optional<Frame> Next() = 0;
+
+  virtual std::optional<std::int64_t> num_frames() const = 0;  // to come in all, where known
+  virtual std::int64_t num_skipped() const = 0;                // unreadable so far
+  virtual const CameraModel& camera() const = 0;               // of the frames that come out
+};
+
+// `input` is a folder (its images in natural order; the folder of a sequence, with images/ in it, will
+// do as well), a glob ("flight/*.jpg") or a video file. Throws Error when there is nothing to read.
+std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
+                                             const FrameSourceOptions& options = {});
+
+}  // namespace mono3d

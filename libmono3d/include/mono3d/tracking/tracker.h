@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/core/options.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/geometry/point_cloud.h"
+#include "mono3d/geometry/pose.h"
+#include "mono3d/image/frame.h"
+#include "mono3d/image/keyframe.h"
+
+namespace mono3d {
+
+enum class TrackingStatus { kNotInitialised, kTracking, kLost };
+
+const char* ToString(TrackingStatus status);
+
+// What became of one frame.
+struct TrackingResult {
+  TrackingStatus status = TrackingStatus::kNotInitialised;
+  std::string reason;  // why there is no pose: "62 matches, 100 needed"; empty while tracking
+  int map_id = 0;      // counts the starts; poses of different maps have nothing in common
+  std::optional<Pose> T_world_cam;
+  bool is_keyframe = false;
+  int num_inliers = 0;         // map points that the pose rests on
+  double reprojection_px = 0;  // root mean square over the inliers
+  // Keyframes that have settled since the last call: their poses have been through local bundle
+  // adjustment and will hardly move any more. In the order of flight.
+  std::vector<Keyframe> settled_keyframes;
+};
+
+struct TrajectoryEntry {
+  std::int64_t frame_index = 0;
+  double timestamp_s = 0;
+  int map_id = 0;
+  Pose T_world_cam;
+};
+
+// Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free: its
+// first median depth is 1 su.
+class Tracker {
+ public:
+  virtual ~Tracker() = default;
+
+  // Frames come in the order of time. A frame that cannot be tracked is a status, not an error.
+  // Throws Error on an invalid frame, or one whose camera differs from the first frame's.
+  [[nodiscard]] virtual TrackingResult Track(const Frame& frame) = 0;
+
+  // No more frames will come: returns the keyframes that had not settled yet.
+  [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
+
+  // Every tracked frame by the final poses of its keyframes, in the order of flight.
+  virtual std::vector<TrajectoryEntry> Trajectory() const = 0;
+  // The keyframes alone.
+  virtual std::vector<TrajectoryEntry> KeyframeTrajectory() const = 0;
+  // The sparse points of one map.
+  virtual PointCloud MapPoints(int map_id) const = 0;
+};
+
+struct FeatureOptions {
+  int num_features = 1000;
+  int num_levels = 8;
+  double scale_factor = 1.2;
+
+  void Visit(OptionVisitor& visit);
+};
+
+struct TrackerOptions {
+  FeatureOptions features;
+  int seed = 1;  // of RANSAC
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// The tracker of the ORB-SLAM2 class. `times`, where given, must outlive it.
+std::unique_ptr<Tracker> CreateTracker(const TrackerOptions& options = {},
+                                       StageTimes* times = nullptr);
+
+}  // namespace mono3d

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/core/options.h"
+
+#include <sstream>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+
+void RequireOption(bool holds, std::string_view option, std::string_view expected, double found) {
+  if (holds) return;
+  std::ostringstream text;
+  text << found;
+  throw UsageError(ErrorParts{.what = "option out of range",
+                              .where = "--" + std::string(option),
+                              .expected = std::string(expected),
+                              .found = text.str()});
+}
+
+}  // namespace mono3d

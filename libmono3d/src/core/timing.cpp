@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/core/timing.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace mono3d {
+
+void StageTimes::Add(std::string_view stage, double wall_ms, double gpu_ms) {
+  const std::lock_guard lock(mutex_);
+  auto it = std::find_if(times_.begin(), times_.end(),
+                         [&](const StageTime& time) { return time.stage == stage; });
+  if (it == times_.end()) it = times_.insert(times_.end(), StageTime{.stage = std::string(stage)});
+  ++it->num_calls;
+  it->wall_ms += wall_ms;
+  it->gpu_ms += gpu_ms;
+}
+
+std::vector<StageTime> StageTimes::Snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return times_;
+}
+
+ScopedStageTimer::ScopedStageTimer(StageTimes* times, std::string_view stage)
+    : times_(times), stage_(stage), start_ms_(WallClockMs()) {}
+
+ScopedStageTimer::~ScopedStageTimer() {
+  if (times_ != nullptr) times_->Add(stage_, WallClockMs() - start_ms_);
+}
+
+double WallClockMs() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
+}
+
+double ProcessCpuMs() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto to_ms = [](const timeval& time) {
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
+  };
+  return to_ms(usage.ru_utime) + to_ms(usage.ru_stime);
+}
+
+std::int64_t PeakMemoryBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;  // Linux counts in KiB
+}
+
+}  // namespace mono3d

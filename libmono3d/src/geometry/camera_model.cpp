@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/geometry/camera_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+
+bool CameraModel::HasDistortion() const {
+  return std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });
+}
+
+bool CameraModel::Contains(const Eigen::Vector2d& pixel, double border) const {
+  return pixel.x() >= border && pixel.y() >= border && pixel.x() <= width - 1 - border &&
+         pixel.y() <= height - 1 - border;
+}
+
+Eigen::Matrix3d CameraModel::Matrix() const {
+  Eigen::Matrix3d K;
+  K << fx, 0, cx, 0, fy, cy, 0, 0, 1;
+  return K;
+}
+
+CameraModel CameraModel::Resized(int new_width, int new_height) const {
+  const double scale_x = static_cast<double>(new_width) / width;
+  const double scale_y = static_cast<double>(new_height) / height;
+  CameraModel resized = *this;  // distortion works on normalised coordinates and stays
+  resized.width = new_width;
+  resized.height = new_height;
+  resized.fx = fx * scale_x;
+  resized.fy = fy * scale_y;
+  resized.cx = (cx + 0.5) * scale_x - 0.5;
+  resized.cy = (cy + 0.5) * scale_y - 0.5;
+  return resized;
+}
+
+void Validate(const CameraModel& camera, const std::string& where) {
+  const auto require = [&](bool holds, const char* name, const char* expected, double found) {
+    if (holds) return;
+    throw Error(ErrorParts{.what = std::string("camera calibration: bad ") + name,
+                           .where = where,
+                           .expected = expected,
+                           .found = std::to_string(found)});
+  };
+  require(camera.width > 0, "image_width", "a positive number", camera.width);
+  require(camera.height > 0, "image_height", "a positive number", camera.height);
+  const bool fx_ok = std::isfinite(camera.fx) && camera.fx > 0;
+  const bool fy_ok = std::isfinite(camera.fy) && camera.fy > 0;
+  require(fx_ok, "focal length fx", "a positive number", camera.fx);
+  require(fy_ok, "focal length fy", "a positive number", camera.fy);
+  require(std::isfinite(camera.cx), "principal point cx", "a finite number", camera.cx);
+  require(std::isfinite(camera.cy), "principal point cy", "a finite number", camera.cy);
+  for (const double k : camera.distortion) {
+    require(std::isfinite(k), "distortion coefficient", "a finite number", k);
+  }
+}
+
+}  // namespace mono3d

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/geometry/pose.h"
+
+#include <cmath>
+
+namespace mono3d {
+
+Pose::Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
+    : rotation_(rotation.normalized()), translation_(translation) {}
+
+Pose::Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
+    : Pose(Eigen::Quaterniond(rotation), translation) {}
+
+Pose Pose::Inverse() const {
+  const Eigen::Quaterniond inverse = rotation_.conjugate();
+  return {inverse, inverse * -translation_};
+}
+
+Eigen::Matrix4d Pose::Matrix() const {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = rotation_.toRotationMatrix();
+  matrix.topRightCorner<3, 1>() = translation_;
+  return matrix;
+}
+
+double Pose::RotationAngle() const { return RotationLog(rotation_).norm(); }
+
+Pose Pose::operator*(const Pose& other) const {
+  return {rotation_ * other.rotation_, rotation_ * other.translation_ + translation_};
+}
+
+Eigen::Quaterniond RotationExp(const Eigen::Vector3d& omega) {
+  const double half = 0.5 * omega.norm();
+  // sin(x)/x by its series where the quotient loses digits.
+  const double scale = half < 1e-4 ? 0.5 * (1 - half * half / 6) : 0.5 * std::sin(half) / half;
+  const Eigen::Vector3d imaginary = scale * omega;
+  return Eigen::Quaterniond(std::cos(half), imaginary.x(), imaginary.y(), imaginary.z())
+      .normalized();
+}
+
+Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
+  Eigen::Quaterniond q = rotation.normalized();
+  if (q.w() < 0) q.coeffs() = -q.coeffs();  // the shorter way round
+  const double sine = q.vec().norm();
+  if (sine < 1e-12) return 2 * q.vec();
+  return (2 * std::atan2(sine, q.w()) / sine) * q.vec();
+}
+
+}  // namespace mono3d

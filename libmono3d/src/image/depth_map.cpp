@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/image/depth_map.h"
+
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+void RequireImage(const cv::Mat& image, int type, const CameraModel& camera, const char* name) {
+  if (image.type() == type && image.cols == camera.width && image.rows == camera.height) return;
+  const auto describe = [](int cols, int rows, int of_type) {
+    return std::to_string(cols) + "x" + std::to_string(rows) + " " + cv::typeToString(of_type);
+  };
+  throw Error(ErrorParts{.what = std::string("wrong size or type of ") + name,
+                         .where = "depth map",
+                         .expected = describe(camera.width, camera.height, type),
+                         .found = describe(image.cols, image.rows, image.type())});
+}
+
+}  // namespace
+
+std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.depth); }
+
+PointCloud ToPointCloud(const DepthMap& map) {
+  PointCloud cloud;
+  const Eigen::Matrix3f R_world_cam =
+      map.T_world_cam.rotation().toRotationMatrix().cast<float>();
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      const float depth = map.depth.at<float>(y, x);
+      if (depth <= 0) continue;
+      const Eigen::Vector3d p_cam = depth * map.camera.Unproject({x, y});
+      cloud.points.emplace_back((map.T_world_cam * p_cam).cast<float>());
+      if (!map.normal.empty()) {
+        const auto& n = map.normal.at<cv::Vec3f>(y, x);
+        cloud.normals.emplace_back(R_world_cam * Eigen::Vector3f(n[0], n[1], n[2]));
+      }
+      if (!map.confidence.empty()) cloud.confidences.push_back(map.confidence.at<float>(y, x));
+      if (!map.bgr.empty()) {
+        const auto& bgr = map.bgr.at<cv::Vec3b>(y, x);
+        cloud.colours.push_back({bgr[2], bgr[1], bgr[0]});
+      }
+    }
+  }
+  return cloud;
+}
+
+void Validate(const DepthMap& map) {
+  Validate(map.camera, "depth map");
+  RequireImage(map.depth, CV_32FC1, map.camera, "depth");
+  if (!map.normal.empty()) RequireImage(map.normal, CV_32FC3, map.camera, "normal");
+  if (!map.confidence.empty()) RequireImage(map.confidence, CV_32FC1, map.camera, "confidence");
+  if (!map.bgr.empty()) RequireImage(map.bgr, CV_8UC3, map.camera, "bgr");
+}
+
+}  // namespace mono3d
