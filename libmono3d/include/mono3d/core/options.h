@@ -12,7 +12,8 @@ namespace mono3d {
 
 using OptionRef = std::variant<bool*, int*, double*, std::string*>;
 
-// One option: its dotted name ("depth.census.radius"), the variable that holds it, one line of help.
+// One option: its dotted name ("depth.census.radius"), the variable that holds it, one line of
+// help.
 struct OptionField {
   std::string name;
   OptionRef value;

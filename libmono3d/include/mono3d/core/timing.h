@@ -44,8 +44,8 @@ class ScopedStageTimer {
   double start_ms_;
 };
 
-double WallClockMs();         // monotonic
-double ProcessCpuMs();        // user and system time of all threads of this process
+double WallClockMs();            // monotonic
+double ProcessCpuMs();           // user and system time of all threads of this process
 std::int64_t PeakMemoryBytes();  // largest resident set so far; 0 where the system does not say
 
 }  // namespace mono3d

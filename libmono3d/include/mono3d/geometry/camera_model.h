@@ -3,10 +3,9 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <string>
-
-#include <Eigen/Core>
 
 namespace mono3d {
 
@@ -40,8 +39,8 @@ struct CameraModel {
   CameraModel Resized(int new_width, int new_height) const;
 };
 
-// Throws Error unless sizes and focal lengths are positive and every number is finite. `where` names
-// the origin of the calibration in the message.
+// Throws Error unless sizes and focal lengths are positive and every number is finite. `where`
+// names the origin of the calibration in the message.
 void Validate(const CameraModel& camera, const std::string& where);
 
 }  // namespace mono3d

@@ -3,9 +3,8 @@
 
 #pragma once
 
-#include <span>
-
 #include <Eigen/Core>
+#include <span>
 
 #include "mono3d/geometry/pose.h"
 

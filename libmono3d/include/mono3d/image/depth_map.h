@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-
 #include <opencv2/core/mat.hpp>
 
 #include "mono3d/geometry/camera_model.h"

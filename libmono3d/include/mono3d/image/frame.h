@@ -4,9 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-
 #include <opencv2/core/mat.hpp>
+#include <string>
 
 #include "mono3d/geometry/camera_model.h"
 
@@ -16,16 +15,16 @@ namespace mono3d {
 struct Frame {
   std::int64_t index = 0;  // position in the source, before any stride; names output files
   double timestamp_s = 0;
-  std::string name;     // file name or "video.mp4#12", for messages
-  cv::Mat bgr;          // CV_8UC3, camera.height x camera.width
+  std::string name;  // file name or "video.mp4#12", for messages
+  cv::Mat bgr;       // CV_8UC3, camera.height x camera.width
   CameraModel camera;
 };
 
 // CV_8UC1 of the same size.
 cv::Mat ToGrey(const cv::Mat& bgr);
 
-// Throws Error unless the frame's image is CV_8UC3 (in words: 8-bit colour) of the camera's size and
-// the camera is valid and without distortion.
+// Throws Error unless the frame's image is CV_8UC3 (in words: 8-bit colour) of the camera's size
+// and the camera is valid and without distortion.
 void Validate(const Frame& frame);
 
 }  // namespace mono3d

@@ -17,12 +17,21 @@ class KeyframeSelector {
   virtual ~KeyframeSelector() = default;
 
   // Takes the next settled keyframe, in the order of flight; returns a bundle when one is complete.
+  // A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a new map
+  // starts afresh.
   [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe) = 0;
 };
 
+// Baselines are given over the median depth of the scene in view, measured anew for each keyframe,
+// so that nothing depends on the scale of the map or on its drift.
 struct KeyframeSelectorOptions {
   double max_rotation_deg = 5;       // between neighbouring images (paper)
-  double min_baseline_ratio = 0.02;  // baseline over median scene depth between neighbours (paper)
+  double min_baseline_ratio = 0.02;  // between neighbouring images (paper)
+  // Between neighbouring images: tan(5 degrees), the baseline of an orbit's largest step, so that a
+  // straight flight changes the viewing angle no more than an orbit does.
+  double max_baseline_ratio = 0.0875;
+  // Between the references of two bundles, so that each depth map shows something new.
+  double min_reference_baseline_ratio = 0.0875;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/keyframes/keyframe_selector.h"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace mono3d {
+namespace {
+
+struct Candidate {
+  Keyframe keyframe;
+  double median_depth_su = 0;
+};
+
+// How the camera moved between two keyframes.
+struct Motion {
+  double rotation_deg = 0;
+  double baseline_ratio = 0;  // over the median depth that the two see
+};
+
+Motion MotionBetween(const Candidate& a, const Candidate& b) {
+  const Pose T_a_b = a.keyframe.T_world_cam.Inverse() * b.keyframe.T_world_cam;
+  const double median_depth_su = 0.5 * (a.median_depth_su + b.median_depth_su);
+  return {T_a_b.RotationAngle() * 180 / std::numbers::pi,
+          T_a_b.translation().norm() / median_depth_su};
+}
+
+// Holds the latest keyframes, each within the limits of its predecessor, and looks for a chain of
+// five that ends at the newest.
+class BaselineKeyframeSelector final : public KeyframeSelector {
+ public:
+  explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options) : options_(options) {
+    options_.Validate();
+  }
+
+  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
+    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su)};
+    if (!(candidate.median_depth_su > 0)) return std::nullopt;
+    if (!Extend(std::move(candidate))) return std::nullopt;
+    return FindBundle();
+  }
+
+ private:
+  bool IsNeighbour(const Motion& motion) const {
+    return motion.rotation_deg <= options_.max_rotation_deg &&
+           motion.baseline_ratio >= options_.min_baseline_ratio &&
+           motion.baseline_ratio <= options_.max_baseline_ratio;
+  }
+
+  // Appends the candidate to the window. False when it adds no baseline.
+  bool Extend(Candidate candidate) {
+    if (!window_.empty()) {
+      if (window_.back().keyframe.map_id != candidate.keyframe.map_id) {
+        window_.clear();
+        last_reference_.reset();
+      } else {
+        const Motion motion = MotionBetween(window_.back(), candidate);
+        const bool is_close = motion.baseline_ratio < options_.min_baseline_ratio &&
+                              motion.rotation_deg <= options_.max_rotation_deg;
+        if (is_close) return false;
+        if (!IsNeighbour(motion)) window_.clear();  // no chain can cross this gap
+      }
+    }
+    window_.push_back(std::move(candidate));
+    return true;
+  }
+
+  // Five indices into the window, ascending, the last one the newest; each step goes back as far as
+  // the limits allow, since the depth error falls with the baseline. Empty when there is no chain.
+  std::vector<std::size_t> FindChain() const {
+    std::vector<std::size_t> chain = {window_.size() - 1};
+    while (chain.size() < kBundleSize) {
+      const std::size_t head = chain.back();
+      std::optional<std::size_t> next;
+      for (std::size_t i = head; i-- > 0;) {
+        if (IsNeighbour(MotionBetween(window_[i], window_[head]))) next = i;
+      }
+      if (!next) return {};
+      chain.push_back(*next);
+    }
+    std::reverse(chain.begin(), chain.end());
+    return chain;
+  }
+
+  std::optional<ImageBundle> FindBundle() {
+    const std::vector<std::size_t> chain = FindChain();
+    if (chain.empty()) return std::nullopt;
+    const Candidate& reference = window_[chain[kBundleSize / 2]];
+    if (last_reference_ && MotionBetween(*last_reference_, reference).baseline_ratio <
+                               options_.min_reference_baseline_ratio) {
+      return std::nullopt;
+    }
+    ImageBundle bundle;
+    for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
+    last_reference_ = reference;
+    last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
+    // The next chain ends at a newer keyframe, but its widest steps may reach back a little further.
+    if (chain.front() > kBundleSize) {
+      window_.erase(window_.begin(),
+                    window_.begin() + static_cast<std::ptrdiff_t>(chain.front() - kBundleSize));
+    }
+    return bundle;
+  }
+
+  KeyframeSelectorOptions options_;
+  std::vector<Candidate> window_;
+  std::optional<Candidate> last_reference_;
+};
+
+}  // namespace
+
+void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
+  visit("max_rotation_deg", max_rotation_deg, "largest rotation between neighbouring images");
+  visit("min_baseline_ratio", min_baseline_ratio,
+        "smallest baseline between neighbouring images, over the median depth");
+  visit("max_baseline_ratio", max_baseline_ratio,
+        "largest baseline between neighbouring images, over the median depth");
+  visit("min_reference_baseline_ratio", min_reference_baseline_ratio,
+        "smallest baseline between the references of two bundles, over the median depth");
+}
+
+void KeyframeSelectorOptions::Validate() const {
+  RequireOption(max_rotation_deg > 0 && max_rotation_deg < 90, "keyframes.max_rotation_deg",
+                "more than 0 and less than 90", max_rotation_deg);
+  RequireOption(min_baseline_ratio > 0, "keyframes.min_baseline_ratio", "more than 0",
+                min_baseline_ratio);
+  RequireOption(max_baseline_ratio > min_baseline_ratio, "keyframes.max_baseline_ratio",
+                "more than keyframes.min_baseline_ratio", max_baseline_ratio);
+  RequireOption(min_reference_baseline_ratio >= 0, "keyframes.min_reference_baseline_ratio",
+                "0 or more", min_reference_baseline_ratio);
+}
+
+std::unique_ptr<KeyframeSelector> CreateKeyframeSelector(const KeyframeSelectorOptions& options) {
+  return std::make_unique<BaselineKeyframeSelector>(options);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/keyframes/keyframe_selector.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <vector>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+constexpr double kMedianDepth_su = 3;
+
+// A camera that has moved sideways by a share of the depth and turned about its vertical axis.
+Keyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg = 0,
+                      double scale = 1) {
+  Keyframe keyframe;
+  keyframe.id = id;
+  keyframe.frame.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(0));
+  const double angle_rad = rotation_deg * std::numbers::pi / 180;
+  keyframe.T_world_cam = Pose(RotationExp(Eigen::Vector3d(0, angle_rad, 0)),
+                              Eigen::Vector3d(scale * baseline_ratio * kMedianDepth_su, 0, 0));
+  const auto depth_su = static_cast<float>(scale * kMedianDepth_su);
+  keyframe.sparse_depths_su = {0.5F * depth_su, depth_su, 2 * depth_su};
+  return keyframe;
+}
+
+std::vector<std::int64_t> Ids(const ImageBundle& bundle) {
+  std::vector<std::int64_t> ids;
+  for (const Keyframe& keyframe : bundle.keyframes) ids.push_back(keyframe.id);
+  return ids;
+}
+
+using IdList = std::vector<std::int64_t>;
+
+TEST(KeyframeSelector, MakesABundleOfFiveWithTheReferenceInTheMiddle) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
+  const auto bundle = selector->Add(MakeKeyframe(4, 0.05 * 4));
+  ASSERT_TRUE(bundle);
+  EXPECT_EQ(Ids(*bundle), (IdList{0, 1, 2, 3, 4}));
+  EXPECT_EQ(bundle->reference().id, 2);
+  EXPECT_FALSE(bundle->reference().frame.bgr.empty());
+}
+
+TEST(KeyframeSelector, TakesTheWidestStepsThatTheLimitsAllow) {
+  const auto selector = CreateKeyframeSelector();
+  std::optional<ImageBundle> first;
+  for (int i = 0; i <= 12 && !first; ++i) first = selector->Add(MakeKeyframe(i, 0.03 * i));
+  ASSERT_TRUE(first);
+  // At 0.03 a step, two steps (0.06) are within 0.0875 and three are not; but the window is only
+  // five long when the first chain closes, so it takes the single steps that are there.
+  EXPECT_EQ(first->keyframes.size(), kBundleSize);
+  std::optional<ImageBundle> last;
+  for (int i = static_cast<int>(first->keyframes.back().id) + 1; i < 30; ++i) {
+    if (auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) last = bundle;
+  }
+  ASSERT_TRUE(last);
+  for (std::size_t i = 1; i < kBundleSize; ++i) {
+    EXPECT_EQ(last->keyframes[i].id - last->keyframes[i - 1].id, 2);
+  }
+}
+
+TEST(KeyframeSelector, NeverUsesAReferenceTwice) {
+  const auto selector = CreateKeyframeSelector();
+  IdList references;
+  for (int i = 0; i < 40; ++i) {
+    if (const auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) {
+      references.push_back(bundle->reference().id);
+    }
+  }
+  ASSERT_GE(references.size(), 8U);
+  for (std::size_t i = 1; i < references.size(); ++i) {
+    EXPECT_GE(0.03 * static_cast<double>(references[i] - references[i - 1]), 0.0875);
+  }
+}
+
+TEST(KeyframeSelector, PassesOverKeyframesWithoutBaseline) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.0001 * i)));
+}
+
+TEST(KeyframeSelector, DoesNotBridgeARotationAboveTheLimit) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
+  EXPECT_FALSE(selector->Add(MakeKeyframe(4, 0.20, 6)));
+  for (int i = 5; i < 8; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i, 6)));
+  const auto bundle = selector->Add(MakeKeyframe(8, 0.40, 6));
+  ASSERT_TRUE(bundle);
+  EXPECT_EQ(Ids(*bundle), (IdList{4, 5, 6, 7, 8}));
+}
+
+TEST(KeyframeSelector, StartsAfreshWithANewMap) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
+  Keyframe other_map = MakeKeyframe(4, 0.20);
+  other_map.map_id = 1;
+  EXPECT_FALSE(selector->Add(other_map));
+}
+
+TEST(KeyframeSelector, IgnoresKeyframesThatCannotBeJudged) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
+  Keyframe blind = MakeKeyframe(4, 0.20);
+  blind.sparse_depths_su.clear();
+  EXPECT_FALSE(selector->Add(blind));
+  EXPECT_TRUE(selector->Add(MakeKeyframe(5, 0.21)));
+}
+
+TEST(KeyframeSelector, DoesNotDependOnScale) {
+  const auto small = CreateKeyframeSelector();
+  const auto large = CreateKeyframeSelector();
+  for (int i = 0; i < 40; ++i) {
+    const auto a = small->Add(MakeKeyframe(i, 0.027 * i, 0.9 * i));
+    const auto b = large->Add(MakeKeyframe(i, 0.027 * i, 0.9 * i, 1000));
+    ASSERT_EQ(a.has_value(), b.has_value());
+    if (a) {
+      EXPECT_EQ(Ids(*a), Ids(*b));
+    }
+  }
+}
+
+TEST(KeyframeSelectorOptions, RefusesLimitsThatContradictEachOther) {
+  KeyframeSelectorOptions options;
+  options.max_baseline_ratio = 0.01;
+  EXPECT_THROW(CreateKeyframeSelector(options), UsageError);
+}
+
+}  // namespace
+}  // namespace mono3d
