@@ -18,9 +18,9 @@ enum class DepthStatus { kEstimated, kRejected };
 
 struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
-  std::string reason;  // why there is no depth: "no baseline between the images"
-  DepthMap map;        // empty images when rejected
-  int num_planes = 0;  // of the sweep on the coarsest level
+  std::string reason;       // why there is no depth: "no baseline between the images"
+  DepthMap map;             // empty images when rejected
+  int num_planes = 0;       // of the sweep on the coarsest level
   double min_depth_su = 0;  // range of the sweep
   double max_depth_su = 0;
 };

@@ -21,9 +21,9 @@ enum class FusionStatus { kFused, kRejected };
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
-  std::string reason;  // why it was rejected; the model is then as it was
-  Pose T_world_cam;    // the pose at which it was fused
-  double scale = 1;    // by which its depths were multiplied
+  std::string reason;             // why it was rejected; the model is then as it was
+  Pose T_world_cam;               // the pose at which it was fused
+  double scale = 1;               // by which its depths were multiplied
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
   std::int64_t num_removed = 0;   // surfels that stood in free space

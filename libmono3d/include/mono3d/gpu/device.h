@@ -17,8 +17,8 @@ struct DeviceInfo {
   std::string driver;  // driver name and version
 };
 
-// The devices of this machine, best first: discrete GPU, integrated, virtual, CPU (lavapipe). Throws
-// Error that names the package to install when there is no Vulkan loader or no driver.
+// The devices of this machine, best first: discrete GPU, integrated, virtual, CPU (lavapipe).
+// Throws Error that names the package to install when there is no Vulkan loader or no driver.
 std::vector<DeviceInfo> ListDevices();
 
 struct DeviceOptions {

@@ -19,8 +19,8 @@ struct FrameSourceOptions {
   int stride = 1;      // take every stride-th image
   int start = 0;       // first image
   int max_frames = 0;  // 0: all
-  std::string resize;  // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to
-                       // the calibration's size; empty: refuse images of another size
+  std::string resize;  // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images
+                       // to the calibration's size; empty: refuse images of another size
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -31,8 +31,8 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  // The next frame, or nothing at the end. An image that cannot be decoded is skipped with a warning
-  // and counted; an image of the wrong size throws Error.
+  // The next frame, or nothing at the end. An image that cannot be decoded is skipped with a
+  // warning and counted; an image of the wrong size throws Error.
   [[nodiscard]] virtual std::optional<Frame> Next() = 0;
 
   virtual std::optional<std::int64_t> num_frames() const = 0;  // to come in all, where known
@@ -40,8 +40,9 @@ class FrameSource {
   virtual const CameraModel& camera() const = 0;               // of the frames that come out
 };
 
-// `input` is a folder (its images in natural order; the folder of a sequence, with images/ in it, will
-// do as well), a glob ("flight/*.jpg") or a video file. Throws Error when there is nothing to read.
+// `input` is a folder (its images in natural order; the folder of a sequence, with images/ in it,
+// will do as well), a glob ("flight/*.jpg") or a video file. Throws Error when there is nothing to
+// read.
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
                                              const FrameSourceOptions& options = {});
 

@@ -43,8 +43,8 @@ struct TrajectoryEntry {
   Pose T_world_cam;
 };
 
-// Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free: its
-// first median depth is 1 su.
+// Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
+// its first median depth is 1 su.
 class Tracker {
  public:
   virtual ~Tracker() = default;
