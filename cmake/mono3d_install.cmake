@@ -1,1 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
+# Copyright the mono3d authors
+
+# One installed target, mono3d::mono3d, with its headers and its package config; the tools beside it.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mono3d)
+
+install(TARGETS mono3d EXPORT mono3dTargets FILE_SET HEADERS)
+install(EXPORT mono3dTargets NAMESPACE mono3d:: DESTINATION ${package_dir})
+
+get_target_property(mono3d_type mono3d TYPE)
+set(MONO3D_IS_SHARED FALSE)
+if(mono3d_type STREQUAL "SHARED_LIBRARY")
+  set(MONO3D_IS_SHARED TRUE)
+endif()
+configure_package_config_file(cmake/mono3dConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/package/mono3dConfig.cmake INSTALL_DESTINATION ${package_dir})
+# Before 1.0 a minor version may change the interface.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/mono3dConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/package/mono3dConfig.cmake
+  ${PROJECT_BINARY_DIR}/package/mono3dConfigVersion.cmake
+  DESTINATION ${package_dir})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+if(MONO3D_BUILD_TOOLS)
+  file(RELATIVE_PATH bin_to_lib
+    ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  get_property(targets DIRECTORY tools PROPERTY BUILDSYSTEM_TARGETS)
+  foreach(target IN LISTS targets)
+    get_target_property(type ${target} TYPE)
+    if(type STREQUAL "EXECUTABLE")
+      set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
+      install(TARGETS ${target})
+    endif()
+  endforeach()
+endif()

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "house/include_rules.h"
+
+#include <regex>
+#include <sstream>
+
+namespace mono3d::house {
+namespace {
+
+// Shared by the shaders of all rooms that have some: shaders/common/.
+constexpr std::string_view kCommonShaderFolder = "common";
+constexpr std::string_view kPublicFolder = "libmono3d/include/";
+
+// The first folder of `path` behind `prefix`; empty when `path` does not begin with it.
+std::string FolderBehind(std::string_view path, std::string_view prefix) {
+  if (!path.starts_with(prefix)) return {};
+  path.remove_prefix(prefix.size());
+  const std::size_t end = path.find('/');
+  return end == std::string_view::npos ? std::string{} : std::string(path.substr(0, end));
+}
+
+// Why this include is not allowed; empty when it is.
+std::string WhyNot(const SourceFile& file, const std::string& included, bool quoted,
+                   const RoomTable& table) {
+  const bool is_public = included.starts_with("mono3d/");
+  if (!quoted) return is_public ? "a header of the library belongs in quotes" : "";
+  const std::string target = FolderBehind(included, is_public ? "mono3d/" : "");
+  if (included.find("..") != std::string::npos || target.empty()) {
+    return "not the full path of a header";
+  }
+  if (!is_public && file.path.starts_with(kPublicFolder)) {
+    return "a public header includes a private one";
+  }
+  const std::string room = RoomOf(file.path);
+  if (target == room || (target == kCommonShaderFolder && !is_public)) return "";
+  if (!table.contains(target)) return "there is no room " + target;
+  const auto own = table.find(room);
+  if (own == table.end()) return room + " is not in the table of the rooms";
+  return own->second.contains(target) ? "" : room + " may not use " + target;
+}
+
+}  // namespace
+
+RoomTable ParseRoomTable(std::string_view text) {
+  RoomTable table;
+  std::istringstream lines{std::string(text)};
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) continue;
+    std::set<std::string>& uses = table[line.substr(0, colon)];
+    std::istringstream words(line.substr(colon + 1));
+    for (std::string word; words >> word;) uses.insert(word);
+  }
+  return table;
+}
+
+std::string RoomOf(std::string_view path) {
+  for (const std::string_view prefix :
+       {"libmono3d/include/mono3d/", "libmono3d/src/", "shaders/"}) {
+    const std::string room = FolderBehind(path, prefix);
+    if (!room.empty()) return room;
+  }
+  return {};
+}
+
+std::vector<std::string> FindIncludeViolations(const SourceFile& file, const RoomTable& table) {
+  static const std::regex kInclude(R"re(^\s*#\s*include\s*(["<])([^">]+)[">].*)re");
+  std::vector<std::string> violations;
+  for (std::size_t i = 0; i < file.lines.size(); ++i) {
+    std::smatch match;
+    if (!std::regex_match(file.lines[i], match, kInclude)) continue;
+    const std::string why = WhyNot(file, match[2], match[1] == "\"", table);
+    if (why.empty()) continue;
+    violations.push_back(file.path + ":" + std::to_string(i + 1) + ": \"" + match[2].str() +
+                         "\": " + why);
+  }
+  return violations;
+}
+
+}  // namespace mono3d::house

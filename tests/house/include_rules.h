@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "house/source_files.h"
+
+namespace mono3d::house {
+
+// Which rooms a room may include, besides itself.
+using RoomTable = std::map<std::string, std::set<std::string>, std::less<>>;
+
+// Reads lines "<room>: <room> <room>".
+RoomTable ParseRoomTable(std::string_view text);
+
+// The room that a file of libmono3d/ or shaders/ lives in; empty when it is in none.
+std::string RoomOf(std::string_view path);
+
+// What is wrong with the includes of one file, as "path:line: why"; empty when all is well.
+// - "mono3d/<room>/x.h" and "<room>/x.h" name a room that the file's own room may use.
+// - A public header includes no private one.
+// - Headers of the library are included in quotes, by their full path.
+std::vector<std::string> FindIncludeViolations(const SourceFile& file, const RoomTable& table);
+
+}  // namespace mono3d::house

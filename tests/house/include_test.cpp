@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "house/include_rules.h"
+#include "house/room_table.h"
+#include "house/source_files.h"
+
+namespace mono3d::house {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::IsEmpty;
+
+const RoomTable& MadeUpTable() {
+  static const RoomTable table =
+      ParseRoomTable("core:\nimage: core\ndepth: core image\nfusion: core image\n");
+  return table;
+}
+
+TEST(RoomTable, IsReadLineByLine) {
+  EXPECT_EQ(MadeUpTable().size(), 4U);
+  EXPECT_THAT(MadeUpTable().at("core"), IsEmpty());
+  EXPECT_THAT(MadeUpTable().at("depth"), ElementsAre("core", "image"));
+}
+
+TEST(IncludeRules, AllowOwnRoomUsedRoomsAndOutsideLibraries) {
+  const SourceFile file = {
+      "libmono3d/src/depth/census.cpp",
+      {"#include <vector>", "#include <Eigen/Core>", "#include \"depth/census.h\"",
+       "#include \"mono3d/image/frame.h\"", "#include \"depth/census.spirv.h\"",
+       "#include \"common/params.h\"", "// #include \"fusion/not_code.h\""}};
+  EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()), IsEmpty());
+}
+
+TEST(IncludeRules, RefuseASiblingAndARoomAbove) {
+  const SourceFile sibling = {"libmono3d/src/depth/census.cpp",
+                              {"#include \"depth/census.h\"", "#include \"fusion/index_map.h\""}};
+  EXPECT_THAT(FindIncludeViolations(sibling, MadeUpTable()),
+              ElementsAre("libmono3d/src/depth/census.cpp:2: \"fusion/index_map.h\": "
+                          "depth may not use fusion"));
+  const SourceFile above = {"libmono3d/include/mono3d/core/error.h",
+                            {"#  include \"mono3d/image/frame.h\""}};
+  EXPECT_THAT(FindIncludeViolations(above, MadeUpTable()),
+              ElementsAre(EndsWith("core may not use image")));
+  const SourceFile shader = {"shaders/fusion/splat.comp", {"#include \"depth/census.params.h\""}};
+  EXPECT_THAT(FindIncludeViolations(shader, MadeUpTable()),
+              ElementsAre(EndsWith("fusion may not use depth")));
+}
+
+TEST(IncludeRules, RefuseAPrivateHeaderInAPublicOne) {
+  const SourceFile file = {"libmono3d/include/mono3d/depth/x.h", {"#include \"depth/census.h\""}};
+  EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()),
+              ElementsAre(EndsWith("a public header includes a private one")));
+}
+
+TEST(IncludeRules, RefuseShortRelativeAndUnknownPaths) {
+  const SourceFile file = {"libmono3d/src/depth/census.cpp",
+                           {"#include \"census.h\"", "#include \"depth/../fusion/index_map.h\"",
+                            "#include \"voxels/grid.h\"", "#include <mono3d/core/error.h>"}};
+  EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()),
+              ElementsAre(EndsWith("not the full path of a header"),
+                          EndsWith("not the full path of a header"),
+                          EndsWith("there is no room voxels"), EndsWith("belongs in quotes")));
+}
+
+TEST(IncludeRules, RefuseAFileOfARoomThatTheTableDoesNotKnow) {
+  const SourceFile file = {"libmono3d/src/voxels/grid.cpp", {"#include \"mono3d/core/error.h\""}};
+  EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()),
+              ElementsAre(EndsWith("voxels is not in the table of the rooms")));
+}
+
+TEST(House, KeepsItsStagesApart) {
+  const RoomTable table = ParseRoomTable(kRoomTable);
+  for (const char* stage : {"tracking", "keyframes", "depth", "fusion"}) {
+    ASSERT_TRUE(table.contains(stage)) << stage;
+    for (const char* other : {"tracking", "keyframes", "depth", "fusion", "pipeline"}) {
+      EXPECT_FALSE(table.at(stage).contains(other)) << stage << " uses " << other;
+    }
+  }
+}
+
+TEST(House, IncludesOnlyWhatItsTableAllows) {
+  const RoomTable table = ParseRoomTable(kRoomTable);
+  const std::vector<SourceFile> files = ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d", "shaders"},
+                                                        {".h", ".cpp", ".comp", ".glsl"});
+  std::size_t num_lines = 0;
+  for (const SourceFile& file : files) {
+    num_lines += file.lines.size();
+    for (const std::string& violation : FindIncludeViolations(file, table)) {
+      ADD_FAILURE() << violation;
+    }
+  }
+  EXPECT_GT(files.size(), 50U) << "the tree was not read";
+  EXPECT_GT(num_lines, 1000U) << "the tree was not read";
+}
+
+}  // namespace
+}  // namespace mono3d::house
