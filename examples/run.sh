@@ -1,0 +1,25 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the mono3d authors
+
+# Installs what is missing, builds mono3d-reconstruct and turns the images of examples/village_orbit
+# into a coloured model:
+#   examples/run.sh [OUTPUT_FOLDER]
+set -eu
+cd "$(dirname "$0")/.."
+
+sequence=examples/village_orbit
+output=${1:-out/village_orbit}
+build=build/release-tools
+
+cmake/install-dependencies.sh
+cmake --preset release -B "$build" -DMONO3D_BUILD_TESTS=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
+cmake --build "$build" --target mono3d-reconstruct
+
+"$build/tools/mono3d-reconstruct" "$sequence" --camera "$sequence/camera.yaml" -o "$output"
+
+model=$(cd "$output" && pwd)/model.ply
+surfels=$(head -c 4096 "$model" | sed -n 's/^element vertex //p')
+echo
+echo "Model: $model ($surfels surfels)"
+echo "Any viewer of PLY files shows it, for example MeshLab or CloudCompare."
