@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/core/options.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/depth/depth_estimator.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/point_cloud.h"
+#include "mono3d/gpu/device.h"
+#include "mono3d/image/depth_map.h"
+#include "mono3d/image/frame.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/keyframes/keyframe_selector.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d {
+
+// All options of the chain, by room.
+struct PipelineOptions {
+  TrackerOptions tracking;
+  KeyframeSelectorOptions keyframes;
+  DepthEstimatorOptions depth;
+  SurfelMapOptions fusion;
+  // Surfels that fewer depth maps agree on stay out of the exported model. When fewer maps than
+  // that were fused, all surfels that every map agrees on are exported.
+  int min_observations = 2;
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// The stages of the chain; each can be replaced by one of your own.
+struct PipelineStages {
+  std::unique_ptr<Tracker> tracker;
+  std::unique_ptr<KeyframeSelector> keyframe_selector;
+  std::unique_ptr<DepthEstimator> depth_estimator;
+  // Called once for each map of the tracker from which there is a depth map.
+  std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
+};
+
+// mono3d's own stages. `times`, where given, must outlive them.
+PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
+                            StageTimes* times = nullptr);
+
+// What happened so far.
+struct PipelineCounts {
+  std::int64_t num_frames = 0;
+  std::int64_t num_tracked = 0;
+  std::int64_t num_keyframes = 0;  // settled ones
+  std::int64_t num_bundles = 0;
+  std::int64_t num_depth_maps = 0;
+  std::int64_t num_fused = 0;
+  // How often, by reason.
+  std::map<std::string, std::int64_t> untracked_frames;
+  std::map<std::string, std::int64_t> rejected_bundles;
+  std::map<std::string, std::int64_t> rejected_depth_maps;
+};
+
+struct PipelineProgress {
+  const PipelineCounts& counts;
+  const TrackingResult& tracking;  // of the latest frame
+  std::int64_t num_surfels = 0;    // in the current model
+};
+
+// Called from within Process and Finish; what they throw comes out there.
+struct PipelineObserver {
+  std::function<void(const PipelineProgress&)> on_frame;
+  std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
+};
+
+// What the chain knows of one map of the tracker; maps have no common frame or scale.
+struct MapReconstruction {
+  int map_id = 0;
+  std::vector<TrajectoryEntry> trajectory;         // every tracked frame, final
+  std::vector<TrajectoryEntry> online_trajectory;  // as known when tracked
+  std::vector<TrajectoryEntry> keyframes;
+  std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
+  PointCloud model;
+};
+
+struct Reconstruction {
+  std::vector<MapReconstruction> maps;  // the one with most tracked frames first
+  PipelineCounts counts;
+};
+
+// The chain of the paper's Figure 1, one step after the other: every bundle is processed, and the
+// same input with the same options gives the same result.
+class Pipeline {
+ public:
+  explicit Pipeline(PipelineStages stages, PipelineObserver observer = {},
+                    int min_observations = PipelineOptions{}.min_observations);
+  ~Pipeline();
+
+  // Takes the next frame through all stages that it sets in motion.
+  void Process(const Frame& frame);
+
+  // Takes what is still on its way through the stages and hands over the result. Call once, last.
+  [[nodiscard]] Reconstruction Finish();
+
+  // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
+  [[nodiscard]] Reconstruction Run(FrameSource& source, const std::atomic<bool>* stop = nullptr);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mono3d

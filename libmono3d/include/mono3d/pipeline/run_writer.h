@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mono3d/core/options.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/gpu/device.h"
+#include "mono3d/image/depth_map.h"
+#include "mono3d/pipeline/pipeline.h"
+
+namespace mono3d {
+
+// How a run ended.
+enum class RunEnd {
+  kFinished,  // all input was processed
+  kStopped,   // told to stop; the model is that of the input so far
+  kFailed,    // an error; the model is that of the input before it
+};
+
+// What run.json tells beside the counts.
+struct RunRecord {
+  RunEnd end = RunEnd::kFinished;
+  std::string error;  // when failed
+  std::string input;
+  std::string camera;
+  DeviceInfo device;
+  std::vector<OptionField> options;
+  std::vector<StageTime> stages;
+  std::int64_t num_skipped_images = 0;
+  double wall_s = 0;
+  double cpu_s = 0;  // of the process
+};
+
+// Writes the files of a run into one folder:
+//   depth/NNNNNN.{depth,normal,confidence}.{pfm,png}   one set a depth map, NNNNNN its frame
+//   trajectory.txt trajectory_online.txt keyframes.txt model_trajectory.txt   TUM, camera to world
+//   model.ply                                           the surfels
+//   run.json                                            version, device, options, counts, times
+// These are of the map with most tracked frames; those of further maps N are called
+// trajectory_mapN.txt and so on. Files are written beside and renamed: none is ever half there.
+class RunWriter {
+ public:
+  // Creates the folder where needed, and clears what an earlier run left under these names. Throws
+  // Error when it cannot be written.
+  explicit RunWriter(const std::filesystem::path& folder);
+
+  void WriteDepthMap(const DepthMap& map) const;
+  void WriteReconstruction(const Reconstruction& reconstruction) const;
+  void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
+
+  std::filesystem::path model_path() const { return folder_ / "model.ply"; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace mono3d

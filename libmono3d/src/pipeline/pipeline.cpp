@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/pipeline.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace mono3d {
+namespace {
+
+// The reason without its figures, so that equal causes are counted together: "62 matches, 100
+// needed" and "63 matches, 100 needed" become "# matches, # needed".
+std::string ReasonClass(const std::string& reason) {
+  std::string result;
+  bool in_number = false;
+  for (const char c : reason) {
+    const bool is_digit = c >= '0' && c <= '9';
+    if (is_digit || (in_number && c == '.')) {
+      if (!in_number) result += '#';
+      in_number = true;
+    } else {
+      in_number = false;
+      result += c;
+    }
+  }
+  return result.empty() ? "no reason given" : result;
+}
+
+// The entries of one map.
+std::vector<TrajectoryEntry> OfMap(const std::vector<TrajectoryEntry>& entries, int map_id) {
+  std::vector<TrajectoryEntry> selected;
+  std::copy_if(entries.begin(), entries.end(), std::back_inserter(selected),
+               [&](const TrajectoryEntry& entry) { return entry.map_id == map_id; });
+  return selected;
+}
+
+}  // namespace
+
+struct Pipeline::State {
+  PipelineStages stages;
+  PipelineObserver observer;
+  int min_observations = 0;
+
+  PipelineCounts counts;
+  std::vector<TrajectoryEntry> online_trajectory;
+  std::vector<TrajectoryEntry> model_trajectory;
+  std::unique_ptr<SurfelMap> surfel_map;  // of the current map
+  int surfel_map_id = 0;
+  std::map<int, PointCloud> finished_models;
+
+  void ProcessKeyframe(const Keyframe& keyframe);
+  void Fuse(const DepthMap& map);
+  void CloseModel();
+  std::int64_t NumFused(int map_id) const;
+};
+
+void Pipeline::State::ProcessKeyframe(const Keyframe& keyframe) {
+  ++counts.num_keyframes;
+  const std::optional<ImageBundle> bundle = stages.keyframe_selector->Add(keyframe);
+  if (!bundle) return;
+  ++counts.num_bundles;
+  const DepthResult depth = stages.depth_estimator->Estimate(*bundle);
+  if (depth.status != DepthStatus::kEstimated) {
+    ++counts.rejected_bundles[ReasonClass(depth.reason)];
+    return;
+  }
+  ++counts.num_depth_maps;
+  Fuse(depth.map);
+}
+
+void Pipeline::State::Fuse(const DepthMap& map) {
+  if (surfel_map && surfel_map_id != map.map_id) CloseModel();
+  if (!surfel_map) {
+    surfel_map = stages.create_surfel_map();
+    surfel_map_id = map.map_id;
+  }
+  const FusionResult fusion = surfel_map->Integrate(map);
+  if (fusion.status == FusionStatus::kFused) {
+    ++counts.num_fused;
+    model_trajectory.push_back({map.frame_index, map.timestamp_s, map.map_id, fusion.T_world_cam});
+  } else {
+    ++counts.rejected_depth_maps[ReasonClass(fusion.reason)];
+  }
+  if (observer.on_depth_map) observer.on_depth_map(map, fusion);
+}
+
+std::int64_t Pipeline::State::NumFused(int map_id) const {
+  return std::count_if(model_trajectory.begin(), model_trajectory.end(),
+                       [&](const TrajectoryEntry& entry) { return entry.map_id == map_id; });
+}
+
+// Exports the model of the current map and lets its memory go.
+void Pipeline::State::CloseModel() {
+  if (!surfel_map) return;
+  const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(surfel_map_id));
+  finished_models[surfel_map_id] = surfel_map->Export(
+      static_cast<int>(std::min<std::int64_t>(min_observations, most_observations)));
+  surfel_map.reset();
+}
+
+Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer, int min_observations)
+    : state_(std::make_unique<State>()) {
+  state_->stages = std::move(stages);
+  state_->observer = std::move(observer);
+  state_->min_observations = min_observations;
+}
+
+Pipeline::~Pipeline() = default;
+
+void Pipeline::Process(const Frame& frame) {
+  State& state = *state_;
+  ++state.counts.num_frames;
+  const TrackingResult tracking = state.stages.tracker->Track(frame);
+  if (tracking.T_world_cam) {
+    ++state.counts.num_tracked;
+    state.online_trajectory.push_back(
+        {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
+  } else {
+    ++state.counts.untracked_frames[ReasonClass(tracking.reason)];
+  }
+  for (const Keyframe& keyframe : tracking.settled_keyframes) state.ProcessKeyframe(keyframe);
+  if (state.observer.on_frame) {
+    state.observer.on_frame(
+        {state.counts, tracking, state.surfel_map ? state.surfel_map->num_surfels() : 0});
+  }
+}
+
+Reconstruction Pipeline::Finish() {
+  State& state = *state_;
+  for (const Keyframe& keyframe : state.stages.tracker->Finish()) state.ProcessKeyframe(keyframe);
+  state.CloseModel();
+
+  const std::vector<TrajectoryEntry> trajectory = state.stages.tracker->Trajectory();
+  const std::vector<TrajectoryEntry> keyframes = state.stages.tracker->KeyframeTrajectory();
+  std::map<int, std::int64_t> num_frames_of_map;
+  for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
+
+  Reconstruction result;
+  for (const auto& [map_id, num_frames] : num_frames_of_map) {
+    result.maps.push_back({map_id, OfMap(trajectory, map_id),
+                           OfMap(state.online_trajectory, map_id), OfMap(keyframes, map_id),
+                           OfMap(state.model_trajectory, map_id),
+                           std::move(state.finished_models[map_id])});
+  }
+  std::stable_sort(result.maps.begin(), result.maps.end(),
+                   [](const MapReconstruction& a, const MapReconstruction& b) {
+                     return a.trajectory.size() > b.trajectory.size();
+                   });
+  result.counts = state.counts;
+  return result;
+}
+
+Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop) {
+  while (stop == nullptr || !stop->load()) {
+    const std::optional<Frame> frame = source.Next();
+    if (!frame) break;
+    Process(*frame);
+  }
+  return Finish();
+}
+
+}  // namespace mono3d

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+// Stages that do as little as the interfaces allow, so that the chain alone is under test.
+
+// Frame i is at x = i; frames 10 to 12 are lost and begin map 1. A keyframe settles one frame late.
+class FakeTracker final : public Tracker {
+ public:
+  TrackingResult Track(const Frame& frame) override {
+    TrackingResult result;
+    const bool is_lost = frame.index >= 10 && frame.index <= 12;
+    if (is_lost) {
+      result.status = TrackingStatus::kLost;
+      result.reason = std::to_string(frame.index) + " matches, 15 needed";
+      return result;
+    }
+    result.status = TrackingStatus::kTracking;
+    result.map_id = frame.index > 12 ? 1 : 0;
+    const Eigen::Vector3d position_su(static_cast<double>(frame.index), 0, 0);
+    result.T_world_cam = Pose(Eigen::Quaterniond::Identity(), position_su);
+    entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
+    if (pending_) result.settled_keyframes.push_back(*std::exchange(pending_, std::nullopt));
+    pending_ = Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}};
+    return result;
+  }
+  std::vector<Keyframe> Finish() override {
+    return pending_ ? std::vector<Keyframe>{*pending_} : std::vector<Keyframe>{};
+  }
+  std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
+  PointCloud MapPoints(int) const override { return {}; }
+
+ private:
+  std::vector<TrajectoryEntry> entries_;
+  std::optional<Keyframe> pending_;
+};
+
+// Each keyframe is a bundle of its own.
+class FakeSelector final : public KeyframeSelector {
+ public:
+  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
+    return ImageBundle{{keyframe}};
+  }
+};
+
+// Every third bundle has no depth in it.
+class FakeDepthEstimator final : public DepthEstimator {
+ public:
+  DepthResult Estimate(const ImageBundle& bundle) override {
+    DepthResult result;
+    const Keyframe& reference = bundle.reference();
+    if (reference.id % 3 == 0) {
+      result.reason = "no texture";
+      return result;
+    }
+    result.status = DepthStatus::kEstimated;
+    result.map.frame_index = reference.frame.index;
+    result.map.map_id = reference.map_id;
+    result.map.T_world_cam = reference.T_world_cam;
+    return result;
+  }
+};
+
+struct MapLog {
+  int num_maps = 0;
+  std::vector<int> min_observations;
+};
+
+// One surfel a depth map; the depth map of frame 4 is rejected.
+class FakeSurfelMap final : public SurfelMap {
+ public:
+  explicit FakeSurfelMap(MapLog* log) : log_(log) { ++log_->num_maps; }
+  FusionResult Integrate(const DepthMap& map) override {
+    FusionResult result;
+    if (map.frame_index == 4) {
+      result.reason = "no overlap";
+      return result;
+    }
+    result.status = FusionStatus::kFused;
+    result.T_world_cam = map.T_world_cam;
+    cloud_.points.emplace_back(map.T_world_cam.translation().cast<float>());
+    return result;
+  }
+  PointCloud Export(int min_observations) const override {
+    log_->min_observations.push_back(min_observations);
+    return cloud_;
+  }
+  std::int64_t num_surfels() const override { return static_cast<std::int64_t>(cloud_.size()); }
+
+ private:
+  MapLog* log_;
+  PointCloud cloud_;
+};
+
+PipelineStages FakeStages(MapLog* log) {
+  PipelineStages stages;
+  stages.tracker = std::make_unique<FakeTracker>();
+  stages.keyframe_selector = std::make_unique<FakeSelector>();
+  stages.depth_estimator = std::make_unique<FakeDepthEstimator>();
+  stages.create_surfel_map = [log] { return std::make_unique<FakeSurfelMap>(log); };
+  return stages;
+}
+
+class FakeSource final : public FrameSource {
+ public:
+  explicit FakeSource(int num_frames) : num_frames_(num_frames) {}
+  std::optional<Frame> Next() override {
+    if (next_ == num_frames_) return std::nullopt;
+    Frame frame;
+    frame.index = next_;
+    frame.timestamp_s = 0.1 * next_;
+    ++next_;
+    return frame;
+  }
+  std::optional<std::int64_t> num_frames() const override { return num_frames_; }
+  std::int64_t num_skipped() const override { return 0; }
+  const CameraModel& camera() const override { return camera_; }
+
+ private:
+  int num_frames_;
+  int next_ = 0;
+  CameraModel camera_;
+};
+
+TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
+  MapLog log;
+  FakeSource source(16);
+  const Reconstruction result = Pipeline(FakeStages(&log)).Run(source);
+  const PipelineCounts& counts = result.counts;
+  EXPECT_EQ(counts.num_frames, 16);
+  EXPECT_EQ(counts.num_tracked, 13);
+  EXPECT_EQ(counts.num_keyframes, 13);  // the last one comes out of Finish
+  EXPECT_EQ(counts.num_bundles, 13);
+  EXPECT_EQ(counts.num_depth_maps, 8);  // not 0, 3, 6, 9, 15
+  EXPECT_EQ(counts.num_fused, 7);       // not 4
+  // Reasons that differ in their figures alone are counted together.
+  EXPECT_EQ(counts.untracked_frames,
+            (std::map<std::string, std::int64_t>{{"# matches, # needed", 3}}));
+  EXPECT_EQ(counts.rejected_bundles, (std::map<std::string, std::int64_t>{{"no texture", 5}}));
+  EXPECT_EQ(counts.rejected_depth_maps, (std::map<std::string, std::int64_t>{{"no overlap", 1}}));
+}
+
+TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {
+  MapLog log;
+  FakeSource source(16);
+  const Reconstruction result = Pipeline(FakeStages(&log)).Run(source);
+  ASSERT_EQ(result.maps.size(), 2U);
+  EXPECT_EQ(log.num_maps, 2);
+  EXPECT_EQ(result.maps[0].map_id, 0);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 10U);
+  EXPECT_EQ(result.maps[0].online_trajectory.size(), 10U);
+  EXPECT_EQ(result.maps[0].model.size(), 5U);  // frames 1 2 5 7 8
+  EXPECT_EQ(result.maps[0].model_trajectory.size(), 5U);
+  EXPECT_EQ(result.maps[1].map_id, 1);
+  EXPECT_EQ(result.maps[1].trajectory.size(), 3U);
+  EXPECT_EQ(result.maps[1].model.size(), 2U);  // frames 13 14
+}
+
+TEST(Pipeline, DoesNotAskForMoreObservationsThanThereAreMaps) {
+  MapLog log;
+  FakeSource source(3);  // one map fused of frame 1, one of frame 2
+  Pipeline pipeline(FakeStages(&log), {}, 5);
+  const Reconstruction result = pipeline.Run(source);
+  EXPECT_EQ(log.min_observations, std::vector<int>{2});
+}
+
+TEST(Pipeline, EndsInOrderWhenToldToStop) {
+  MapLog log;
+  FakeSource source(16);
+  std::atomic<bool> stop = false;
+  PipelineObserver observer;
+  observer.on_frame = [&](const PipelineProgress& progress) {
+    if (progress.counts.num_frames == 6) stop = true;
+  };
+  const Reconstruction result = Pipeline(FakeStages(&log), observer).Run(source, &stop);
+  EXPECT_EQ(result.counts.num_frames, 6);
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].model.size(), 3U);  // frames 1 2 5: what was pending is finished
+}
+
+TEST(Pipeline, HandsEveryDepthMapToTheObserver) {
+  MapLog log;
+  FakeSource source(8);
+  std::vector<std::int64_t> fused;
+  std::vector<std::int64_t> rejected;
+  PipelineObserver observer;
+  observer.on_depth_map = [&](const DepthMap& map, const FusionResult& fusion) {
+    (fusion.status == FusionStatus::kFused ? fused : rejected).push_back(map.frame_index);
+  };
+  const Reconstruction result = Pipeline(FakeStages(&log), observer).Run(source);
+  EXPECT_EQ(fused, (std::vector<std::int64_t>{1, 2, 5, 7}));
+  EXPECT_EQ(rejected, std::vector<std::int64_t>{4});
+}
+
+TEST(Pipeline, WithoutFramesThereIsNoMap) {
+  MapLog log;
+  FakeSource source(0);
+  EXPECT_TRUE(Pipeline(FakeStages(&log)).Run(source).maps.empty());
+}
+
+TEST(PipelineOptions, ListsEveryRoomsOptionsUnderItsName) {
+  PipelineOptions options;
+  bool has_keyframes = false;
+  for (const OptionField& field : ListOptions(options)) {
+    EXPECT_NE(field.name.find('.'), std::string::npos) << field.name;
+    EXPECT_FALSE(field.help.empty()) << field.name;
+    has_keyframes = has_keyframes || field.name == "keyframes.max_rotation_deg";
+  }
+  EXPECT_TRUE(has_keyframes);
+}
+
+TEST(PipelineOptions, RefusesNoObservations) {
+  PipelineOptions options;
+  options.min_observations = 0;
+  EXPECT_THROW(options.Validate(), UsageError);
+}
+
+}  // namespace
+}  // namespace mono3d
