@@ -59,7 +59,7 @@ RoomTable ParseRoomTable(std::string_view text) {
 std::string RoomOf(std::string_view path) {
   for (const std::string_view prefix :
        {"libmono3d/include/mono3d/", "libmono3d/src/", "shaders/"}) {
-    const std::string room = FolderBehind(path, prefix);
+    std::string room = FolderBehind(path, prefix);
     if (!room.empty()) return room;
   }
   return {};
