@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/run_writer.h"
+
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <system_error>
+
+#include "mono3d/core/error.h"
+#include "mono3d/core/version.h"
+#include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/output_file.h"
+#include "mono3d/io/ply_file.h"
+#include "mono3d/io/trajectory_file.h"
+
+namespace mono3d {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array kTrajectoryNames = {"trajectory", "trajectory_online", "keyframes",
+                                         "model_trajectory"};
+
+// "trajectory.txt" for the first map, "trajectory_map3.txt" for a further one.
+std::string NameOfMap(const std::string& stem, const std::string& extension, bool is_first,
+                      int map_id) {
+  return is_first ? stem + extension : stem + "_map" + std::to_string(map_id) + extension;
+}
+
+// Removes the files of `folder` whose names match. A folder that is not there has none.
+void RemoveMatching(const std::filesystem::path& folder, const std::regex& pattern) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (!std::regex_match(entry.path().filename().string(), pattern)) continue;
+    std::error_code failure;
+    std::filesystem::remove(entry.path(), failure);
+    if (failure) {
+      throw Error(ErrorParts{.what = "cannot remove the file of an earlier run",
+                             .where = entry.path().string(),
+                             .expected = {},
+                             .found = failure.message()});
+    }
+  }
+}
+
+void WriteEntries(const std::filesystem::path& path, const std::vector<TrajectoryEntry>& entries) {
+  std::vector<StampedPose> poses;
+  poses.reserve(entries.size());
+  for (const TrajectoryEntry& entry : entries) {
+    poses.push_back({entry.timestamp_s, entry.T_world_cam});
+  }
+  WriteTrajectory(path, poses);
+}
+
+const char* ToString(RunEnd end) {
+  switch (end) {
+    case RunEnd::kFinished:
+      return "finished";
+    case RunEnd::kStopped:
+      return "stopped";
+    case RunEnd::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+// The options as one object, by their dotted names.
+Json OptionsJson(const std::vector<OptionField>& options) {
+  Json json = Json::object();
+  for (const OptionField& field : options) {
+    std::visit([&](const auto* value) { json[field.name] = *value; }, field.value);
+  }
+  return json;
+}
+
+Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
+  return {{"frames", counts.num_frames},
+          {"images_skipped", num_skipped_images},
+          {"tracked", counts.num_tracked},
+          {"keyframes", counts.num_keyframes},
+          {"bundles", counts.num_bundles},
+          {"depth_maps", counts.num_depth_maps},
+          {"fused", counts.num_fused},
+          {"untracked_frames", counts.untracked_frames},
+          {"rejected_bundles", counts.rejected_bundles},
+          {"rejected_depth_maps", counts.rejected_depth_maps}};
+}
+
+Json MapsJson(const std::vector<MapReconstruction>& maps) {
+  Json list = Json::array();
+  for (const MapReconstruction& map : maps) {
+    list.push_back({{"map", map.map_id},
+                    {"frames", map.trajectory.size()},
+                    {"keyframes", map.keyframes.size()},
+                    {"depth_maps_fused", map.model_trajectory.size()},
+                    {"surfels", map.model.size()}});
+  }
+  return list;
+}
+
+Json StagesJson(const std::vector<StageTime>& stages) {
+  Json json = Json::object();
+  for (const StageTime& stage : stages) {
+    json[stage.stage] = {
+        {"calls", stage.num_calls}, {"wall_ms", stage.wall_ms}, {"gpu_ms", stage.gpu_ms}};
+  }
+  return json;
+}
+
+}  // namespace
+
+RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
+  CreateOutputFolder(folder_);
+  CreateOutputFolder(folder_ / "depth");
+  RemoveMatching(folder_ / "depth",
+                 std::regex(R"(\d{6,}\.(depth|normal|confidence)\.(pfm|png)(\.partial)?)"));
+  RemoveMatching(folder_,
+                 std::regex(R"((trajectory|trajectory_online|keyframes|model_trajectory)"
+                            R"((_map\d+)?\.txt|model(_map\d+)?\.ply|run\.json)(\.partial)?)"));
+}
+
+void RunWriter::WriteDepthMap(const DepthMap& map) const {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%06lld", static_cast<long long>(map.frame_index));
+  mono3d::WriteDepthMap(folder_ / "depth", name.data(), map);
+}
+
+void RunWriter::WriteReconstruction(const Reconstruction& reconstruction) const {
+  bool is_first = true;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    const std::array<const std::vector<TrajectoryEntry>*, 4> lists = {
+        &map.trajectory, &map.online_trajectory, &map.keyframes, &map.model_trajectory};
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      WriteEntries(folder_ / NameOfMap(kTrajectoryNames.at(i), ".txt", is_first, map.map_id),
+                   *lists.at(i));
+    }
+    if (!map.model.empty()) {
+      WritePly(folder_ / NameOfMap("model", ".ply", is_first, map.map_id), map.model);
+    }
+    is_first = false;
+  }
+}
+
+void RunWriter::WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const {
+  Json json;
+  json["mono3d"] = Version();
+  json["end"] = ToString(record.end);
+  if (!record.error.empty()) json["error"] = record.error;
+  json["input"] = record.input;
+  json["camera"] = record.camera;
+  json["device"] = {
+      {"name", record.device.name}, {"type", record.device.type}, {"driver", record.device.driver}};
+  json["options"] = OptionsJson(record.options);
+  json["counts"] = CountsJson(reconstruction.counts, record.num_skipped_images);
+  json["maps"] = MapsJson(reconstruction.maps);
+  json["times"] = {{"wall_s", record.wall_s}, {"cpu_s", record.cpu_s}};
+  json["stages"] = StagesJson(record.stages);
+  json["peak_memory_bytes"] = PeakMemoryBytes();
+  // Invalid UTF-8 in a path must not cost the user the record.
+  WriteFileAtomically(folder_ / "run.json",
+                      json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace mono3d

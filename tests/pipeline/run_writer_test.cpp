@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/run_writer.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "mono3d/core/error.h"
+#include "mono3d/io/ply_file.h"
+#include "mono3d/io/trajectory_file.h"
+
+namespace mono3d {
+namespace {
+
+// A folder of the test's own, empty at the start and gone at the end.
+class RunWriterTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              (std::string("mono3d_run_writer_") + test->name());
+    std::filesystem::remove_all(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_;
+};
+
+MapReconstruction MakeMap(int map_id, int num_frames) {
+  MapReconstruction map;
+  map.map_id = map_id;
+  for (int i = 0; i < num_frames; ++i) {
+    const Eigen::Vector3d position_su(i, 2, 3);
+    map.trajectory.push_back(
+        {i, 0.1 * i, map_id, Pose(Eigen::Quaterniond::Identity(), position_su)});
+  }
+  map.online_trajectory = map.trajectory;
+  map.keyframes = {map.trajectory.front()};
+  map.model_trajectory = {map.trajectory.back()};
+  map.model.points = {{1, 2, 3}, {4, 5, 6}};
+  return map;
+}
+
+DepthMap MakeDepthMap(std::int64_t frame_index) {
+  DepthMap map;
+  map.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(2));
+  map.frame_index = frame_index;
+  return map;
+}
+
+TEST_F(RunWriterTest, WritesTheFilesOfTheFirstMapAndMarksThoseOfTheOthers) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5), MakeMap(3, 2)};
+  const RunWriter writer(folder_);
+  writer.WriteDepthMap(MakeDepthMap(42));
+  writer.WriteReconstruction(reconstruction);
+
+  EXPECT_EQ(ReadTrajectory(folder_ / "trajectory.txt").size(), 5U);
+  EXPECT_EQ(ReadTrajectory(folder_ / "trajectory_online.txt").size(), 5U);
+  EXPECT_EQ(ReadTrajectory(folder_ / "keyframes.txt").size(), 1U);
+  EXPECT_EQ(ReadTrajectory(folder_ / "trajectory_map3.txt").size(), 2U);
+  const std::vector<StampedPose> fused = ReadTrajectory(folder_ / "model_trajectory.txt");
+  ASSERT_EQ(fused.size(), 1U);
+  EXPECT_EQ(fused[0].timestamp_s, 0.4);
+  EXPECT_EQ(fused[0].T_world_cam.translation(), Eigen::Vector3d(4, 2, 3));
+  EXPECT_EQ(ReadPly(writer.model_path()).size(), 2U);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "model_map3.ply"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/000042.depth.pfm"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/000042.depth.png"));
+}
+
+TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5)};
+  reconstruction.counts.num_frames = 7;
+  reconstruction.counts.untracked_frames["# matches, # needed"] = 2;
+  PipelineOptions options;
+  options.keyframes.max_rotation_deg = 4;
+  RunRecord record;
+  record.end = RunEnd::kStopped;
+  record.options = ListOptions(options);
+  record.stages = {{"depth/census", 3, 12, 9}};
+  record.num_skipped_images = 1;
+  record.input = "bad utf-8 \xff";
+  RunWriter(folder_).WriteRecord(reconstruction, record);
+
+  const auto json = nlohmann::json::parse(std::ifstream(folder_ / "run.json"));
+  EXPECT_EQ(json["end"], "stopped");
+  EXPECT_EQ(json["options"]["keyframes.max_rotation_deg"], 4.0);
+  EXPECT_EQ(json["counts"]["frames"], 7);
+  EXPECT_EQ(json["counts"]["images_skipped"], 1);
+  EXPECT_EQ(json["counts"]["untracked_frames"]["# matches, # needed"], 2);
+  EXPECT_EQ(json["maps"][0]["surfels"], 2);
+  EXPECT_EQ(json["stages"]["depth/census"]["calls"], 3);
+  EXPECT_GT(json["peak_memory_bytes"], 0);
+}
+
+TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
+  {
+    const RunWriter earlier(folder_);
+    earlier.WriteDepthMap(MakeDepthMap(7));
+    Reconstruction reconstruction;
+    reconstruction.maps = {MakeMap(0, 5)};
+    earlier.WriteReconstruction(reconstruction);
+    std::ofstream(folder_ / "notes.txt") << "mine";
+    std::ofstream(folder_ / "depth/mine.pfm") << "mine";
+  }
+  const RunWriter writer(folder_);
+  EXPECT_FALSE(std::filesystem::exists(writer.model_path()));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "trajectory.txt"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
+}
+
+TEST_F(RunWriterTest, RefusesAFolderThatCannotBeWritten) {
+  std::filesystem::create_directories(folder_);
+  std::ofstream(folder_ / "file") << "not a folder";
+  EXPECT_THROW(RunWriter(folder_ / "file" / "out"), Error);
+}
+
+}  // namespace
+}  // namespace mono3d
