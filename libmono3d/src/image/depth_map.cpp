@@ -3,9 +3,8 @@
 
 #include "mono3d/image/depth_map.h"
 
-#include <string>
-
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "mono3d/core/error.h"
 
@@ -29,8 +28,7 @@ std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.d
 
 PointCloud ToPointCloud(const DepthMap& map) {
   PointCloud cloud;
-  const Eigen::Matrix3f R_world_cam =
-      map.T_world_cam.rotation().toRotationMatrix().cast<float>();
+  const Eigen::Matrix3f R_world_cam = map.T_world_cam.rotation().toRotationMatrix().cast<float>();
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       const float depth = map.depth.at<float>(y, x);

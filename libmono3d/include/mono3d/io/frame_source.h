@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/camera_model.h"
@@ -40,10 +41,19 @@ class FrameSource {
   virtual const CameraModel& camera() const = 0;               // of the frames that come out
 };
 
+// The images of a folder (of a sequence's folder: those in images/) or of a glob, in natural order:
+// img2 before img10. Throws Error when there are none.
+std::vector<std::string> ListImages(const std::string& input);
+
 // `input` is a folder (its images in natural order; the folder of a sequence, with images/ in it,
 // will do as well), a glob ("flight/*.jpg") or a video file. Throws Error when there is nothing to
 // read.
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
+                                             const FrameSourceOptions& options = {});
+// Just these images, in this order. As each was asked for by name, one that cannot be decoded is an
+// Error, thrown by Next().
+std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,
+                                             const CameraModel& camera,
                                              const FrameSourceOptions& options = {});
 
 }  // namespace mono3d

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/io/camera_file.h"
+
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/colmap_cameras.h"
+#include "io/text.h"
+#include "io/yaml_subset.h"
+#include "mono3d/core/error.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d {
+namespace {
+
+// The calibration in YAML, with the messages that go with it.
+class CalibrationYaml {
+ public:
+  explicit CalibrationYaml(const std::filesystem::path& path)
+      : path_(path), values_(ReadYamlSubset(path)) {}
+
+  int Size(const std::string& key) const {
+    const std::vector<double> numbers = Numbers(key, Require(key));
+    if (numbers.size() != 1 || numbers[0] < 1 || numbers[0] > 1e6 ||
+        numbers[0] != std::floor(numbers[0])) {
+      Throw(Line(key), "bad " + key, "one positive whole number", Text(key));
+    }
+    return static_cast<int>(numbers[0]);
+  }
+
+  // The numbers of a matrix: a list, or rows, cols and a list named data.
+  std::vector<double> Matrix(const std::string& key) const {
+    Require(key);
+    const std::string data = values_.contains(key + ".data") ? key + ".data" : key;
+    const std::vector<double> numbers = Numbers(key, values_.at(data));
+    for (const char* part : {".rows", ".cols"}) {
+      if (!values_.contains(key + part)) return numbers;
+    }
+    const int num_numbers = Size(key + ".rows") * Size(key + ".cols");
+    if (static_cast<std::size_t>(num_numbers) != numbers.size()) {
+      Throw(Line(data), "wrong number of values in " + key, std::to_string(num_numbers),
+            std::to_string(numbers.size()));
+    }
+    return numbers;
+  }
+
+  // The text of an optional key.
+  std::optional<std::string> Find(const std::string& key) const {
+    if (!values_.contains(key)) return std::nullopt;
+    return Text(key);
+  }
+
+  std::string Line(const std::string& key) const {
+    return AtLine(path_, values_.at(key).line_number);
+  }
+
+  [[noreturn]] static void Throw(const std::string& where, const std::string& what,
+                                 const std::string& expected, const std::string& found) {
+    throw Error(ErrorParts{.what = "camera calibration: " + what,
+                           .where = where,
+                           .expected = expected,
+                           .found = found});
+  }
+
+ private:
+  const YamlValue& Require(const std::string& key) const {
+    const auto found = values_.find(key);
+    if (found == values_.end()) Throw(path_, "key is missing", key, {});
+    const int num_times = found->second.num_times;
+    if (num_times > 1) {
+      Throw(Line(key), "several cameras in one file", key + " once", std::to_string(num_times));
+    }
+    return found->second;
+  }
+
+  std::string Text(const std::string& key) const {
+    std::string text;
+    for (const std::string& item : values_.at(key).items) text += (text.empty() ? "" : " ") + item;
+    return text.empty() ? "nothing" : text;
+  }
+
+  std::vector<double> Numbers(const std::string& key, const YamlValue& value) const {
+    std::vector<double> numbers;
+    for (const std::string& item : value.items) {
+      const std::optional<double> number = ParseNumber(item);
+      if (!number) {
+        Throw(AtLine(path_, value.line_number), "bad value in " + key, "a finite number", item);
+      }
+      numbers.push_back(*number);
+    }
+    return numbers;
+  }
+
+  const std::filesystem::path& path_;
+  std::map<std::string, YamlValue> values_;
+};
+
+void TakeCameraMatrix(const CalibrationYaml& yaml, CameraModel& camera) {
+  const std::string key = "camera_matrix";
+  const std::vector<double> K = yaml.Matrix(key);
+  if (K.size() != 9) {
+    yaml.Throw(yaml.Line(key), "wrong number of values in " + key, "9", std::to_string(K.size()));
+  }
+  const bool is_pinhole = K[1] == 0 && K[3] == 0 && K[6] == 0 && K[7] == 0 && K[8] == 1;
+  if (!is_pinhole) {
+    yaml.Throw(yaml.Line(key), "bad form of " + key, "fx 0 cx 0 fy cy 0 0 1", "another matrix");
+  }
+  camera.fx = K[0];
+  camera.cx = K[2];
+  camera.fy = K[4];
+  camera.cy = K[5];
+}
+
+void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
+  const std::string key = "distortion_coefficients";
+  const std::optional<std::string> model = yaml.Find("distortion_model");
+  if (model && *model != "plumb_bob" && *model != "rational_polynomial") {
+    yaml.Throw(yaml.Line("distortion_model"), "unsupported distortion model", "plumb_bob", *model);
+  }
+  const std::vector<double> coefficients = yaml.Matrix(key);
+  if (coefficients.size() < 4) {
+    yaml.Throw(yaml.Line(key), "wrong number of values in " + key, "k1 k2 p1 p2 [k3]",
+               std::to_string(coefficients.size()));
+  }
+  for (std::size_t i = 0; i < coefficients.size(); ++i) {
+    if (i < camera.distortion.size()) {
+      camera.distortion[i] = coefficients[i];
+    } else if (coefficients[i] != 0) {
+      yaml.Throw(yaml.Line(key), "unsupported distortion", "zeros after k1 k2 p1 p2 k3",
+                 ToText(coefficients[i]));
+    }
+  }
+}
+
+}  // namespace
+
+CameraModel ReadCameraFile(const std::filesystem::path& path) {
+  const std::vector<std::string> lines = ReadLines(path);
+  if (IsColmapCameras(lines)) return ParseColmapCameras(path, lines);
+  const CalibrationYaml yaml(path);
+  CameraModel camera;
+  camera.width = yaml.Size("image_width");
+  camera.height = yaml.Size("image_height");
+  TakeCameraMatrix(yaml, camera);
+  TakeDistortion(yaml, camera);
+  Validate(camera, path);
+  return camera;
+}
+
+void WriteCameraFile(const std::filesystem::path& path, const CameraModel& camera) {
+  const auto matrix = [](int rows, int cols, const std::vector<double>& values) {
+    std::string text = "!!opencv-matrix\n   rows: " + std::to_string(rows) +
+                       "\n   cols: " + std::to_string(cols) + "\n   dt: d\n   data: [ ";
+    for (std::size_t i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + ToText(values[i]);
+    return text + " ]\n";
+  };
+  const auto& k = camera.distortion;
+  WriteFileAtomically(
+      path, "%YAML:1.0\n---\nimage_width: " + std::to_string(camera.width) +
+                "\nimage_height: " + std::to_string(camera.height) + "\ncamera_matrix: " +
+                matrix(3, 3, {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1}) +
+                "distortion_coefficients: " + matrix(1, 5, {k[0], k[1], k[2], k[3], k[4]}));
+}
+
+}  // namespace mono3d

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/io/frame_source.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <system_error>
+#include <utility>
+
+#include "io/image_list.h"
+#include "io/image_source.h"
+#include "io/text.h"
+#include "mono3d/core/error.h"
+#include "mono3d/image/undistorter.h"
+
+namespace mono3d {
+namespace {
+
+constexpr const char* kToCalibration = "calibration";
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+// "768x448"; nothing when it is anything else.
+std::optional<cv::Size> ParseSize(const std::string& text) {
+  constexpr std::int64_t kLargest = 32767;  // what cv::remap can address
+  const std::size_t cross = text.find('x');
+  if (cross == std::string::npos) return std::nullopt;
+  const std::optional<std::int64_t> width = ParseInteger(text.substr(0, cross));
+  const std::optional<std::int64_t> height = ParseInteger(text.substr(cross + 1));
+  const auto fits = [](std::optional<std::int64_t> size) {
+    return size && *size >= 1 && *size <= kLargest;
+  };
+  if (!fits(width) || !fits(height)) return std::nullopt;
+  return cv::Size(static_cast<int>(*width), static_cast<int>(*height));
+}
+
+// The calibration holds for images of the same field of view: rounding a size to whole pixels is
+// the only difference in shape that resizing brings about; anything more was cropped.
+bool HaveSameShape(cv::Size size, const CameraModel& calibration) {
+  const double scale_x = static_cast<double>(size.width) / calibration.width;
+  const double scale_y = static_cast<double>(size.height) / calibration.height;
+  return std::abs(scale_x * calibration.height - size.height) < 1 ||
+         std::abs(scale_y * calibration.width - size.width) < 1;
+}
+
+CameraModel CameraOfImages(const CameraModel& calibration, const std::string& resize) {
+  Validate(calibration, "frame source");
+  const std::optional<cv::Size> size = ParseSize(resize);
+  return size ? calibration.Resized(size->width, size->height) : calibration;
+}
+
+// Brings images to the size asked for and takes the distortion out.
+class PreparedFrames : public FrameSource {
+ public:
+  PreparedFrames(std::unique_ptr<ImageSource> source, const CameraModel& calibration,
+                 const std::string& resize)
+      : source_(std::move(source)),
+        calibration_(calibration),
+        is_resizing_(!resize.empty()),
+        undistorter_(CameraOfImages(calibration, resize)) {}
+
+  std::optional<Frame> Next() override {
+    std::optional<SourceImage> image = source_->Next();
+    if (!image) return std::nullopt;
+    const cv::Mat resized = Resize(*image);
+    return Frame{image->index, image->timestamp_s, image->name, undistorter_.Undistort(resized),
+                 camera()};
+  }
+
+  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
+  std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  const CameraModel& camera() const override { return undistorter_.camera(); }
+
+ private:
+  cv::Mat Resize(const SourceImage& image) const {
+    const cv::Size size = image.bgr.size();
+    const bool is_calibrated_size =
+        size.width == calibration_.width && size.height == calibration_.height;
+    const bool fits = is_resizing_ ? HaveSameShape(size, calibration_) : is_calibrated_size;
+    if (!fits) {
+      throw Error(ErrorParts{
+          .what = is_resizing_ ? "image has another shape than the calibration"
+                               : "image has another size than the calibration; see --resize",
+          .where = image.name,
+          .expected = SizeText(calibration_.width, calibration_.height),
+          .found = SizeText(size.width, size.height)});
+    }
+    const cv::Size target(camera().width, camera().height);
+    if (size == target) return image.bgr;
+    cv::Mat resized;
+    // Averaging over areas keeps a smaller image free of aliasing.
+    const bool shrinks = target.width < size.width;
+    cv::resize(image.bgr, resized, target, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
+    return resized;
+  }
+
+  std::unique_ptr<ImageSource> source_;
+  CameraModel calibration_;
+  bool is_resizing_;
+  Undistorter undistorter_;
+};
+
+std::unique_ptr<ImageSource> OpenImages(const std::string& input,
+                                        const FrameSourceOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(input, ignored) || IsGlob(input)) {
+    return OpenImageList(FindImages(input), options);
+  }
+  if (!std::filesystem::exists(input, ignored)) {
+    throw Error(ErrorParts{
+        .what = "there is no such file or folder", .where = input, .expected = {}, .found = {}});
+  }
+  if (HasImageExtension(input)) return OpenImageList({input, {input}, {}, true}, options);
+  return OpenVideo(input, options);
+}
+
+}  // namespace
+
+void FrameSourceOptions::Visit(OptionVisitor& visit) {
+  visit("fps", fps, "images a second; 0: the video's own, timestamps.txt, or 30");
+  visit("stride", stride, "take every n-th image");
+  visit("start", start, "first image to take");
+  visit("max_frames", max_frames, "number of images to take at most; 0: all");
+  visit("resize", resize,
+        "WIDTHxHEIGHT: resize images and calibration; \"calibration\": resize images to the size "
+        "of the calibration");
+}
+
+void FrameSourceOptions::Validate() const {
+  RequireOption(std::isfinite(fps) && fps >= 0, "fps", "0 or more", fps);
+  RequireOption(stride >= 1, "stride", "1 or more", stride);
+  RequireOption(start >= 0, "start", "0 or more", start);
+  RequireOption(max_frames >= 0, "max_frames", "0 or more", max_frames);
+  if (resize.empty() || resize == kToCalibration || ParseSize(resize)) return;
+  throw UsageError(ErrorParts{.what = "bad size",
+                              .where = "--resize",
+                              .expected = "WIDTHxHEIGHT or calibration",
+                              .found = resize});
+}
+
+std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
+                                             const FrameSourceOptions& options) {
+  options.Validate();
+  return std::make_unique<PreparedFrames>(OpenImages(input, options), camera, options.resize);
+}
+
+std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,
+                                             const CameraModel& camera,
+                                             const FrameSourceOptions& options) {
+  options.Validate();
+  return std::make_unique<PreparedFrames>(OpenImageList({"images", images, {}, false}, options),
+                                          camera, options.resize);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "io/image_file.h"
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <string_view>
+
+#include "io/text.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::string_view kJpegBegin = "\xFF\xD8";
+constexpr std::string_view kPngBegin = "\x89PNG\r\n\x1A\n";
+
+std::uint32_t BigEndian(std::string_view bytes, std::size_t position, std::size_t num_bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < num_bytes; ++i) {
+    value = value << 8 | static_cast<std::uint8_t>(bytes[position + i]);
+  }
+  return value;
+}
+
+// Does the JPEG go on to its end-of-image marker (ITU-T T.81, annex B)? The marker may also stand
+// in an embedded thumbnail, so segments are walked by their length. What follows the marker is of
+// no interest: cameras append previews and maker notes.
+bool IsCompleteJpeg(std::string_view bytes) {
+  constexpr std::uint32_t kEndOfImage = 0xD9;
+  std::size_t position = kJpegBegin.size();
+  while (position + 1 < bytes.size()) {
+    const std::uint32_t marker = BigEndian(bytes, position + 1, 1);
+    const bool is_marker = bytes[position] == '\xFF' && marker != 0x00 && marker != 0xFF;
+    const bool is_restart = marker >= 0xD0 && marker <= 0xD7;
+    if (!is_marker) {
+      ++position;  // inside coded data, or a fill byte
+    } else if (is_restart) {
+      position += 2;
+    } else if (marker == kEndOfImage) {
+      return true;
+    } else {
+      if (position + 3 >= bytes.size()) return false;
+      position += 2 + BigEndian(bytes, position + 2, 2);
+    }
+  }
+  return false;
+}
+
+// Do the chunks of the PNG go on to the last one?
+bool IsCompletePng(std::string_view bytes) {
+  constexpr std::size_t kAroundData = 12;  // length, type, checksum
+  std::size_t position = kPngBegin.size();
+  while (position + kAroundData <= bytes.size()) {
+    const std::string_view type = bytes.substr(position + 4, 4);
+    position += kAroundData + BigEndian(bytes, position, 4);
+    if (type == "IEND") return position <= bytes.size();
+  }
+  return false;
+}
+
+[[noreturn]] void ThrowUnreadable(const std::filesystem::path& path, const std::string& what) {
+  throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
+}
+
+}  // namespace
+
+cv::Mat ReadImage(const std::filesystem::path& path) {
+  const std::string bytes = ReadBytes(path);
+  if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
+  const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
+  const bool is_cut_png = bytes.starts_with(kPngBegin) && !IsCompletePng(bytes);
+  if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated");
+  cv::Mat image;
+  try {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    image = cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
+                         cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception& exception) {
+    ThrowUnreadable(path, "cannot decode the image: " + exception.err);
+  }
+  if (image.empty()) ThrowUnreadable(path, "not an image, or not of a known kind");
+  return image;
+}
+
+}  // namespace mono3d

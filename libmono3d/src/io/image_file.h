@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+
+namespace mono3d {
+
+// Reads an image of any form that OpenCV decodes, as CV_8UC3 (BGR): grey is repeated, 16 bits are
+// cut to the upper 8, alpha is dropped, the orientation tag is ignored (the calibration is of the
+// pixels as they are stored). Throws Error when the file cannot be decoded to its end; OpenCV
+// itself returns a truncated JPEG as an image that is grey from some row on.
+cv::Mat ReadImage(const std::filesystem::path& path);
+
+}  // namespace mono3d
