@@ -16,10 +16,13 @@ namespace mono3d {
 
 struct BufferMemory;  // the Vulkan side, gpu/buffer_memory.h
 
-// Memory of a device that kernels read and write: as storage buffer or as texel buffer, whatever the
-// kernel declares. Device-local; where the host cannot see it, transfers go through staging memory.
-// Upload and Download act at once, not in the order of a Recorder: a Recorder sees what was uploaded
-// before its Submit, and what it wrote can be downloaded after. One thread at a time.
+// Memory of a device that kernels read and write: as storage buffer or as texel buffer, whatever
+// the kernel declares. Device-local; where the host cannot see it, transfers go through staging
+// memory. Upload and Download act at once, not in the order of a Recorder: a Recorder sees what was
+// uploaded before its Submit, and what it wrote can be downloaded after. One thread at a time.
+//
+// A kernel sees the size rounded up to 16 bytes, so the last uvec4 or vec4 can be read and written
+// whole; array.length() counts that padding.
 class Buffer {
  public:
   Buffer() = default;  // empty: size 0, cannot be bound

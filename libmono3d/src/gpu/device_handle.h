@@ -17,6 +17,8 @@ struct DeviceLimits {
   std::uint32_t max_push_constant_bytes = 0;
   std::uint32_t max_shared_memory_bytes = 0;
   std::uint32_t max_workgroup_invocations = 0;
+  std::uint32_t max_storage_buffers = 0;  // std430 bindings of one kernel
+  std::uint32_t max_texel_buffers = 0;    // imageBuffer bindings of one kernel
   std::array<std::uint32_t, 3> max_workgroup_size{};
   std::array<std::uint32_t, 3> max_workgroup_count{};
   std::uint32_t subgroup_size = 0;  // every kernel with subgroup operations runs with this size
@@ -27,7 +29,8 @@ struct DeviceLimits {
 
 const DeviceLimits& Limits(const Device& device);
 
-// Messages of the validation layer since the device was opened; 0 without DeviceOptions::validation.
+// Messages of the validation layer since the device was opened; 0 without
+// DeviceOptions::validation.
 std::int64_t NumValidationMessages(const Device& device);
 
 }  // namespace mono3d

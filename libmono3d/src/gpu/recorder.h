@@ -53,7 +53,7 @@ class Recorder {
     DispatchBytes(kernel, {buffers.begin(), buffers.size()}, nullptr, 0, num_workgroups);
   }
 
-  // Every 32-bit word of the buffer = value. Throws Error when the size is no multiple of 4.
+  // Every 32-bit word of the buffer = value. Throws Error for an empty buffer.
   void Fill(const Buffer& buffer, std::uint32_t value);
 
   // Throws Error when a range leaves its buffer, or the two overlap in one buffer.

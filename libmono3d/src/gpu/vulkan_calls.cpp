@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "gpu/vulkan_calls.h"
+
+namespace mono3d {
+namespace {
+
+std::string Meaning(vk::Result result) {
+  switch (result) {
+    case vk::Result::eErrorDeviceLost:
+      return "device lost: the driver gave up, often because a kernel ran too long";
+    case vk::Result::eErrorOutOfDeviceMemory:
+      return "out of device memory";
+    case vk::Result::eErrorOutOfHostMemory:
+      return "out of host memory";
+    default:
+      return vk::to_string(result);
+  }
+}
+
+}  // namespace
+
+Error MakeVulkanError(const std::string& where, const std::string& what, vk::Result result) {
+  return Error({what + " failed: " + Meaning(result), where, {}, {}});
+}
+
+}  // namespace mono3d
