@@ -5,6 +5,7 @@
 # Compiles shaders/<room>/<stage>.comp to SPIR-V and embeds it as the array <room>_<stage>_spirv in
 # the header "<room>/<stage>.spirv.h" of the build folder.
 function(mono3d_shaders target room)
+  set(headers)
   foreach(stage IN LISTS ARGN)
     set(source ${PROJECT_SOURCE_DIR}/shaders/${room}/${stage}.comp)
     set(header ${PROJECT_BINARY_DIR}/generated/${room}/${stage}.spirv.h)
@@ -18,6 +19,9 @@ function(mono3d_shaders target room)
       DEPFILE ${header}.d
       COMMENT "Compiling shader ${room}/${stage}"
       VERBATIM)
-    target_sources(${target} PRIVATE ${header})
+    list(APPEND headers ${header})
   endforeach()
+  # A target of its own: the room is declared in another folder, where these outputs are not known.
+  add_custom_target(${target}_shaders DEPENDS ${headers})
+  add_dependencies(${target} ${target}_shaders)
 endfunction()
