@@ -35,16 +35,42 @@ class SurfelMap {
  public:
   virtual ~SurfelMap() = default;
 
-  // Throws Error on an invalid depth map.
+  // Throws Error on an invalid depth map, one of a camera with distortion, and a pose that is not
+  // finite. Rejected, with the model as it was: a depth map without an estimate in it, one of
+  // another map_id than the first, and one for whose new surfels there is no room.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
 
-  // The surfels that at least `min_observations` depth maps agree on, in a reproducible order.
+  // The surfels that at least `min_observations` depth maps agree on, in the order in which they
+  // were inserted (by depth map, then by rows of pixels), with all fields of PointCloud filled.
+  // confidence = s / (s + n + 1), where s is the sum of the confidences with which depth maps saw
+  // the surfel (1 each where a depth map has none) and n the number of depth maps that saw through
+  // it: one sure observation gives 0.5, nine undisputed ones 0.9.
   virtual PointCloud Export(int min_observations) const = 0;
 
   virtual std::int64_t num_surfels() const = 0;
 };
 
+// When a pixel of a depth map and a surfel are the same surface.
+struct AssociationOptions {
+  double matching_error_px = 0.5;    // one sigma of the matching behind the depth maps
+  double max_sigmas = 3;             // depth difference, in sigmas of pixel and surfel together
+  double max_normal_angle_deg = 60;  // three sigmas of two normals that scatter by 15 degrees each
+
+  void Visit(OptionVisitor& visit);
+};
+
+// When a depth map proves that there is nothing where a surfel stands.
+struct FreeSpaceOptions {
+  double min_sigmas = 4;  // surfel in front of the measured surface, in sigmas of both together
+
+  void Visit(OptionVisitor& visit);
+};
+
 struct SurfelMapOptions {
+  AssociationOptions association;
+  FreeSpaceOptions free_space;
+  int max_surfels = 8'000'000;  // or as many as one buffer of the device holds, where that is less
+
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/depth_map_buffers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "fusion/surfel.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::uint32_t kGrey = 0x808080;
+
+template <typename T>
+std::span<const T> AsSpan(const std::vector<T>& values) {
+  return values;
+}
+
+}  // namespace
+
+PackedDepthMap Pack(const DepthMap& map) {
+  PackedDepthMap packed;
+  const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
+  packed.depth.reserve(num_pixels);
+  packed.normal_confidence.reserve(num_pixels);
+  packed.colour.reserve(num_pixels);
+  for (int y = 0; y < map.camera.height; ++y) {
+    for (int x = 0; x < map.camera.width; ++x) {
+      const float z = map.depth.at<float>(y, x);
+      float confidence = map.confidence.empty() ? 1.0F : map.confidence.at<float>(y, x);
+      // Written so that NaN fails.
+      const bool is_candidate = std::isfinite(z) && z > 0 && confidence > 0;
+      confidence = is_candidate ? std::min(confidence, 1.0F) : 0.0F;
+      packed.depth.push_back(is_candidate ? z : 0.0F);
+      packed.num_candidates += is_candidate ? 1 : 0;
+      cv::Vec3f n(0, 0, 0);
+      if (!map.normal.empty()) n = map.normal.at<cv::Vec3f>(y, x);
+      if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
+      packed.normal_confidence.push_back({n[0], n[1], n[2], confidence});
+      std::uint32_t colour = kGrey;
+      if (!map.bgr.empty()) {
+        const auto& bgr = map.bgr.at<cv::Vec3b>(y, x);
+        colour = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
+                 static_cast<std::uint32_t>(bgr[0] << 16);
+      }
+      packed.colour.push_back(colour);
+    }
+  }
+  return packed;
+}
+
+DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int width_px,
+                                 int height_px) {
+  const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+  const std::size_t cells = pixels * kIndexCellsPerPixel * kIndexCellsPerPixel;
+  const std::size_t words = (pixels + 31) / 32;
+  depth = Buffer(device, pixels * 4, "fusion/depth");
+  normal_confidence = Buffer(device, pixels * 16, "fusion/normal_confidence");
+  colour = Buffer(device, pixels * 4, "fusion/colour");
+  candidate = Buffer(device, pixels * 16, "fusion/candidate");
+  index_map = Buffer(device, cells * 8, "fusion/index_map");
+  selected = Buffer(device, words * 4, "fusion/selected");
+  num_before = Buffer(device, words * 4, "fusion/num_before");
+  num_removed = Buffer(device, 4, "fusion/num_removed");
+}
+
+void DepthMapBuffers::Upload(const PackedDepthMap& map) {
+  depth.Upload(AsSpan(map.depth));
+  normal_confidence.Upload(AsSpan(map.normal_confidence));
+  colour.Upload(AsSpan(map.colour));
+}
+
+}  // namespace mono3d

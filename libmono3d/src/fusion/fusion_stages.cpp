@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/fusion_stages.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "fusion/associate.spirv.h"
+#include "fusion/free_space.spirv.h"
+#include "fusion/index_map.spirv.h"
+#include "fusion/index_map_depth.spirv.h"
+#include "fusion/index_map_id.spirv.h"
+#include "fusion/insert.spirv.h"
+#include "fusion/merge.spirv.h"
+#include "fusion/prepare.spirv.h"
+#include "fusion/select_new.spirv.h"
+#include "gpu/device_handle.h"
+
+namespace mono3d {
+namespace {
+
+// One invocation per item. Devices take at least 65535 workgroups along an axis: what is more goes
+// on along y, as ItemIndex() of the shaders expects.
+std::array<std::uint32_t, 3> GridFor(const Kernel& kernel, std::uint64_t items) {
+  constexpr std::uint32_t kMaxGroupsAlongX = 32'768;
+  const std::uint32_t groups = DivideRoundingUp(items, kernel.workgroup_size()[0]);
+  const std::uint32_t along_x = std::min(groups, kMaxGroupsAlongX);
+  return {along_x, along_x == 0 ? 0 : DivideRoundingUp(groups, along_x), 1};
+}
+
+}  // namespace
+
+FusionStages::FusionStages(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
+    : prepare_(device, {"fusion/prepare", fusion_prepare_spirv}),
+      associate_(device, {"fusion/associate", fusion_associate_spirv}),
+      select_new_(device, {"fusion/select_new", fusion_select_new_spirv}),
+      merge_(device, {"fusion/merge", fusion_merge_spirv}),
+      free_space_(device, {"fusion/free_space", fusion_free_space_spirv}),
+      insert_(device, {"fusion/insert", fusion_insert_spirv}) {
+  if (allow_int64_atomics && Limits(*device).has_int64_atomics) {
+    index_map_.emplace(device, KernelSource{"fusion/index_map", fusion_index_map_spirv});
+  } else {
+    index_map_depth_.emplace(device,
+                             KernelSource{"fusion/index_map_depth", fusion_index_map_depth_spirv});
+    index_map_id_.emplace(device, KernelSource{"fusion/index_map_id", fusion_index_map_id_spirv});
+  }
+}
+
+void FusionStages::Prepare(Recorder& recorder, const ViewParams& params,
+                           const DepthMapBuffers& map) const {
+  recorder.Dispatch(prepare_, {map.depth, map.normal_confidence, map.candidate}, params,
+                    GridFor(prepare_, map.num_pixels()));
+}
+
+void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
+                             const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+  recorder.Dispatch(associate_,
+                    {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
+                     surfels.association()},
+                    params, GridFor(associate_, params.num_surfels));
+}
+
+void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
+                                const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+  recorder.Fill(map.index_map, 0xFFFFFFFFU);
+  const auto draw = [&](const Kernel& kernel) {
+    recorder.Dispatch(
+        kernel,
+        {surfels.position_radius(), surfels.normal_weight(), surfels.association(), map.index_map},
+        params, GridFor(kernel, params.num_surfels));
+  };
+  if (index_map_) {
+    draw(*index_map_);
+  } else {
+    draw(*index_map_depth_);
+    draw(*index_map_id_);
+  }
+}
+
+void FusionStages::SelectNew(Recorder& recorder, const ViewParams& params,
+                             const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+  recorder.Fill(map.selected, 0);
+  recorder.Dispatch(
+      select_new_, {map.depth, map.candidate, map.index_map, surfels.normal_weight(), map.selected},
+      params, GridFor(select_new_, map.num_pixels()));
+}
+
+void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
+                         const SurfelStorage& surfels) const {
+  recorder.Dispatch(merge_,
+                    {surfels.association(), map.depth, map.candidate, map.colour,
+                     surfels.position_radius(), surfels.normal_weight(), surfels.history(),
+                     surfels.position_radius(), surfels.normal_weight(), surfels.history()},
+                    params, GridFor(merge_, params.num_surfels));
+}
+
+void FusionStages::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
+                                  const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+  recorder.Fill(map.num_removed, 0);
+  recorder.Dispatch(free_space_,
+                    {surfels.association(), surfels.history(), surfels.normal_weight(),
+                     surfels.history(), map.num_removed},
+                    params, GridFor(free_space_, params.num_surfels));
+}
+
+void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
+                          const SurfelStorage& surfels) const {
+  recorder.Dispatch(insert_,
+                    {map.depth, map.candidate, map.colour, map.selected, map.num_before,
+                     surfels.position_radius(), surfels.normal_weight(), surfels.history()},
+                    params, GridFor(insert_, map.num_pixels()));
+}
+
+}  // namespace mono3d

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace mono3d {
+
+// A surfel as it lies in the three buffers of the model; shaders/fusion/surfel.glsl is the same for
+// the kernels. 48 bytes.
+struct Surfels {
+  using Float4 = std::array<float, 4>;
+  using Uint4 = std::array<std::uint32_t, 4>;
+
+  std::vector<Float4> position_radius;  // xyz in the world, su; radius, su
+  // Unit normal in the world, outwards; weight = information on depth, 1/su^2; 0: removed.
+  std::vector<Float4> normal_weight;
+  // x: colour, 10 bits each of red, green, blue, red lowest.
+  // y: depth maps that confirm it (low 16 bits), that see through it (high 16 bits).
+  // z: first (low) and last (high) depth map that saw it.
+  // w: depth map to which it is anchored (low), sum of confidences * 256 (high).
+  std::vector<Uint4> history;
+
+  std::size_t size() const { return position_radius.size(); }
+  void resize(std::size_t size) {
+    position_radius.resize(size);
+    normal_weight.resize(size);
+    history.resize(size);
+  }
+};
+
+inline constexpr std::size_t kBytesPerSurfel = 3 * sizeof(Surfels::Float4);
+static_assert(kBytesPerSurfel == 48 && sizeof(Surfels::Uint4) == sizeof(Surfels::Float4));
+
+inline std::uint32_t Low16(std::uint32_t packed) { return packed & 0xFFFFU; }
+inline std::uint32_t High16(std::uint32_t packed) { return packed >> 16; }
+
+inline bool IsRemoved(const Surfels& surfels, std::size_t i) {
+  return surfels.normal_weight[i][3] <= 0;
+}
+
+// The history of a surfel counts depth maps in 16 bits.
+inline constexpr std::uint32_t kMaxDepthMaps = 0xFFFF;
+
+// What an association says when it is not the number of the confirming pixel.
+inline constexpr std::uint32_t kUnseen = 0xFFFFFFFFU;
+inline constexpr std::uint32_t kSeenThrough = 0xFFFFFFFEU;
+
+// Cells of the index map per pixel, along each axis.
+inline constexpr int kIndexCellsPerPixel = 2;
+
+}  // namespace mono3d

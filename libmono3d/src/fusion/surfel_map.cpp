@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/fusion/surfel_map.h"
+
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "fusion/depth_map_buffers.h"
+#include "fusion/fusion_stages.h"
+#include "fusion/selection.h"
+#include "fusion/surfel_export.h"
+#include "fusion/surfel_storage.h"
+#include "fusion/view.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+// Gaps cost time in every stage over the surfels; one slot in four is worth a copy of the model.
+constexpr std::uint32_t kMaxRemovedShare = 4;
+
+void RequireUsable(const DepthMap& map) {
+  Validate(map);
+  if (map.camera.HasDistortion()) {
+    throw Error(ErrorParts{.what = "camera with distortion",
+                           .where = "depth map",
+                           .expected = "an undistorted depth map",
+                           .found = {}});
+  }
+  if (!map.T_world_cam.Matrix().allFinite()) {
+    throw Error(ErrorParts{
+        .what = "pose is not finite", .where = "depth map", .expected = {}, .found = {}});
+  }
+}
+
+class VulkanSurfelMap : public SurfelMap {
+ public:
+  VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
+                  StageTimes* times)
+      : device_(std::move(device)),
+        options_(options),
+        times_(times),
+        stages_(device_),
+        recorder_(device_),
+        surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)) {}
+
+  FusionResult Integrate(const DepthMap& map) override;
+
+  PointCloud Export(int min_observations) const override {
+    return ToPointCloud(surfels_.Download(), min_observations);
+  }
+
+  std::int64_t num_surfels() const override {
+    return std::int64_t{surfels_.size()} - surfels_.num_removed();
+  }
+
+ private:
+  FusionResult Rejected(const DepthMap& map, std::string reason) const;
+  void Upload(const DepthMap& map, const PackedDepthMap& packed);
+  Selection Associate(const ViewParams& params);
+  std::uint32_t Update(const ViewParams& params, const Selection& selection);
+  bool MakeRoom(std::uint32_t num_new);
+
+  std::shared_ptr<Device> device_;
+  SurfelMapOptions options_;
+  StageTimes* times_;
+  FusionStages stages_;
+  Recorder recorder_;
+  SurfelStorage surfels_;
+  DepthMapBuffers buffers_;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  std::optional<int> map_id_;         // of the first depth map
+  std::uint32_t num_depth_maps_ = 0;  // fused so far
+};
+
+// Paper, section 3.3, at the pose that the depth map comes with.
+FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
+  const ScopedStageTimer timer(times_, "fusion/integrate");
+  RequireUsable(map);
+  if (map_id_ && *map_id_ != map.map_id) {
+    return Rejected(map, "map " + std::to_string(map.map_id) +
+                             " of the tracker has nothing in common with map " +
+                             std::to_string(*map_id_) + " of the model");
+  }
+  if (num_depth_maps_ >= kMaxDepthMaps)
+    return Rejected(map, "model is full: it has the most depth maps it can count");
+  const PackedDepthMap packed = Pack(map);
+  if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
+
+  Upload(map, packed);
+  // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
+  if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
+  const Selection selection =
+      Associate(MakeViewParams(map, options_, surfels_.size(), num_depth_maps_));
+  if (!MakeRoom(selection.num_selected)) {
+    return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
+                             std::to_string(selection.num_selected) + " new ones, room for " +
+                             std::to_string(surfels_.max_size()));
+  }
+  const std::uint32_t num_removed =
+      Update(MakeViewParams(map, options_, surfels_.size(), num_depth_maps_), selection);
+  surfels_.Update(selection.num_selected, num_removed);
+  if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
+  map_id_ = map.map_id;
+  ++num_depth_maps_;
+
+  FusionResult result;
+  result.status = FusionStatus::kFused;
+  result.T_world_cam = map.T_world_cam;
+  result.num_merged = packed.num_candidates - selection.num_selected;
+  result.num_inserted = selection.num_selected;
+  result.num_removed = num_removed;
+  result.num_surfels = num_surfels();
+  return result;
+}
+
+FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) const {
+  FusionResult result;
+  result.reason = std::move(reason);
+  result.T_world_cam = map.T_world_cam;
+  result.num_surfels = num_surfels();
+  return result;
+}
+
+void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) {
+  if (map.camera.width != width_px_ || map.camera.height != height_px_) {
+    buffers_ = DepthMapBuffers(device_, map.camera.width, map.camera.height);
+    width_px_ = map.camera.width;
+    height_px_ = map.camera.height;
+  }
+  buffers_.Upload(packed);
+}
+
+// What the depth map says of each surfel, and which of its pixels are new. Leaves the model alone.
+Selection VulkanSurfelMap::Associate(const ViewParams& params) {
+  stages_.Prepare(recorder_, params, buffers_);
+  stages_.Associate(recorder_, params, buffers_, surfels_);
+  stages_.DrawIndexMap(recorder_, params, buffers_, surfels_);
+  stages_.SelectNew(recorder_, params, buffers_, surfels_);
+  recorder_.Submit(times_);
+  return CountSelected(buffers_.selected.Download<std::uint32_t>());
+}
+
+// Returns the number of surfels removed.
+std::uint32_t VulkanSurfelMap::Update(const ViewParams& params, const Selection& selection) {
+  buffers_.num_before.Upload(std::span<const std::uint32_t>(selection.num_before));
+  stages_.Merge(recorder_, params, buffers_, surfels_);
+  stages_.ClearFreeSpace(recorder_, params, buffers_, surfels_);
+  stages_.Insert(recorder_, params, buffers_, surfels_);
+  recorder_.Submit(times_);
+  return buffers_.num_removed.Download<std::uint32_t>().front();
+}
+
+bool VulkanSurfelMap::MakeRoom(std::uint32_t num_new) {
+  if (surfels_.max_size() - surfels_.size() < num_new) return false;
+  surfels_.Reserve(recorder_, surfels_.size() + num_new);
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<SurfelMap> CreateSurfelMap(std::shared_ptr<Device> device,
+                                           const SurfelMapOptions& options, StageTimes* times) {
+  options.Validate();
+  return std::make_unique<VulkanSurfelMap>(std::move(device), options, times);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/surfel_storage.h"
+
+#include <algorithm>
+#include <cassert>
+#include <span>
+#include <utility>
+
+#include "gpu/device_handle.h"
+
+namespace mono3d {
+namespace {
+
+// Capacities are multiples of this: buffers of whole MiB.
+constexpr std::uint32_t kCapacityStep = 65'536;
+
+std::uint32_t MaxSurfels(const Device& device, std::uint32_t wanted) {
+  const DeviceLimits& limits = Limits(device);
+  const std::uint64_t per_buffer = std::min<std::uint64_t>(
+      limits.max_storage_buffer_bytes / sizeof(Surfels::Float4), limits.max_texel_buffer_elements);
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, per_buffer));
+}
+
+}  // namespace
+
+SurfelStorage::SurfelStorage(std::shared_ptr<Device> device, std::uint32_t max_surfels)
+    : device_(std::move(device)), max_size_(MaxSurfels(*device_, max_surfels)) {
+  Allocate(std::min(kCapacityStep, max_size_));
+}
+
+void SurfelStorage::Allocate(std::uint32_t capacity) {
+  const std::size_t bytes = std::size_t{capacity} * sizeof(Surfels::Float4);
+  position_radius_ = Buffer(device_, bytes, "fusion/position_radius");
+  normal_weight_ = Buffer(device_, bytes, "fusion/normal_weight");
+  history_ = Buffer(device_, bytes, "fusion/history");
+  association_ = Buffer(device_, std::size_t{capacity} * 4, "fusion/association");
+  capacity_ = capacity;
+}
+
+void SurfelStorage::Reserve(Recorder& recorder, std::uint32_t size) {
+  assert(size <= max_size_);
+  if (size <= capacity_) return;
+  // By half at least, so that a growing model is copied a bounded number of times.
+  const std::uint64_t wanted = std::max<std::uint64_t>(size, std::uint64_t{capacity_} * 3 / 2);
+  const std::uint64_t rounded = (wanted + kCapacityStep - 1) / kCapacityStep * kCapacityStep;
+
+  const auto grow = [&](Buffer& buffer, std::size_t element_bytes, std::uint32_t capacity) {
+    Buffer larger(device_, element_bytes * capacity, buffer.name());
+    if (size_ > 0) recorder.Copy(buffer, 0, larger, 0, element_bytes * size_);
+    return larger;
+  };
+  const auto capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(rounded, max_size_));
+  Buffer position_radius = grow(position_radius_, sizeof(Surfels::Float4), capacity);
+  Buffer normal_weight = grow(normal_weight_, sizeof(Surfels::Float4), capacity);
+  Buffer history = grow(history_, sizeof(Surfels::Uint4), capacity);
+  Buffer association = grow(association_, sizeof(std::uint32_t), capacity);
+  recorder.Submit();
+  position_radius_ = std::move(position_radius);
+  normal_weight_ = std::move(normal_weight);
+  history_ = std::move(history);
+  association_ = std::move(association);
+  capacity_ = capacity;
+}
+
+void SurfelStorage::Update(std::uint32_t num_inserted, std::uint32_t num_removed) {
+  size_ += num_inserted;
+  num_removed_ += num_removed;
+  assert(size_ <= capacity_ && num_removed_ <= size_);
+}
+
+// On the host: it happens once in many depth maps, and costs a copy of the model.
+void SurfelStorage::Compact() {
+  if (num_removed_ == 0) return;
+  Surfels surfels = Download();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    if (IsRemoved(surfels, i)) continue;
+    surfels.position_radius[kept] = surfels.position_radius[i];
+    surfels.normal_weight[kept] = surfels.normal_weight[i];
+    surfels.history[kept] = surfels.history[i];
+    ++kept;
+  }
+  surfels.resize(kept);
+  Upload(surfels);
+}
+
+Surfels SurfelStorage::Download() const {
+  Surfels surfels;
+  surfels.resize(size_);
+  position_radius_.Download(std::span(surfels.position_radius));
+  normal_weight_.Download(std::span(surfels.normal_weight));
+  history_.Download(std::span(surfels.history));
+  return surfels;
+}
+
+void SurfelStorage::Upload(const Surfels& surfels) {
+  assert(surfels.size() <= capacity_);
+  position_radius_.Upload(std::span<const Surfels::Float4>(surfels.position_radius));
+  normal_weight_.Upload(std::span<const Surfels::Float4>(surfels.normal_weight));
+  history_.Upload(std::span<const Surfels::Uint4>(surfels.history));
+  size_ = static_cast<std::uint32_t>(surfels.size());
+  num_removed_ = 0;
+}
+
+}  // namespace mono3d

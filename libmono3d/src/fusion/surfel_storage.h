@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "fusion/surfel.h"
+#include "gpu/buffer.h"
+#include "gpu/recorder.h"
+
+namespace mono3d {
+
+// The surfels of the model on the device, one buffer per field of Surfels, growing in steps.
+// Slots 0 to size() - 1 are in use; removed surfels keep theirs until Compact().
+class SurfelStorage {
+ public:
+  // Never holds more than `max_surfels`, nor more than one buffer of the device does.
+  SurfelStorage(std::shared_ptr<Device> device, std::uint32_t max_surfels);
+
+  std::uint32_t size() const { return size_; }
+  std::uint32_t max_size() const { return max_size_; }
+  std::uint32_t num_removed() const { return num_removed_; }
+
+  const Buffer& position_radius() const { return position_radius_; }
+  const Buffer& normal_weight() const { return normal_weight_; }
+  const Buffer& history() const { return history_; }
+  const Buffer& association() const { return association_; }  // uint per slot, for the stages
+
+  // Makes room for slots up to `size`, at most max_size(). What is there stays.
+  void Reserve(Recorder& recorder, std::uint32_t size);
+  // The stages have filled `num_inserted` slots behind the others, and emptied `num_removed`.
+  void Update(std::uint32_t num_inserted, std::uint32_t num_removed);
+  // Closes the gaps that removed surfels left, keeping the order.
+  void Compact();
+
+  Surfels Download() const;
+  void Upload(const Surfels& surfels);  // replaces all; within the reserved room
+
+ private:
+  void Allocate(std::uint32_t capacity);
+
+  std::shared_ptr<Device> device_;
+  std::uint32_t max_size_;
+  std::uint32_t capacity_ = 0;
+  std::uint32_t size_ = 0;
+  std::uint32_t num_removed_ = 0;
+  Buffer position_radius_;
+  Buffer normal_weight_;
+  Buffer history_;
+  Buffer association_;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// Where a surfel falls in the index map: the model drawn into the camera of the depth map, with
+// kIndexCellsPerPixel cells per pixel, the nearest surfel in each cell. Surfels that face away, and
+// those that the depth map sees through, are not drawn.
+#include "fusion/view.glsl"
+
+layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
+layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
+layout(binding = 2, r32ui) uniform readonly uimageBuffer association;       // per surfel
+
+const uint kNoCell = 0xFFFFFFFFu;
+
+// The cell of surfel i and its depth, as bits that order like the positive number they are.
+uint IndexCell(uint i, out uint depth_bits) {
+  depth_bits = 0u;
+  const vec4 surfel_normal = imageLoad(normal_weight, int(i));
+  if (surfel_normal.w <= 0.0 || imageLoad(association, int(i)).x == kSeenThrough) return kNoCell;
+  const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
+  if (p_cam.z <= 0.0 || Dot(DirectionToCamera(surfel_normal.xyz), p_cam) >= 0.0) return kNoCell;
+  precise vec2 cell = floor((Project(p_cam) + 0.5) * float(kIndexCellsPerPixel));
+  const uint width = params.width_px * kIndexCellsPerPixel;
+  const uint height = params.height_px * kIndexCellsPerPixel;
+  if (any(lessThan(cell, vec2(0.0))) || cell.x >= float(width) || cell.y >= float(height)) return kNoCell;
+  depth_bits = floatBitsToUint(p_cam.z);
+  return uint(cell.y) * width + uint(cell.x);
+}

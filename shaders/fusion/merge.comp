@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// Each surfel that a pixel confirms takes up what the pixel says, by its weight. It moves along the
+// ray of this view only: errors of depth lie along rays, and surfels keep their spacing. Inverse
+// depth is averaged, in which matching errors are symmetric.
+#include "fusion/surfel.glsl"
+#include "fusion/view.glsl"
+
+layout(binding = 0, r32ui) uniform readonly uimageBuffer association;          // per surfel
+layout(binding = 1, r32f) uniform readonly imageBuffer depth;                  // su, height x width
+layout(binding = 2, rgba32f) uniform readonly imageBuffer candidate;           // per pixel
+layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;               // per pixel, 0xBBGGRR
+layout(binding = 4, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel, as
+layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;    // the three below
+layout(binding = 6, rgba32ui) uniform readonly uimageBuffer old_history;
+layout(binding = 7, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 8, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 9, std430) writeonly buffer History { uvec4 history[]; };
+
+uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
+  const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
+  return uvec4(PackColour(mix(UnpackColour(old.x), measured, share)),
+               Pack16(Low16(old.y) + 1u, High16(old.y)), Pack16(Low16(old.z), params.map_index),
+               Pack16(Low16(old.w), High16(old.w) + ConfidenceSteps(confidence)));
+}
+
+void main() {
+  const uint i = ItemIndex();
+  if (i >= params.num_surfels) return;
+  const uint pixel = imageLoad(association, int(i)).x;
+  if (pixel == kUnseen || pixel == kSeenThrough) return;
+
+  const vec4 measured_normal = imageLoad(candidate, int(pixel));
+  const float measured_depth = imageLoad(depth, int(pixel)).x;
+  const vec4 old_normal = imageLoad(old_normal_weight, int(i));
+  const vec4 old_position = imageLoad(old_position_radius, int(i));
+  const vec3 p_cam = PointToCamera(old_position.xyz);
+  const vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
+  const vec3 pixel_ray = Ray(vec2(float(pixel % params.width_px), float(pixel / params.width_px)));
+
+  const float w = 1.0 / p_cam.z;
+  const float measured =
+      TangentPlaneInverseDepth(measured_normal.xyz, pixel_ray, 1.0 / measured_depth, ray);
+  // Information on depth, 1/su^2: sigma(z) = sigma(w) z^2.
+  const float sigma = InverseDepthSigma(measured) / (measured * measured);
+  const float weight = measured_normal.w / (sigma * sigma);
+  const float share = weight / (weight + old_normal.w);
+  // In inverse depth information is z^4 times as much.
+  const float ratio = w / measured;
+  const float weight_here = weight * ratio * ratio * ratio * ratio;
+  const float share_in_inverse_depth = weight_here / (weight_here + old_normal.w);
+  const float merged = mix(w, measured, share_in_inverse_depth);
+
+  const vec3 normal = mix(old_normal.xyz, DirectionToWorld(measured_normal.xyz), share);
+  const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray);
+  position_radius[i] = vec4(PointToWorld(ray / merged), min(old_position.w, radius));
+  normal_weight[i] = vec4(normalize(normal), old_normal.w + weight);
+  history[i] = MergedHistory(imageLoad(old_history, int(i)), pixel, share, measured_normal.w);
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// Geometry of one depth map. `precise` keeps the compiler from fusing multiplications and additions,
+// so that each device decides as the plain reference does.
+#include "fusion/view.params.h"
+
+layout(local_size_x = 64) in;
+
+// Values of a surfel's association; any other is the index of the pixel that confirms it.
+const uint kUnseen = 0xFFFFFFFFu;
+const uint kSeenThrough = 0xFFFFFFFEu;
+
+// Cells of the index map per pixel, along each axis.
+const uint kIndexCellsPerPixel = 2u;
+
+// Longest axis of a surfel over its shortest: a disc seen at 75 degrees.
+const float kMaxElongation = 4.0;
+const float kSqrt2 = 1.41421356;
+
+// The item of this invocation: more workgroups than a device takes along x continue along y.
+uint ItemIndex() {
+  return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x +
+         gl_LocalInvocationID.x;
+}
+
+float Dot(vec3 a, vec3 b) {
+  precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+
+vec3 DirectionToCamera(vec3 v) {
+  return vec3(Dot(vec3(params.cam_from_world[0], params.cam_from_world[1], params.cam_from_world[2]), v),
+              Dot(vec3(params.cam_from_world[4], params.cam_from_world[5], params.cam_from_world[6]), v),
+              Dot(vec3(params.cam_from_world[8], params.cam_from_world[9], params.cam_from_world[10]), v));
+}
+
+vec3 DirectionToWorld(vec3 v) {
+  return vec3(Dot(vec3(params.cam_from_world[0], params.cam_from_world[4], params.cam_from_world[8]), v),
+              Dot(vec3(params.cam_from_world[1], params.cam_from_world[5], params.cam_from_world[9]), v),
+              Dot(vec3(params.cam_from_world[2], params.cam_from_world[6], params.cam_from_world[10]), v));
+}
+
+vec3 Translation() {
+  return vec3(params.cam_from_world[3], params.cam_from_world[7], params.cam_from_world[11]);
+}
+
+vec3 PointToCamera(vec3 p_world) {
+  precise vec3 p = DirectionToCamera(p_world) + Translation();
+  return p;
+}
+
+vec3 PointToWorld(vec3 p_cam) {
+  precise vec3 centred = p_cam - Translation();
+  return DirectionToWorld(centred);
+}
+
+vec2 Project(vec3 p_cam) {
+  precise vec2 pixel =
+      vec2(params.fx * (p_cam.x / p_cam.z) + params.cx, params.fy * (p_cam.y / p_cam.z) + params.cy);
+  return pixel;
+}
+
+// The point at z = 1 on the ray of a pixel.
+vec3 Ray(vec2 pixel) {
+  precise vec3 ray = vec3((pixel.x - params.cx) / params.fx, (pixel.y - params.cy) / params.fy, 1.0);
+  return ray;
+}
+
+float InverseDepthSigma(float inverse_depth) {
+  return max(params.inverse_depth_sigma, params.relative_sigma * inverse_depth);
+}
+
+// How far two inverse depths, in units of one sigma of their difference, may lie apart: the one
+// measured, the other of a surfel of this weight (its information on depth, 1/su^2).
+// sigma(w) = sigma(z) * w^2 for the surfel.
+float JointSigma(float measured_inverse_depth, float surfel_inverse_depth, float surfel_weight) {
+  precise float measured = InverseDepthSigma(measured_inverse_depth);
+  precise float of_surfel = surfel_inverse_depth * surfel_inverse_depth / sqrt(surfel_weight);
+  precise float joint = sqrt(measured * measured + of_surfel * of_surfel);
+  return joint;
+}
+
+// Inverse depth at which `ray` meets the tangent plane of a measurement: on a plane n.p = c inverse
+// depth is n.ray / c. Beyond the horizon of the plane, and where the pixel sees it edge-on, the
+// measurement itself.
+float TangentPlaneInverseDepth(vec3 n_cam, vec3 measured_ray, float measured_inverse_depth, vec3 ray) {
+  precise float at_measurement = Dot(n_cam, measured_ray);
+  precise float along_ray = Dot(n_cam, ray);
+  if (at_measurement > -1e-3 || along_ray > -1e-3) return measured_inverse_depth;
+  precise float inverse_depth = measured_inverse_depth * (along_ray / at_measurement);
+  return inverse_depth;
+}
+
+// Radius of the surfel of a pixel, in su: half the diagonal of its footprint, twice over so that
+// neighbouring discs overlap, and stretched on slanted surfaces.
+float SurfelRadius(float depth, vec3 n_cam, vec3 ray) {
+  precise float cosine = -Dot(n_cam, ray) / sqrt(Dot(ray, ray));
+  precise float radius = kSqrt2 * depth / min(params.fx, params.fy) / max(cosine, 1.0 / kMaxElongation);
+  return radius;
+}

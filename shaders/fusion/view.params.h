@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// One depth map as every stage of fusion sees it: its camera, its pose, and what counts as equal.
+#ifndef MONO3D_FUSION_VIEW_PARAMS_H
+#define MONO3D_FUSION_VIEW_PARAMS_H
+#include "common/params.h"
+
+MONO3D_PARAMS_BEGIN(ViewParams)
+uint width_px;
+uint height_px;
+float fx;
+float fy;
+float cx;
+float cy;
+float cam_from_world[12];  // T_cam_world, rows of [R | t]
+// The error of a measured inverse depth w is max(inverse_depth_sigma, relative_sigma * w), in 1/su.
+float inverse_depth_sigma;
+float relative_sigma;
+float association_sigmas;
+float free_space_sigmas;
+float min_normal_cosine;
+float max_slope_per_px;  // relative change of depth from pixel to pixel on the steepest surface
+uint num_surfels;        // slots in use before this map
+uint map_index;          // 0 for the first map of the model
+MONO3D_PARAMS_END
+
+#endif

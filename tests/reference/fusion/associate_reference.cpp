@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reference/fusion/fusion_reference.h"
+#include "reference/fusion/view_reference.h"
+
+namespace mono3d::reference {
+namespace {
+
+bool SeenThrough(const ViewParams& view, const PackedDepthMap& map, std::size_t pixel,
+                 float inverse_depth, float weight) {
+  const std::size_t x = pixel % view.width_px;
+  const std::size_t y = pixel / view.width_px;
+  if (x < 1 || y < 1 || x + 1 >= view.width_px || y + 1 >= view.height_px) return false;
+  for (std::size_t row = y - 1; row <= y + 1; ++row) {
+    for (std::size_t col = x - 1; col <= x + 1; ++col) {
+      const float z = map.depth[row * view.width_px + col];
+      if (z <= 0) return false;
+      const float sigma = JointSigma(view, 1 / z, inverse_depth, weight);
+      if (inverse_depth - 1 / z <= view.free_space_sigmas * sigma) return false;
+    }
+  }
+  return true;
+}
+
+std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
+                           const Candidates& candidates, const Surfels& surfels, std::size_t i) {
+  if (IsRemoved(surfels, i)) return kUnseen;
+  const float weight = surfels.normal_weight[i][3];
+  const Vector3f p_cam = PointToCamera(view, Head(surfels.position_radius[i]));
+  const auto pixel = CellOf(view, p_cam, 1);
+  if (!pixel || candidates[*pixel][3] <= 0) return kUnseen;
+
+  const Vector3f measured_normal = Head(candidates[*pixel]);
+  const float measured = 1 / map.depth[*pixel];
+  const float inverse_depth = 1 / p_cam.z();
+  const Vector3f ray(p_cam.x() / p_cam.z(), p_cam.y() / p_cam.z(), 1);
+  const Vector3f pixel_ray = Ray(view, static_cast<float>(*pixel % view.width_px),
+                                 static_cast<float>(*pixel / view.width_px));
+  const float expected = TangentPlaneInverseDepth(measured_normal, pixel_ray, measured, ray);
+  const float sigma = JointSigma(view, measured, inverse_depth, weight);
+  if (std::abs(inverse_depth - expected) <= view.association_sigmas * sigma) {
+    const Vector3f normal = DirectionToCamera(view, Head(surfels.normal_weight[i]));
+    const bool same = Dot(normal, measured_normal) >= view.min_normal_cosine;
+    return same ? static_cast<std::uint32_t>(*pixel) : kUnseen;
+  }
+  return SeenThrough(view, map, *pixel, inverse_depth, weight) ? kSeenThrough : kUnseen;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> Associate(const ViewParams& view, const PackedDepthMap& map,
+                                     const Candidates& candidates, const Surfels& surfels) {
+  std::vector<std::uint32_t> association;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    association.push_back(AssociateOne(view, map, candidates, surfels, i));
+  }
+  return association;
+}
+
+}  // namespace mono3d::reference

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "fusion/depth_map_buffers.h"
+#include "fusion/selection.h"
+#include "fusion/surfel.h"
+#include "fusion/view.params.h"
+
+// The stages of fusion without a device, one loop each. Arrays as the stages have them.
+namespace mono3d::reference {
+
+using Candidates = std::vector<std::array<float, 4>>;  // per pixel: normal in camera, confidence
+
+struct IndexCell {
+  std::uint32_t surfel = 0xFFFFFFFFU;
+  std::uint32_t depth_bits = 0xFFFFFFFFU;
+  bool operator==(const IndexCell&) const = default;
+};
+
+Candidates Prepare(const ViewParams& view, const PackedDepthMap& map);
+
+std::vector<std::uint32_t> Associate(const ViewParams& view, const PackedDepthMap& map,
+                                     const Candidates& candidates, const Surfels& surfels);
+
+std::vector<IndexCell> DrawIndexMap(const ViewParams& view, const Surfels& surfels,
+                                    const std::vector<std::uint32_t>& association);
+
+std::vector<std::uint32_t> SelectNew(const ViewParams& view, const PackedDepthMap& map,
+                                     const Candidates& candidates,
+                                     const std::vector<IndexCell>& index_map,
+                                     const Surfels& surfels);
+
+void Merge(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
+           const std::vector<std::uint32_t>& association, Surfels& surfels);
+
+// Returns the number of surfels removed.
+std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint32_t>& association,
+                             Surfels& surfels);
+
+// Appends a surfel for each selected pixel.
+void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
+            const std::vector<std::uint32_t>& selected, Surfels& surfels);
+
+// All of them: one depth map into the model.
+void Integrate(const ViewParams& view, const PackedDepthMap& map, Surfels& surfels);
+
+}  // namespace mono3d::reference

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <algorithm>
+#include <cmath>
+
+#include "reference/fusion/fusion_reference.h"
+#include "reference/fusion/view_reference.h"
+
+namespace mono3d::reference {
+namespace {
+
+std::uint32_t Pack16(std::uint32_t low, std::uint32_t high) {
+  return std::min(low, 0xFFFFU) | (std::min(high, 0xFFFFU) << 16);
+}
+
+std::uint32_t ConfidenceSteps(float confidence) {
+  return static_cast<std::uint32_t>(confidence * 256 + 0.5F);
+}
+
+Vector3f RayOfPixel(const ViewParams& view, std::size_t pixel) {
+  return Ray(view, static_cast<float>(pixel % view.width_px),
+             static_cast<float>(pixel / view.width_px));
+}
+
+Surfels::Float4 Join(const Vector3f& v, float w) { return {v.x(), v.y(), v.z(), w}; }
+
+// Each channel of 8 bits in `measured`, of 10 in the rest.
+std::uint32_t MixColour(std::uint32_t old, std::uint32_t measured, float share) {
+  std::uint32_t mixed = 0;
+  for (unsigned channel = 0; channel < 3; ++channel) {
+    const auto a = static_cast<float>((old >> (10 * channel)) & 0x3FFU);
+    const auto b = static_cast<float>(((measured >> (8 * channel)) & 0xFFU) * 4);
+    mixed |= static_cast<std::uint32_t>(a * (1 - share) + b * share + 0.5F) << (10 * channel);
+  }
+  return mixed;
+}
+
+void MergeOne(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
+              std::size_t pixel, Surfels& surfels, std::size_t i) {
+  auto& position = surfels.position_radius[i];
+  auto& normal = surfels.normal_weight[i];
+  auto& history = surfels.history[i];
+  const Vector3f p_cam = PointToCamera(view, Head(position));
+  const Vector3f ray(p_cam.x() / p_cam.z(), p_cam.y() / p_cam.z(), 1);
+  const Vector3f pixel_ray = RayOfPixel(view, pixel);
+  const Vector3f n_measured = Head(candidates[pixel]);
+  const float confidence = candidates[pixel][3];
+
+  const double w = 1.0 / p_cam.z();
+  const double measured =
+      TangentPlaneInverseDepth(n_measured, pixel_ray, 1 / map.depth[pixel], ray);
+  const double sigma =
+      InverseDepthSigma(view, static_cast<float>(measured)) / (measured * measured);
+  const double weight = confidence / (sigma * sigma);
+  // Information on inverse depth is that on depth times z^4.
+  const double of_surfel = normal[3] / std::pow(w, 4);
+  const double of_pixel = weight / std::pow(measured, 4);
+  const double merged = (w * of_surfel + measured * of_pixel) / (of_surfel + of_pixel);
+  const auto share = static_cast<float>(weight / (weight + normal[3]));
+
+  position =
+      Join(PointToWorld(view, ray / static_cast<float>(merged)),
+           std::min(position[3], SurfelRadius(view, map.depth[pixel], n_measured, pixel_ray)));
+  const Vector3f n = (1 - share) * Head(normal) + share * DirectionToWorld(view, n_measured);
+  normal = Join(n.normalized(), normal[3] + static_cast<float>(weight));
+  history = {MixColour(history[0], map.colour[pixel], share),
+             Pack16(Low16(history[1]) + 1, High16(history[1])),
+             Pack16(Low16(history[2]), view.map_index),
+             Pack16(Low16(history[3]), High16(history[3]) + ConfidenceSteps(confidence))};
+}
+
+}  // namespace
+
+void Merge(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
+           const std::vector<std::uint32_t>& association, Surfels& surfels) {
+  for (std::size_t i = 0; i < association.size(); ++i) {
+    if (association[i] == kUnseen || association[i] == kSeenThrough) continue;
+    MergeOne(view, map, candidates, association[i], surfels, i);
+  }
+}
+
+std::uint32_t ClearFreeSpace(const ViewParams& /*view*/,
+                             const std::vector<std::uint32_t>& association, Surfels& surfels) {
+  std::uint32_t num_removed = 0;
+  for (std::size_t i = 0; i < association.size(); ++i) {
+    if (association[i] != kSeenThrough) continue;
+    auto& counts = surfels.history[i][1];
+    counts = Pack16(Low16(counts), High16(counts) + 1);
+    if (High16(counts) < Low16(counts)) continue;
+    surfels.normal_weight[i] = {0, 0, 0, 0};
+    ++num_removed;
+  }
+  return num_removed;
+}
+
+void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
+            const std::vector<std::uint32_t>& selected, Surfels& surfels) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if ((selected[i / 32] >> (i % 32) & 1U) == 0) continue;
+    const float z = map.depth[i];
+    const Vector3f n = Head(candidates[i]);
+    const float confidence = candidates[i][3];
+    const Vector3f ray = RayOfPixel(view, i);
+    const float sigma = InverseDepthSigma(view, 1 / z) * z * z;
+    surfels.position_radius.push_back(
+        Join(PointToWorld(view, ray * z), SurfelRadius(view, z, n, ray)));
+    surfels.normal_weight.push_back(Join(DirectionToWorld(view, n), confidence / (sigma * sigma)));
+    surfels.history.push_back({MixColour(0, map.colour[i], 1), Pack16(1, 0),
+                               Pack16(view.map_index, view.map_index),
+                               Pack16(view.map_index, ConfidenceSteps(confidence))});
+  }
+}
+
+void Integrate(const ViewParams& view, const PackedDepthMap& map, Surfels& surfels) {
+  const Candidates candidates = Prepare(view, map);
+  const auto association = Associate(view, map, candidates, surfels);
+  const auto index_map = DrawIndexMap(view, surfels, association);
+  const auto selected = SelectNew(view, map, candidates, index_map, surfels);
+  Merge(view, map, candidates, association, surfels);
+  ClearFreeSpace(view, association, surfels);
+  Insert(view, map, candidates, selected, surfels);
+}
+
+}  // namespace mono3d::reference
