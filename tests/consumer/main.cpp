@@ -4,6 +4,7 @@
 // Uses something of every stage, so that a library that was installed without one does not link.
 
 #include <mono3d/core/error.h>
+#include <mono3d/core/version.h>
 #include <mono3d/depth/depth_estimator.h>
 #include <mono3d/fusion/surfel_map.h>
 #include <mono3d/geometry/pose.h>
@@ -53,6 +54,6 @@ int main() {
     return 1;
   }
   if (!OpensNothingThatIsNotThere()) return 1;
-  std::cout << "mono3d " << FOUND_VERSION << '\n';
+  std::cout << "mono3d " << mono3d::Version() << '\n';
   return 0;
 }
