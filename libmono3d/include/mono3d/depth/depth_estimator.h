@@ -20,9 +20,10 @@ struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
   std::string reason;       // why there is no depth: "no baseline between the images"
   DepthMap map;             // empty images when rejected
-  int num_planes = 0;       // of the sweep on the coarsest level
+  int level = 0;            // of the pyramid on which the planes were swept
+  int num_planes = 0;       // of the sweep
   double min_depth_su = 0;  // range of the sweep
-  double max_depth_su = 0;
+  double max_depth_su = 0;  // infinite when the farthest plane is at infinity
 };
 
 // Depth of the middle image of a bundle (paper, section 3.2).
@@ -34,23 +35,59 @@ class DepthEstimator {
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;
 };
 
-struct PlaneSweepOptions {
-  double min_depth_su = 0;  // 0: from the sparse points, else from the baseline
-  double max_depth_su = 0;
+struct PyramidOptions {
+  // Halvings of the images before the sweep; a coarser level is taken when the planes do not fit
+  // into the device's buffers.
+  int level = 0;
 
   void Visit(OptionVisitor& visit);
 };
 
+struct PlaneSweepOptions {
+  double min_depth_su = 0;  // 0: from the sparse points, else from a first sweep on a coarse level
+  double max_depth_su = 0;
+  int max_planes = 256;
+  bool half_pixel = true;  // look up sources at half pixels
+
+  void Visit(OptionVisitor& visit);
+};
+
+// Penalties in units of half a census bit: matching costs are 0 to 124.
 struct SgmOptions {
-  int p1 = 0;
-  int p2 = 0;
+  int p1 = 10;       // for a step of one plane
+  int p2 = 100;      // for a larger jump between pixels of the same grey value
+  int min_p2 = 20;   // across the strongest edges
+  int gradient = 8;  // grey levels of difference that halve P2
+
+  void Visit(OptionVisitor& visit);
+};
+
+struct WinnerTakesAllOptions {
+  int max_cost = 70;             // of the winning plane, 0 to 124
+  double min_uniqueness = 0.02;  // share by which any plane not next to it must be worse
+
+  void Visit(OptionVisitor& visit);
+};
+
+struct MedianOptions {
+  int min_support = 13;  // of the 25 pixels, how many must agree with their median
+
+  void Visit(OptionVisitor& visit);
+};
+
+struct DogOptions {
+  double min_response = 0.25;  // mean over the census window, grey levels
 
   void Visit(OptionVisitor& visit);
 };
 
 struct DepthEstimatorOptions {
+  PyramidOptions pyramid;
   PlaneSweepOptions plane_sweep;
   SgmOptions sgm;
+  WinnerTakesAllOptions winner_takes_all;
+  MedianOptions median;
+  DogOptions dog;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/depth/depth_estimator.h"
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "depth/buffers.h"
+#include "depth/dog.h"
+#include "depth/matcher.h"
+#include "depth/normals.h"
+#include "depth/padded_image.h"
+#include "depth/pyramid.h"
+#include "depth/sweep_geometry.h"
+#include "depth/sweep_plan.h"
+#include "depth/texture_filter.h"
+#include "depth/upsample.h"
+#include "gpu/device_handle.h"
+#include "gpu/recorder.h"
+
+namespace mono3d {
+namespace {
+
+// A range whose ends are less than this apart in the farthest camera shows nothing but noise.
+constexpr double kLeastMotionPx = 2;
+// Less of the reference in view of any source, halfway through the range, is no overlap.
+constexpr double kLeastVisibleShare = 0.1;
+// The sweep that only looks for the range does so on images of a quarter of the size or less.
+constexpr int kRangeSearchLevel = 2;
+// A map with less of the image than this is what chance leaves of a bundle that does not match.
+constexpr double kLeastDensity = 0.01;
+// Pixels of the census window, 9x7, over which the texture is averaged.
+constexpr double kTextureWindow = 63;
+// dog.comp counts in 1/256 grey level.
+constexpr double kDogUnitsPerGrey = 256;
+
+DepthResult Rejected(std::string reason) {
+  DepthResult result;
+  result.reason = std::move(reason);
+  return result;
+}
+
+class VulkanDepthEstimator final : public DepthEstimator {
+ public:
+  VulkanDepthEstimator(std::shared_ptr<Device> device, const DepthEstimatorOptions& options,
+                       StageTimes* times);
+
+  DepthResult Estimate(const ImageBundle& bundle) override;
+
+ private:
+  void Upload(const ImageBundle& bundle);
+  void RecordPyramid(const LevelSize& full, int level);
+  std::optional<InverseDepthRange> FindRange(const ImageBundle& bundle,
+                                             const SweepGeometry& geometry);
+  std::optional<InverseDepthRange> SearchRange(const SweepGeometry& geometry);
+  SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
+  void RecordRefinement(const CameraModel& camera, const SweepPlan& plan);
+  DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
+
+  std::shared_ptr<Device> device_;
+  DepthEstimatorOptions options_;
+  StageTimes* times_;
+  Recorder recorder_;
+  PyramidStage pyramid_;
+  Matcher matcher_;
+  UpsampleStage upsample_;
+  NormalsStage normals_stage_;
+  DogStage dog_;
+  TextureFilterStage texture_filter_;
+  std::vector<Buffer> levels_;  // of the pyramid: five padded images, the reference first
+  Buffer inverse_depth_;        // these at full resolution
+  Buffer confidence_;
+  Buffer normals_;
+  Buffer response_;
+  Buffer filtered_depth_;
+  Buffer filtered_confidence_;
+};
+
+VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
+                                           const DepthEstimatorOptions& options, StageTimes* times)
+    : device_(std::move(device)),
+      options_(options),
+      times_(times),
+      recorder_(device_),
+      pyramid_(device_),
+      matcher_(device_, options),
+      upsample_(device_),
+      normals_stage_(device_),
+      dog_(device_),
+      texture_filter_(device_) {}
+
+DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
+  Validate(bundle);
+  const ScopedStageTimer timer(times_, "depth/estimate");
+  const SweepGeometry geometry(bundle);
+  if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
+  Upload(bundle);
+  const std::optional<InverseDepthRange> range = FindRange(bundle, geometry);
+  if (!range) return Rejected("the images do not overlap or do not match");
+  if (geometry.VisibleShare(0.5 * (range->farthest + range->nearest)) < kLeastVisibleShare) {
+    return Rejected("the images do not overlap");
+  }
+  const double motion_px =
+      (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
+  if (motion_px < kLeastMotionPx) return Rejected("the baseline is too small for the depth");
+
+  const SweepPlan plan = Plan(geometry, *range, options_.pyramid.level);
+  RecordPyramid(SizeAtLevel(geometry.camera(), 0), plan.level);
+  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
+                  levels_[static_cast<std::size_t>(plan.level)]);
+  RecordRefinement(geometry.camera(), plan);
+  recorder_.Submit(times_);
+
+  DepthResult result;
+  result.level = plan.level;
+  result.num_planes = static_cast<int>(plan.num_planes);
+  result.min_depth_su = 1 / (plan.inverse_depth + plan.step * (plan.num_planes - 1));
+  result.max_depth_su =
+      plan.inverse_depth > 0 ? 1 / plan.inverse_depth : std::numeric_limits<double>::infinity();
+  DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
+  const double density = static_cast<double>(CountEstimates(map)) /
+                         static_cast<double>(SizeAtLevel(geometry.camera(), 0).num_pixels());
+  if (density < kLeastDensity) {
+    result.reason = "no texture, or the images do not match";
+    return result;
+  }
+  result.status = DepthStatus::kEstimated;
+  result.map = std::move(map);
+  return result;
+}
+
+void VulkanDepthEstimator::Upload(const ImageBundle& bundle) {
+  const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
+  const std::size_t image_bytes = 4 * PaddedWords(size);
+  if (levels_.empty()) levels_.emplace_back();
+  Reserve(levels_[0], device_, image_bytes * kBundleSize, "depth/pyramid");
+  std::size_t source = 1;
+  for (std::size_t i = 0; i < kBundleSize; ++i) {
+    const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
+    const std::vector<std::uint32_t> words = PackPadded(ToGrey(bundle.keyframes[i].frame.bgr));
+    levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
+  }
+}
+
+void VulkanDepthEstimator::RecordPyramid(const LevelSize& full, int level) {
+  LevelSize size = full;
+  for (std::size_t fine = 0; fine < static_cast<std::size_t>(level); ++fine) {
+    if (levels_.size() <= fine + 1) levels_.emplace_back();
+    Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * kBundleSize,
+            "depth/pyramid");
+    pyramid_.Record(recorder_, levels_[fine], size, kBundleSize, levels_[fine + 1]);
+    size = size.Halved();
+  }
+}
+
+SweepPlan VulkanDepthEstimator::Plan(const SweepGeometry& geometry, const InverseDepthRange& range,
+                                     int level) const {
+  return PlanSweep(geometry, range,
+                   {.level = level,
+                    .max_planes = static_cast<std::uint32_t>(options_.plane_sweep.max_planes),
+                    .max_buffer_bytes = Limits(*device_).max_storage_buffer_bytes,
+                    .padded_planes = [this](std::uint32_t n) { return matcher_.PaddedPlanes(n); }});
+}
+
+// Of the options, else of the reference's sparse points, else of the other images' points, which
+// see much the same scene from nearly as far; else of a sweep.
+std::optional<InverseDepthRange> VulkanDepthEstimator::FindRange(const ImageBundle& bundle,
+                                                                 const SweepGeometry& geometry) {
+  const PlaneSweepOptions& sweep = options_.plane_sweep;
+  std::optional<InverseDepthRange> range;
+  if (sweep.min_depth_su <= 0 || sweep.max_depth_su <= 0) {
+    range = RangeOfDepths(bundle.reference().sparse_depths_su);
+    if (!range) {
+      std::vector<float> depths;
+      for (const Keyframe& keyframe : bundle.keyframes) {
+        depths.insert(depths.end(), keyframe.sparse_depths_su.begin(),
+                      keyframe.sparse_depths_su.end());
+      }
+      range = RangeOfDepths(depths);
+    }
+    if (!range) range = SearchRange(geometry);
+    if (!range) return std::nullopt;
+  } else {
+    range = InverseDepthRange{};
+  }
+  if (sweep.min_depth_su > 0) range->nearest = 1 / sweep.min_depth_su;
+  if (sweep.max_depth_su > 0) range->farthest = 1 / sweep.max_depth_su;
+  if (range->farthest >= range->nearest) return std::nullopt;
+  return range;
+}
+
+std::optional<InverseDepthRange> VulkanDepthEstimator::SearchRange(const SweepGeometry& geometry) {
+  const std::optional<InverseDepthRange> widest = geometry.WidestRange();
+  if (!widest) return std::nullopt;
+  const SweepPlan plan = Plan(geometry, *widest, kRangeSearchLevel);
+  RecordPyramid(SizeAtLevel(geometry.camera(), 0), plan.level);
+  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
+                  levels_[static_cast<std::size_t>(plan.level)]);
+  recorder_.Submit(times_);
+  std::vector<float> depths(plan.size.num_pixels());
+  matcher_.inverse_depth().Download(std::span<float>(depths));
+  for (float& depth : depths) depth = depth > 0 ? 1 / depth : 0;
+  return RangeOfDepths(depths);
+}
+
+void VulkanDepthEstimator::RecordRefinement(const CameraModel& camera, const SweepPlan& plan) {
+  const LevelSize size = SizeAtLevel(camera, 0);
+  const std::size_t map_bytes = sizeof(float) * size.num_pixels();
+  Reserve(normals_, device_, 3 * map_bytes, "depth/normals");
+  Reserve(response_, device_, 4 * size.num_strided_pixels(), "depth/dog");
+  Reserve(filtered_depth_, device_, map_bytes, "depth/texture_filter");
+  Reserve(filtered_confidence_, device_, map_bytes, "depth/filtered_confidence");
+  const Buffer* inverse_depth = &matcher_.inverse_depth();
+  const Buffer* confidence = &matcher_.confidence();
+  const std::uint32_t factor = 1u << static_cast<unsigned>(plan.level);
+  if (plan.level > 0) {
+    Reserve(inverse_depth_, device_, map_bytes, "depth/upsample");
+    Reserve(confidence_, device_, map_bytes, "depth/upsampled_confidence");
+    // Neighbours on one surface differ by at most a plane each way.
+    upsample_.Record(recorder_,
+                     {plan.size.width_px, plan.size.height_px, size.width_px, size.height_px,
+                      factor, static_cast<float>(2 * plan.step)},
+                     *inverse_depth, *confidence, inverse_depth_, confidence_);
+    inverse_depth = &inverse_depth_;
+    confidence = &confidence_;
+  }
+  normals_stage_.Record(recorder_,
+                        {.width_px = size.width_px,
+                         .height_px = size.height_px,
+                         .fx = static_cast<float>(camera.fx),
+                         .fy = static_cast<float>(camera.fy),
+                         .cx = static_cast<float>(camera.cx),
+                         .cy = static_cast<float>(camera.cy),
+                         .tolerance = static_cast<float>(plan.step / factor)},
+                        *inverse_depth, normals_);
+  dog_.Record(recorder_, levels_[0], size, response_);
+  const double min_sum = options_.dog.min_response * kDogUnitsPerGrey * kTextureWindow;
+  texture_filter_.Record(
+      recorder_, {size.width_px, size.height_px, static_cast<std::uint32_t>(min_sum)}, response_,
+      *inverse_depth, *confidence, filtered_depth_, filtered_confidence_);
+}
+
+DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double largest_baseline_su) {
+  const Keyframe& reference = bundle.reference();
+  const CameraModel& camera = reference.frame.camera;
+  DepthMap map;
+  map.depth.create(camera.height, camera.width, CV_32FC1);
+  map.normal.create(camera.height, camera.width, CV_32FC3);
+  map.confidence.create(camera.height, camera.width, CV_32FC1);
+  filtered_depth_.Download(std::span<float>(map.depth.ptr<float>(), map.depth.total()));
+  normals_.Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
+  filtered_confidence_.Download(
+      std::span<float>(map.confidence.ptr<float>(), map.confidence.total()));
+  map.normal.setTo(cv::Scalar::all(0), map.depth == 0);
+  map.bgr = reference.frame.bgr;
+  map.camera = camera;
+  map.T_world_cam = reference.T_world_cam;
+  map.keyframe_id = reference.id;
+  map.frame_index = reference.frame.index;
+  map.timestamp_s = reference.frame.timestamp_s;
+  map.map_id = reference.map_id;
+  map.depth_sigma_per_square_depth = 1 / (camera.fx * largest_baseline_su);
+  return map;
+}
+
+}  // namespace
+
+std::unique_ptr<DepthEstimator> CreateDepthEstimator(std::shared_ptr<Device> device,
+                                                     const DepthEstimatorOptions& options,
+                                                     StageTimes* times) {
+  options.Validate();
+  return std::make_unique<VulkanDepthEstimator>(std::move(device), options, times);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/depth/depth_estimator.h"
+
+namespace mono3d {
+namespace {
+
+// Costs are at most 124 and a byte holds 255 for "not seen", which must lose against every seen
+// plane, whatever jump leads to it: 124 + P2 < 255.
+constexpr int kLargestP2 = 130;
+
+}  // namespace
+
+void PyramidOptions::Visit(OptionVisitor& visit) {
+  visit("level", level, "halvings of the images before the sweep, 0: full resolution");
+}
+
+void PlaneSweepOptions::Visit(OptionVisitor& visit) {
+  visit("min_depth_su", min_depth_su, "nearest depth, scene units; 0: found out");
+  visit("max_depth_su", max_depth_su, "farthest depth, scene units; 0: found out");
+  visit("max_planes", max_planes, "with more planes a coarser level is swept");
+  visit("half_pixel", half_pixel, "look the sources up at half pixels instead of whole ones");
+}
+
+void SgmOptions::Visit(OptionVisitor& visit) {
+  visit("p1", p1, "penalty for a step of one plane, in half census bits");
+  visit("p2", p2, "penalty for a larger jump where the image is flat");
+  visit("min_p2", min_p2, "the same across the strongest image edges");
+  visit("gradient", gradient, "grey levels of difference that halve p2");
+}
+
+void WinnerTakesAllOptions::Visit(OptionVisitor& visit) {
+  visit("max_cost", max_cost, "largest matching cost of an estimate, in half census bits");
+  visit("min_uniqueness", min_uniqueness, "share by which any other plane must be worse");
+}
+
+void MedianOptions::Visit(OptionVisitor& visit) {
+  visit("min_support", min_support, "pixels of 25 that must agree with the median");
+}
+
+void DogOptions::Visit(OptionVisitor& visit) {
+  visit("min_response", min_response, "texture below this has no depth, grey levels");
+}
+
+void DepthEstimatorOptions::Visit(OptionVisitor& visit) {
+  visit.Group("pyramid", pyramid);
+  visit.Group("plane_sweep", plane_sweep);
+  visit.Group("sgm", sgm);
+  visit.Group("winner_takes_all", winner_takes_all);
+  visit.Group("median", median);
+  visit.Group("dog", dog);
+}
+
+void DepthEstimatorOptions::Validate() const {
+  const auto require_int = [](int value, int least, int most, const char* name) {
+    RequireOption(value >= least && value <= most, name,
+                  std::to_string(least) + " to " + std::to_string(most), value);
+  };
+  require_int(pyramid.level, 0, 6, "pyramid.level");
+  require_int(plane_sweep.max_planes, 16, 256, "plane_sweep.max_planes");
+  RequireOption(plane_sweep.min_depth_su >= 0, "plane_sweep.min_depth_su", "0 or more",
+                plane_sweep.min_depth_su);
+  RequireOption(
+      plane_sweep.max_depth_su == 0 || plane_sweep.max_depth_su > plane_sweep.min_depth_su,
+      "plane_sweep.max_depth_su", "0 or more than min_depth_su", plane_sweep.max_depth_su);
+  require_int(sgm.p1, 0, kLargestP2, "sgm.p1");
+  require_int(sgm.p2, sgm.p1, kLargestP2, "sgm.p2");
+  require_int(sgm.min_p2, sgm.p1, sgm.p2, "sgm.min_p2");
+  require_int(sgm.gradient, 1, 255, "sgm.gradient");
+  require_int(winner_takes_all.max_cost, 0, 124, "winner_takes_all.max_cost");
+  RequireOption(winner_takes_all.min_uniqueness >= 0 && winner_takes_all.min_uniqueness < 1,
+                "winner_takes_all.min_uniqueness", "0 to less than 1",
+                winner_takes_all.min_uniqueness);
+  require_int(median.min_support, 1, 25, "median.min_support");
+  RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "dog.min_response", "0 to 255",
+                dog.min_response);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/matcher.h"
+
+#include <span>
+#include <utility>
+
+#include "depth/buffers.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::uint32_t kNumImages = kBundleSize;
+constexpr std::uint32_t kNumHalfPixelImages = 1 + 4 * kNumSources;
+
+using PackedProjections = std::array<float, 12 * kNumSources>;
+
+PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections) {
+  PackedProjections packed{};
+  std::size_t next = 0;
+  for (const SourceProjection& projection : projections) {
+    for (int i = 0; i < 9; ++i) packed[next++] = static_cast<float>(projection.A(i / 3, i % 3));
+    for (int i = 0; i < 3; ++i) packed[next++] = static_cast<float>(projection.b(i));
+  }
+  return packed;
+}
+
+}  // namespace
+
+Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
+    : device_(std::move(device)),
+      options_(options),
+      half_pixel_(device_),
+      census_stage_(device_),
+      plane_sweep_(device_),
+      sgm_(device_, options.sgm),
+      winner_takes_all_(device_),
+      median_(device_),
+      projections_(device_, sizeof(PackedProjections), "depth/projections") {}
+
+void Matcher::RecordCensus(Recorder& recorder, const LevelSize& size, const Buffer& images) {
+  const bool half_pixel = options_.plane_sweep.half_pixel;
+  const std::uint32_t num_images = half_pixel ? kNumHalfPixelImages : kNumImages;
+  Reserve(census_, device_, 8 * size.num_strided_pixels() * num_images, "depth/census");
+  if (!half_pixel) {
+    census_stage_.Record(recorder, images, size, num_images, census_);
+    return;
+  }
+  Reserve(shifted_images_, device_, 4 * PaddedWords(size) * num_images, "depth/half_pixel");
+  half_pixel_.Record(recorder, images, size, kNumImages, shifted_images_);
+  census_stage_.Record(recorder, shifted_images_, size, num_images, census_);
+}
+
+void Matcher::RecordSweep(Recorder& recorder, const SweepPlan& plan,
+                          const std::array<SourceProjection, kNumSources>& projections,
+                          const Buffer& images) {
+  const std::size_t cost_bytes = plan.size.num_pixels() * plan.padded_planes;
+  Reserve(costs_, device_, cost_bytes, "depth/costs");
+  Reserve(sums_, device_, 2 * cost_bytes, "depth/sums");
+  const PackedProjections packed = Pack(projections);
+  projections_.Upload(std::span<const float>(packed));
+  plane_sweep_.Record(recorder,
+                      {.width_px = plan.size.width_px,
+                       .height_px = plan.size.height_px,
+                       .num_planes = plan.num_planes,
+                       .padded_planes = plan.padded_planes,
+                       .positions_per_px = options_.plane_sweep.half_pixel ? 2u : 1u,
+                       .inverse_depth = static_cast<float>(plan.inverse_depth),
+                       .inverse_depth_step = static_cast<float>(plan.step)},
+                      census_, projections_, costs_);
+  sgm_.Record(recorder, plan.size, plan.padded_planes, images, costs_, sums_);
+}
+
+void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan) {
+  const std::size_t map_bytes = sizeof(float) * plan.size.num_pixels();
+  Reserve(winner_depth_, device_, map_bytes, "depth/winner_takes_all");
+  Reserve(winner_uniqueness_, device_, map_bytes, "depth/uniqueness");
+  Reserve(median_depth_, device_, map_bytes, "depth/median");
+  Reserve(median_confidence_, device_, map_bytes, "depth/median_confidence");
+  winner_takes_all_.Record(
+      recorder,
+      {.width_px = plan.size.width_px,
+       .height_px = plan.size.height_px,
+       .num_planes = plan.num_planes,
+       .padded_planes = plan.padded_planes,
+       .max_cost = static_cast<std::uint32_t>(options_.winner_takes_all.max_cost),
+       .min_uniqueness = static_cast<float>(options_.winner_takes_all.min_uniqueness),
+       .inverse_depth = static_cast<float>(plan.inverse_depth),
+       .inverse_depth_step = static_cast<float>(plan.step)},
+      sums_, costs_, winner_depth_, winner_uniqueness_);
+  // Surfaces steeper than one plane a pixel are hidden from one side or the other; in the window
+  // the farthest pixel is 2 px from the middle.
+  median_.Record(recorder,
+                 {.width_px = plan.size.width_px,
+                  .height_px = plan.size.height_px,
+                  .min_support = static_cast<std::uint32_t>(options_.median.min_support),
+                  .tolerance = static_cast<float>(2 * plan.step)},
+                 winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
+}
+
+void Matcher::Record(Recorder& recorder, const SweepPlan& plan,
+                     const std::array<SourceProjection, kNumSources>& projections,
+                     const Buffer& images) {
+  RecordCensus(recorder, plan.size, images);
+  RecordSweep(recorder, plan, projections, images);
+  RecordChoice(recorder, plan);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/plane_sweep.h"
+
+#include <utility>
+
+#include "depth/plane_sweep.spirv.h"
+
+namespace mono3d {
+
+PlaneSweepStage::PlaneSweepStage(std::shared_ptr<Device> device)
+    : kernel_(std::move(device), {"depth/plane_sweep", depth_plane_sweep_spirv}) {}
+
+void PlaneSweepStage::Record(Recorder& recorder, const PlaneSweepParams& params,
+                             const Buffer& census, const Buffer& projections,
+                             const Buffer& costs) const {
+  recorder.Dispatch(kernel_, {census, projections, costs}, params,
+                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
+                     params.height_px, params.padded_planes / 16});
+}
+
+}  // namespace mono3d

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/sweep_geometry.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace mono3d {
+namespace {
+
+// Pixels of the reference at which visibility and motion are sampled: a grid with the corners.
+constexpr int kGridColumns = 13;
+constexpr int kGridRows = 9;
+
+// Shares of the sample that are taken to be outliers at either end. A tracker's points at the
+// borders of their depth range are its least reliable.
+constexpr double kOutlierShare = 0.02;
+// 1 / kOutlierShare: below that the quantiles are the extremes.
+constexpr std::size_t kLeastSample = 25;
+// What the points did not hit may lie a little nearer or farther: sparse points sit on textured
+// corners, on roofs and ground rather than on the tips of trees. A quarter of the range covers
+// that, and a tenth of the inverse depth keeps a flat scene from having no range at all.
+constexpr double kMarginOfRange = 0.25;
+constexpr double kMarginOfInverseDepth = 0.1;
+
+// Of a translation in double precision after a few products, as a share of its length.
+constexpr double kPoseRounding = 1e-12;
+
+template <typename Visit>
+void ForEachGridPixel(const CameraModel& camera, const Visit& visit) {
+  for (int row = 0; row < kGridRows; ++row) {
+    for (int column = 0; column < kGridColumns; ++column) {
+      visit(Eigen::Vector3d(double(column) / (kGridColumns - 1) * (camera.width - 1),
+                            double(row) / (kGridRows - 1) * (camera.height - 1), 1));
+    }
+  }
+}
+
+bool Sees(const CameraModel& camera, const Eigen::Vector3d& at) {
+  return at.z() > 0 && camera.Contains(at.hnormalized());
+}
+
+}  // namespace
+
+CameraModel HalvedCamera(CameraModel camera, int level) {
+  for (int i = 0; i < level; ++i) {
+    camera.width = (camera.width + 1) / 2;
+    camera.height = (camera.height + 1) / 2;
+    camera.fx /= 2;
+    camera.fy /= 2;
+    camera.cx = (camera.cx + 0.5) / 2 - 0.5;
+    camera.cy = (camera.cy + 0.5) / 2 - 0.5;
+  }
+  return camera;
+}
+
+SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.reference().frame.camera) {
+  std::size_t source = 0;
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    if (i == bundle.reference_index()) continue;
+    const Keyframe& keyframe = bundle.keyframes[i];
+    const Pose T_src_ref = keyframe.T_world_cam.Inverse() * bundle.reference().T_world_cam;
+    const Eigen::Matrix3d K_src = keyframe.frame.camera.Matrix();
+    projections_[source] = {
+        K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
+        K_src * T_src_ref.translation()};
+    source_cameras_[source] = keyframe.frame.camera;
+    largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
+    ++source;
+  }
+  const double rounding = kPoseRounding * bundle.reference().T_world_cam.translation().norm();
+  has_baseline_ = largest_baseline_su_ > rounding;
+}
+
+std::array<SourceProjection, kNumSources> SweepGeometry::Projections(int level) const {
+  std::array<SourceProjection, kNumSources> result = projections_;
+  const Eigen::Matrix3d K = camera_.Matrix();
+  const Eigen::Matrix3d K_level = HalvedCamera(camera_, level).Matrix();
+  for (std::size_t i = 0; i < kNumSources; ++i) {
+    const Eigen::Matrix3d to_level =
+        HalvedCamera(source_cameras_[i], level).Matrix() * source_cameras_[i].Matrix().inverse();
+    result[i].A = to_level * projections_[i].A * K * K_level.inverse();
+    result[i].b = to_level * projections_[i].b;
+  }
+  return result;
+}
+
+double SweepGeometry::VisibleShare(double inverse_depth) const {
+  int most = 0;
+  for (std::size_t i = 0; i < kNumSources; ++i) {
+    int num_seen = 0;
+    ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
+      const Eigen::Vector3d at = projections_[i].A * p + inverse_depth * projections_[i].b;
+      num_seen += Sees(source_cameras_[i], at) ? 1 : 0;
+    });
+    most = std::max(most, num_seen);
+  }
+  return double(most) / (kGridColumns * kGridRows);
+}
+
+double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) const {
+  double fastest = 0;
+  for (const double w : {range.farthest, 0.5 * (range.farthest + range.nearest), range.nearest}) {
+    for (std::size_t i = 0; i < kNumSources; ++i) {
+      const Eigen::Vector3d& b = projections_[i].b;
+      ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
+        const Eigen::Vector3d at = projections_[i].A * p + w * b;
+        if (!Sees(source_cameras_[i], at)) return;
+        const Eigen::Vector2d motion = (b.head<2>() - b.z() * at.hnormalized()) / at.z();
+        fastest = std::max(fastest, motion.norm());
+      });
+    }
+  }
+  return fastest;
+}
+
+std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
+  const double pixels_at_infinity = PixelsPerInverseDepth({0, 0});
+  if (!has_baseline_) return std::nullopt;
+  // From 1/8 px of motion on, in steps of a tenth; beyond 1e5 px nothing is in view.
+  const double px =
+      pixels_at_infinity > 0 ? 1 / pixels_at_infinity : 1 / (camera_.fx * largest_baseline_su_);
+  double nearest = 0;
+  for (double motion_px = 0.125; motion_px < 1e5; motion_px *= 1.1) {
+    if (VisibleShare(motion_px * px) >= 0.5) nearest = motion_px * px;
+  }
+  if (nearest <= 0) return std::nullopt;
+  return InverseDepthRange{0, nearest};
+}
+
+std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_su) {
+  std::vector<double> inverse;
+  for (const float depth : depths_su) {
+    if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
+  }
+  if (inverse.size() < kLeastSample) return std::nullopt;
+  const auto quantile = [&](double share) {
+    const auto at = inverse.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));
+    std::nth_element(inverse.begin(), at, inverse.end());
+    return *at;
+  };
+  const double farthest = quantile(kOutlierShare);
+  const double middle = quantile(0.5);
+  const double nearest = quantile(1 - kOutlierShare);
+  const double margin = kMarginOfRange * (nearest - farthest) + kMarginOfInverseDepth * middle;
+  return InverseDepthRange{std::max(0.0, farthest - margin), nearest + margin};
+}
+
+}  // namespace mono3d

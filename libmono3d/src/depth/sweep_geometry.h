@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/image/image_bundle.h"
+
+namespace mono3d {
+
+inline constexpr std::size_t kNumSources = kBundleSize - 1;
+
+// Where a source sees the pixel p = (x, y, 1) of the reference on the plane of inverse depth w:
+// at (A p + w b), homogeneous. The homography of the plane is A + w b (0 0 1).
+struct SourceProjection {
+  Eigen::Matrix3d A;
+  Eigen::Vector3d b;
+};
+
+// Inverse depths in 1/su, 0 <= farthest < nearest.
+struct InverseDepthRange {
+  double farthest = 0;
+  double nearest = 0;
+};
+
+// The four sources around the reference of a bundle, as the sweep sees them at full resolution.
+class SweepGeometry {
+ public:
+  explicit SweepGeometry(const ImageBundle& bundle);
+
+  const CameraModel& camera() const { return camera_; }  // of the reference
+  double largest_baseline_su() const { return largest_baseline_su_; }
+  // False when the cameras stand in one place, up to the rounding of their poses.
+  bool HasBaseline() const { return has_baseline_; }
+
+  // The sources in the order of flight, for images halved `level` times.
+  std::array<SourceProjection, kNumSources> Projections(int level) const;
+
+  // Largest share of the reference that one source sees on the plane.
+  double VisibleShare(double inverse_depth) const;
+
+  // How fast the pixels move in the farthest matching camera: the largest |d pixel / d inverse
+  // depth| over all sources, the parts of the image they see, and the range; px * su at full
+  // resolution. 0 when nothing is seen, or without a baseline.
+  double PixelsPerInverseDepth(const InverseDepthRange& range) const;
+
+  // From infinity to the nearest plane of which a source still sees half the reference. Empty when
+  // there is no baseline or no such plane.
+  std::optional<InverseDepthRange> WidestRange() const;
+
+ private:
+  CameraModel camera_;
+  std::array<CameraModel, kNumSources> source_cameras_;
+  std::array<SourceProjection, kNumSources> projections_;
+  double largest_baseline_su_ = 0;
+  bool has_baseline_ = false;
+};
+
+// The camera of an image halved `level` times: c' = (c + 0.5) / 2 - 0.5, f' = f / 2, sizes rounded
+// up.
+CameraModel HalvedCamera(CameraModel camera, int level);
+
+// Range of inverse depths in which nearly all of the scene lies, from a sample of its depths: their
+// 2 % and 98 % quantiles with a margin. Empty when the sample is too small to have quantiles.
+std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_su);
+
+}  // namespace mono3d

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/sweep_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mono3d {
+namespace {
+
+// Below this many pixels a side there is no room for census windows and paths, and no coarser
+// level.
+constexpr std::uint32_t kLeastSide = 32;
+
+// Bytes of the sums of SGM, the largest volume.
+std::uint64_t SumBytes(const LevelSize& size, std::uint32_t padded_planes) {
+  return std::uint64_t{2} * size.num_pixels() * padded_planes;
+}
+
+}  // namespace
+
+LevelSize SizeAtLevel(const CameraModel& camera, int level) {
+  LevelSize size{static_cast<std::uint32_t>(camera.width),
+                 static_cast<std::uint32_t>(camera.height)};
+  for (int i = 0; i < level; ++i) size = size.Halved();
+  return size;
+}
+
+SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& range,
+                    const SweepLimits& limits) {
+  const double motion_px = (range.nearest - range.farthest) * geometry.PixelsPerInverseDepth(range);
+  SweepPlan plan;
+  for (plan.level = limits.level;; ++plan.level) {
+    plan.size = SizeAtLevel(geometry.camera(), plan.level);
+    // Planes from end to end, then one more on each side: no estimate is taken from the outermost.
+    const double intervals = std::max(1.0, std::ceil(motion_px / std::pow(2.0, plan.level)));
+    const double num_planes = std::min(intervals + 3, double(limits.max_planes));
+    plan.num_planes = static_cast<std::uint32_t>(num_planes);
+    plan.padded_planes = limits.padded_planes(plan.num_planes);
+    plan.step = (range.nearest - range.farthest) / (num_planes - 3);
+    plan.inverse_depth = std::max(0.0, range.farthest - plan.step);
+    const bool fits = intervals + 3 <= limits.max_planes &&
+                      SumBytes(plan.size, plan.padded_planes) <= limits.max_buffer_bytes;
+    const LevelSize coarser = plan.size.Halved();
+    if (fits || std::min(coarser.width_px, coarser.height_px) < kLeastSide) return plan;
+  }
+}
+
+}  // namespace mono3d
