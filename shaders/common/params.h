@@ -10,9 +10,9 @@
 //   float ref_from_src[12];
 //   MONO3D_PARAMS_END
 //
-// In C++ that is `struct mono3d::CensusParams`, the argument of Recorder::Dispatch; in GLSL it is the
-// push-constant block, read as `params.width_px`. Members are uint, int, float or arrays of them:
-// 4-byte scalars lie the same in both languages, vectors and matrices do not.
+// In C++ that is `struct mono3d::CensusParams`, the argument of Recorder::Dispatch; in GLSL it is
+// the push-constant block, read as `params.width_px`. Members are uint, int, float or arrays of
+// them: 4-byte scalars lie the same in both languages, vectors and matrices do not.
 #ifndef MONO3D_COMMON_PARAMS_H
 #define MONO3D_COMMON_PARAMS_H
 
