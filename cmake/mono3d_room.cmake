@@ -5,10 +5,11 @@
 # Each is compiled once, as an object library; the rooms of the product together are the one
 # installed library, and a test links the objects of its own room and of the rooms that it uses.
 
+# maybe-uninitialized stays a warning: GCC 12 sees ghosts in Eigen's decompositions.
 add_library(mono3d_warnings INTERFACE)
 target_compile_options(mono3d_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
-  $<$<BOOL:${MONO3D_WARNINGS_AS_ERRORS}>:-Werror>)
+  $<$<BOOL:${MONO3D_WARNINGS_AS_ERRORS}>:-Werror;-Wno-error=maybe-uninitialized>)
 
 # mono3d_room(<name> USES <room>... [TARGET_OF_ITS_OWN])
 # Declares a room and the rooms that it may include, and reads its file list from src/<name>.
