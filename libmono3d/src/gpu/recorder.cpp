@@ -91,8 +91,7 @@ class Recorder::Implementation {
   }
 
  private:
-  void BeginStep();
-  void EndStep(const std::string& name) { clock_.EndStep(commands_, name); }
+  void BeginStep(const std::string& name);
   void Clear();
 
   std::shared_ptr<Device> device_;
@@ -124,12 +123,12 @@ BufferMemory& Recorder::Implementation::Use(const std::shared_ptr<BufferMemory>&
   return *memory;
 }
 
-void Recorder::Implementation::BeginStep() {
+void Recorder::Implementation::BeginStep(const std::string& name) {
   if (!is_recording_) {
     commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
     is_recording_ = true;
-    clock_.Start(commands_);
   }
+  clock_.BeginStep(commands_, name);
   BarrierBetweenSteps(commands_);
 }
 
@@ -140,7 +139,7 @@ void Recorder::Implementation::Dispatch(const std::shared_ptr<const KernelPipeli
   RequireOwn(*kernel->device, kernel->name);
   const vk::DescriptorSet set = descriptors_.Make(*kernel, buffers);
   in_use_.push_back(kernel);
-  BeginStep();
+  BeginStep(kernel->name);
   constexpr auto kCompute = vk::PipelineBindPoint::eCompute;
   commands_.bindPipeline(kCompute, *kernel->pipeline);
   if (!buffers.empty()) commands_.bindDescriptorSets(kCompute, *kernel->layout, 0, set, {});
@@ -149,25 +148,23 @@ void Recorder::Implementation::Dispatch(const std::shared_ptr<const KernelPipeli
                                        {static_cast<std::uint32_t>(push.size()), push.data()});
   }
   commands_.dispatch(num_workgroups[0], num_workgroups[1], num_workgroups[2]);
-  EndStep(kernel->name);
 }
 
 void Recorder::Implementation::Fill(const BufferMemory& buffer, std::uint32_t value) {
-  BeginStep();
+  BeginStep("gpu/fill");
   commands_.fillBuffer(*buffer.buffer, 0, buffer.allocated_bytes, value);
-  EndStep("gpu/fill");
 }
 
 void Recorder::Implementation::Copy(const BufferMemory& from, const BufferMemory& to,
                                     const vk::BufferCopy& region) {
-  BeginStep();
+  BeginStep("gpu/copy");
   commands_.copyBuffer(*from.buffer, *to.buffer, region);
-  EndStep("gpu/copy");
 }
 
 void Recorder::Implementation::Submit(StageTimes* times) {
   if (!is_recording_) return Clear();
   try {
+    clock_.EndLastStep(commands_);
     BarrierToHost(commands_);
     commands_.end();
     device_->Run(commands_, fence_, "the submission");
@@ -183,6 +180,7 @@ void Recorder::Implementation::Clear() {
   is_recording_ = false;
   command_pool_.reset();
   descriptors_.Reset();
+  clock_.Reset();
   in_use_.clear();
 }
 

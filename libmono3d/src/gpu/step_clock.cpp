@@ -13,18 +13,20 @@ constexpr std::uint32_t kQueriesPerPool = 128;
 
 }  // namespace
 
-void StepClock::Start(const vk::raii::CommandBuffer& commands) {
+void StepClock::BeginStep(const vk::raii::CommandBuffer& commands, const std::string& name) {
+  if (!names_.empty() && names_.back() == name) return;
+  Write(commands);
+  names_.push_back(name);
+}
+
+void StepClock::EndLastStep(const vk::raii::CommandBuffer& commands) { Write(commands); }
+
+void StepClock::Reset() {
   num_written_ = 0;
   names_.clear();
-  Write(commands, vk::PipelineStageFlagBits::eTopOfPipe);
 }
 
-void StepClock::EndStep(const vk::raii::CommandBuffer& commands, const std::string& name) {
-  names_.push_back(name);
-  Write(commands, vk::PipelineStageFlagBits::eBottomOfPipe);
-}
-
-void StepClock::Write(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlagBits stage) {
+void StepClock::Write(const vk::raii::CommandBuffer& commands) {
   if (device_->timestamp_mask() == 0) return;
   const std::uint32_t pool = num_written_ / kQueriesPerPool;
   const std::uint32_t query = num_written_ % kQueriesPerPool;
@@ -33,7 +35,7 @@ void StepClock::Write(const vk::raii::CommandBuffer& commands, vk::PipelineStage
         device_->vulkan().createQueryPool({{}, vk::QueryType::eTimestamp, kQueriesPerPool}));
   }
   if (query == 0) commands.resetQueryPool(*pools_[pool], 0, kQueriesPerPool);
-  commands.writeTimestamp(stage, *pools_[pool], query);
+  commands.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *pools_[pool], query);
   ++num_written_;
 }
 

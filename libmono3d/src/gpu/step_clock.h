@@ -12,26 +12,28 @@
 
 namespace mono3d {
 
-// GPU times of the steps of one command buffer: a timestamp before the first and after each. The
-// steps are kept apart by barriers, so the difference is the time of the step.
+// GPU times of the steps of one command buffer: a timestamp where the name changes and one at the
+// end. The steps are kept apart by barriers, so the difference is the time of the steps between.
+// Not one per step, because lavapipe takes twice as long for a timestamp as for a small dispatch.
 class StepClock {
  public:
   explicit StepClock(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
-  void Start(const vk::raii::CommandBuffer& commands);
-  void EndStep(const vk::raii::CommandBuffer& commands, const std::string& name);
+  void BeginStep(const vk::raii::CommandBuffer& commands, const std::string& name);
+  void EndLastStep(const vk::raii::CommandBuffer& commands);
+  void Reset();  // before the next command buffer
 
   // After the command buffer has run: adds one call per name, in the order of first appearance.
   void AddTo(StageTimes& times) const;
 
  private:
-  void Write(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlagBits stage);
+  void Write(const vk::raii::CommandBuffer& commands);
   std::vector<std::uint64_t> ReadTimestamps() const;
 
   std::shared_ptr<Device> device_;
   std::vector<vk::raii::QueryPool> pools_;  // kept from one submission to the next
   std::uint32_t num_written_ = 0;
-  std::vector<std::string> names_;  // of the steps
+  std::vector<std::string> names_;  // after timestamp i runs names_[i]
 };
 
 }  // namespace mono3d
