@@ -11,7 +11,7 @@
 s_^}[ ]*// namespace.*_}_
 # The second line of a comment behind code stands far to the right.
 s_^\( \{12,\}\)//\([^/!]\|$\)_\1///<\2_
-t
 s_^\( *\)//\([^/!]\|$\)_\1///\2_
-t
-s_^\(.*[^ :/"].*[;,{})]\)[ ]*// \(.*\)$_\1 ///< \2_
+s_^\([^/]*[^ :/"].*[;,{})]\)[ ]*// \(.*\)$_\1 ///< \2_
+# Words in angle brackets are not HTML.
+\_///_ s_<\([A-Za-z][A-Za-z ._-]*\)>_\\<\1\\>_g
