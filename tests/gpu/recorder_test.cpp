@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include "gpu/device_handle.h"
 #include "gpu/shaders/affine.params.h"
@@ -111,6 +113,29 @@ TEST_P(RecorderTest, ReadsTexelsOfEachFormat) {
   recorder.Submit();
   EXPECT_THAT(result.Download<float>(),
               ElementsAre(-1089.5F, -78.5F, -67.5F, -56.5F, -144.5F, -133.5F, -122.5F, -2111.5F));
+}
+
+TEST_P(RecorderTest, SharesTheDeviceWithAnotherThread) {
+  const auto count_to_200 = [](const std::shared_ptr<Device>& device, std::uint32_t* result) {
+    const Kernel affine(device, {"test/affine", test_affine_spirv});
+    Buffer a = MakeBuffer(device, {0});
+    Recorder recorder(device);
+    for (int i = 0; i < 100; ++i) {
+      recorder.Dispatch(affine, {a, a},
+                        AffineParams{.num_values = 1, .factors = {1, 1}, .offset = 1}, {1, 1, 1});
+      recorder.Submit();
+      a.Upload<std::uint32_t>(std::vector<std::uint32_t>{a.Download<std::uint32_t>()[0] + 1});
+    }
+    *result = a.Download<std::uint32_t>()[0];
+  };
+  std::uint32_t here = 0;
+  std::uint32_t there = 0;
+  const std::shared_ptr<Device> shared = device();
+  std::thread thread(count_to_200, shared, &there);
+  count_to_200(shared, &here);
+  thread.join();
+  EXPECT_EQ(here, 200U);
+  EXPECT_EQ(there, 200U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Memory, RecorderTest, ::testing::Values(&TestDevice, &StagedTestDevice),
