@@ -65,16 +65,56 @@ class Tracker {
 };
 
 struct FeatureOptions {
-  int num_features = 1000;
+  int num_features = 1000;  // twice as many while there is no map
   int num_levels = 8;
   double scale_factor = 1.2;
+  int fast_threshold = 20;     // grey values
+  int min_fast_threshold = 7;  // in cells where the first finds nothing
+
+  void Visit(OptionVisitor& visit);
+};
+
+// The start from two views (Mur-Artal, Montiel, Tardos 2015, section IV).
+struct InitialisationOptions {
+  int min_matches = 100;
+  int min_points = 50;
+  double min_parallax_deg = 1;
+  double search_radius_share = 0.13;  // of the image width: 100 px of 768
+  double max_wait_s = 2;              // the first view is given up after this time
+
+  void Visit(OptionVisitor& visit);
+};
+
+// When a frame becomes a keyframe: by content. The two limits keep five neighbours usable as one
+// bundle of the depth stage.
+struct KeyframeInsertionOptions {
+  double max_rotation_deg = 4;       // between neighbours
+  double max_baseline_share = 0.07;  // of the median depth, between neighbours
+  double min_baseline_share = 0.02;  // closer ones only where tracking needs them
+  double min_tracked_share = 0.9;    // of the points of the reference keyframe
+  int min_inliers = 15;
+
+  void Visit(OptionVisitor& visit);
+};
+
+struct LocalMappingOptions {
+  int num_neighbours = 10;           // keyframes that new points are triangulated with
+  double min_baseline_share = 0.01;  // of the median depth, for triangulation
+  int num_adjusted_keyframes = 12;   // in a local bundle adjustment, at most
+  int num_fixed_keyframes = 12;      // further ones that see the same points
+  double max_redundant_share = 0.9;  // of a keyframe's points seen by three others: culled
 
   void Visit(OptionVisitor& visit);
 };
 
 struct TrackerOptions {
   FeatureOptions features;
-  int seed = 1;  // of RANSAC
+  InitialisationOptions initialisation;
+  KeyframeInsertionOptions insertion;
+  LocalMappingOptions mapping;
+  int min_inliers = 30;   // map points a pose must rest on
+  double recovery_s = 1;  // how long a lost pose is searched for before a new map starts
+  int seed = 1;           // of RANSAC
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "tracking/map.h"
+#include "tracking/pose_optimisation.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// A pose as Ceres sees it: quaternion x y z w, then the translation.
+using PoseBlock = std::array<double, 7>;
+
+PoseBlock ToBlock(const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Pose FromBlock(const double* block) {
+  return {Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(block)),
+          Eigen::Vector3d(block[4], block[5], block[6])};
+}
+
+// R' = Exp(omega) R, t' = t + dt. The cost functions hand out their Jacobian by (omega, dt) in the
+// first six columns, so the Jacobian of Plus is an identity and costs nothing to think about.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> step(delta);
+    const Pose pose = FromBlock(x);
+    const Pose moved(RotationExp(step.head<3>()) * pose.rotation(),
+                     pose.translation() + step.tail<3>());
+    const PoseBlock block = ToBlock(moved);
+    std::copy(block.begin(), block.end(), x_plus_delta);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    const Pose pose_y = FromBlock(y);
+    const Pose pose_x = FromBlock(x);
+    Eigen::Map<Eigen::Matrix<double, 6, 1>> difference(y_minus_x);
+    difference.head<3>() = RotationLog(pose_y.rotation() * pose_x.rotation().conjugate());
+    difference.tail<3>() = pose_y.translation() - pose_x.translation();
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+};
+
+class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
+ public:
+  ReprojectionCost(const CameraModel& camera, const BundleObservation& observation)
+      : camera_(camera), observation_(observation) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> rotation(parameters[0]);
+    const Eigen::Map<const Eigen::Vector3d> translation(parameters[0] + 4);
+    const Eigen::Matrix3d R = rotation.toRotationMatrix();
+    const Eigen::Vector3d rotated = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
+    const Eigen::Vector3d p_cam = rotated + translation;
+    if (p_cam.z() <= 0) return false;  // the step is refused
+    const double weight = 1 / observation_.sigma_px;
+    Eigen::Map<Eigen::Vector2d> residual(residuals);
+    residual = weight * (camera_.Project(p_cam) - observation_.pixel);
+    if (jacobians == nullptr) return true;
+    const Eigen::Matrix<double, 2, 6> J = weight * ProjectionJacobian(camera_, p_cam, rotated);
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> by_pose(jacobians[0]);
+      by_pose.leftCols<6>() = J;
+      by_pose.col(6).setZero();
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point(jacobians[1]);
+      by_point.noalias() = J.rightCols<3>() * R;
+    }
+    return true;
+  }
+
+ private:
+  const CameraModel& camera_;
+  BundleObservation observation_;
+};
+
+double Chi2(const BundleProblem& problem, const BundleObservation& observation) {
+  const Eigen::Vector3d p_cam =
+      problem.T_cam_world[observation.view] * problem.p_world[observation.point];
+  if (p_cam.z() <= 0) return HUGE_VAL;
+  return (problem.camera.Project(p_cam) - observation.pixel).squaredNorm() /
+         (observation.sigma_px * observation.sigma_px);
+}
+
+double RobustCost(const BundleProblem& problem) {
+  double cost = 0;
+  for (const BundleObservation& observation : problem.observations) {
+    const double chi2 = Chi2(problem, observation);
+    if (!std::isfinite(chi2)) continue;
+    cost += chi2 <= kChi2TwoDof ? chi2 : 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
+  }
+  return cost;
+}
+
+ceres::Solver::Options SolverOptions(const BundleProblem& problem, int num_steps) {
+  ceres::Solver::Options options;
+  // Up to here a dense matrix of the views is cheaper than looking for its zeros.
+  constexpr std::size_t kMaxDenseViews = 60;
+  options.linear_solver_type =
+      problem.T_cam_world.size() <= kMaxDenseViews ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  options.max_num_iterations = num_steps;
+  options.num_threads = 1;  // sums in one order: same input, same bytes out
+  options.logging_type = ceres::SILENT;
+  options.function_tolerance = 1e-5;  // more digits than the key points carry
+  return options;
+}
+
+// One stage: moves the problem's poses and points, over the observations that are no outliers.
+void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool robust,
+              int num_steps) {
+  std::vector<PoseBlock> poses;
+  for (const Pose& pose : problem.T_cam_world) poses.push_back(ToBlock(pose));
+  ceres::HuberLoss loss(std::sqrt(kChi2TwoDof));
+  PoseManifold manifold;
+  ceres::Problem::Options ownership;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem ceres_problem(ownership);
+  const auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  std::vector<char> is_used(problem.p_world.size(), 0);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    ceres_problem.AddParameterBlock(poses[i].data(), 7, &manifold);
+    if (problem.is_fixed[i] != 0) ceres_problem.SetParameterBlockConstant(poses[i].data());
+    ordering->AddElementToGroup(poses[i].data(), 1);
+  }
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (is_outlier[i] != 0) continue;
+    const BundleObservation& observation = problem.observations[i];
+    double* point = problem.p_world[observation.point].data();
+    ceres_problem.AddResidualBlock(new ReprojectionCost(problem.camera, observation),
+                                   robust ? &loss : nullptr, poses[observation.view].data(), point);
+    if (is_used[observation.point] == 0) ordering->AddElementToGroup(point, 0);
+    is_used[observation.point] = 1;
+  }
+  if (ceres_problem.NumResidualBlocks() == 0) return;
+  ceres::Solver::Options options = SolverOptions(problem, num_steps);
+  options.linear_solver_ordering = ordering;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_problem, &summary);
+  if (!summary.IsSolutionUsable()) return;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (problem.is_fixed[i] == 0) problem.T_cam_world[i] = FromBlock(poses[i].data());
+  }
+}
+
+std::vector<char> FindOutliers(const BundleProblem& problem) {
+  std::vector<char> is_outlier;
+  for (const BundleObservation& observation : problem.observations) {
+    is_outlier.push_back(Chi2(problem, observation) > kChi2TwoDof ? 1 : 0);
+  }
+  return is_outlier;
+}
+
+// Ceres refuses to start from a point behind a camera.
+std::vector<char> FindBehind(const BundleProblem& problem) {
+  std::vector<char> is_behind;
+  for (const BundleObservation& observation : problem.observations) {
+    is_behind.push_back(std::isfinite(Chi2(problem, observation)) ? 0 : 1);
+  }
+  return is_behind;
+}
+
+}  // namespace
+
+BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options) {
+  BundleReport report;
+  report.initial_cost = RobustCost(problem);
+  Minimise(problem, FindBehind(problem), true, options.num_robust_steps);
+  if (options.num_steps > 0) Minimise(problem, FindOutliers(problem), false, options.num_steps);
+  report.is_outlier = FindOutliers(problem);
+  report.final_cost = RobustCost(problem);
+  return report;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+
+namespace mono3d::tracking {
+
+struct BundleObservation {
+  std::size_t view = 0;
+  std::size_t point = 0;
+  Eigen::Vector2d pixel;
+  double sigma_px = 1;
+};
+
+struct BundleProblem {
+  CameraModel camera;
+  std::vector<Pose> T_cam_world;  // of each view
+  std::vector<char> is_fixed;     // of each view
+  std::vector<Eigen::Vector3d> p_world;
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleOptions {
+  int num_robust_steps = 5;
+  int num_steps = 10;  // after the outliers are gone
+};
+
+struct BundleReport {
+  std::vector<char> is_outlier;  // of each observation: chi2 beyond 5.991 or behind the camera
+  double initial_cost = 0;       // robust, over all observations
+  double final_cost = 0;         // the same after the adjustment
+};
+
+// Moves free views and all points to the least robust reprojection error, first with a Huber loss,
+// then without the outliers. Runs on one thread; same input, same result.
+BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options = {});
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/initialisation.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mono3d/geometry/fundamental.h"
+#include "mono3d/geometry/homography.h"
+#include "mono3d/geometry/triangulation.h"
+#include "mono3d/geometry/two_view_ransac.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Above it the scene is as good as planar (Mur-Artal, Montiel, Tardos 2015, section IV).
+constexpr double kPlanarShare = 0.45;
+// A motion wins if no other one has more than this share of its points.
+constexpr double kClearShare = 0.75;
+// px^2: twice the standard deviation of a key point.
+constexpr double kMaxSquaredError = 4;
+
+struct Candidate {
+  TwoViewStart start;
+  double parallax_deg = 0;  // the 50th largest
+};
+
+std::string Needed(int found, const char* what, int needed) {
+  return std::to_string(found) + " " + what + ", " + std::to_string(needed) + " needed";
+}
+
+std::vector<Pose> Motions(const TwoViewModel& model, bool is_planar, const CameraModel& camera) {
+  const Eigen::Matrix3d K = camera.Matrix();
+  std::vector<Pose> motions;
+  if (is_planar) {
+    for (const PlaneMotion& motion : DecomposeHomography(K.inverse() * model.matrix * K)) {
+      motions.push_back(motion.T_b_a);
+    }
+  } else {
+    for (const Pose& motion : DecomposeEssential(K.transpose() * model.matrix * K)) {
+      motions.push_back(motion);
+    }
+  }
+  return motions;
+}
+
+// Triangulates the inliers under one motion and keeps those that fit.
+Candidate Test(const Pose& T_b_a, const std::vector<PointPair>& pairs,
+               const std::vector<FeatureMatch>& matches, const TwoViewModel& model,
+               const CameraModel& camera) {
+  Candidate candidate;
+  candidate.start.T_b_a = T_b_a;
+  const Eigen::Vector3d centre_b = T_b_a.Inverse().translation();
+  std::vector<double> cosines;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (model.is_inlier[i] == 0) continue;
+    const std::optional<Eigen::Vector3d> p_a =
+        Triangulate(camera.Unproject(pairs[i].a), camera.Unproject(pairs[i].b), T_b_a);
+    if (!p_a) continue;
+    if ((camera.Project(*p_a) - pairs[i].a).squaredNorm() > kMaxSquaredError) continue;
+    if ((camera.Project(T_b_a * *p_a) - pairs[i].b).squaredNorm() > kMaxSquaredError) continue;
+    cosines.push_back(CosParallax(*p_a, Eigen::Vector3d::Zero(), centre_b));
+    candidate.start.matches.push_back(matches[i]);
+    candidate.start.p_a.push_back(*p_a);
+  }
+  if (cosines.empty()) return candidate;
+  const std::size_t rank = std::min<std::size_t>(50, cosines.size() - 1);
+  std::nth_element(cosines.begin(), cosines.begin() + static_cast<std::ptrdiff_t>(rank),
+                   cosines.end());
+  candidate.parallax_deg = std::acos(std::min(1.0, cosines[rank])) * 180 / std::numbers::pi;
+  return candidate;
+}
+
+}  // namespace
+
+StartAttempt StartFromTwoViews(const View& a, const View& b,
+                               const std::vector<FeatureMatch>& matches, const CameraModel& camera,
+                               const InitialisationOptions& options, int seed) {
+  if (static_cast<int>(matches.size()) < options.min_matches) {
+    return {{}, Needed(static_cast<int>(matches.size()), "matches", options.min_matches)};
+  }
+  std::vector<PointPair> pairs;
+  for (const FeatureMatch& match : matches) {
+    pairs.push_back({a.features[match.feature_a].pixel, b.features[match.feature_b].pixel});
+  }
+  TwoViewRansacOptions ransac;
+  ransac.seed = seed;
+  const std::optional<TwoViewModel> H = EstimateHomography(pairs, ransac);
+  const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
+  if (!H && !F) return {{}, "neither a homography nor a fundamental matrix fits the matches"};
+  const double score_H = H ? H->score : 0;
+  const double score_F = F ? F->score : 0;
+  const bool is_planar = score_H > kPlanarShare * (score_H + score_F);
+  const TwoViewModel& model = is_planar ? *H : *F;
+
+  std::vector<Candidate> candidates;
+  for (const Pose& T_b_a : Motions(model, is_planar, camera)) {
+    candidates.push_back(Test(T_b_a, pairs, matches, model, camera));
+  }
+  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
+    return l.start.p_a.size() > r.start.p_a.size();
+  });
+  Candidate& best = candidates[0];
+  best.start.is_planar = is_planar;
+  const auto num_points = static_cast<int>(best.start.p_a.size());
+  const int needed = std::max(options.min_points, model.num_inliers / 2);
+  if (num_points < needed) return {{}, Needed(num_points, "points triangulated", needed)};
+  if (best.parallax_deg < options.min_parallax_deg) {
+    return {{},
+            "too little parallax: " + std::to_string(best.parallax_deg) + " degrees, " +
+                std::to_string(options.min_parallax_deg) + " needed"};
+  }
+  if (candidates.size() > 1 && static_cast<double>(candidates[1].start.p_a.size()) >
+                                   kClearShare * static_cast<double>(num_points)) {
+    return {{}, "two motions explain the views equally well"};
+  }
+  return {std::move(best.start), {}};
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/tracking/tracker.h"
+#include "tracking/matching.h"
+
+namespace mono3d::tracking {
+
+// The motion between two views and the points they share, in the frame of camera a; the length of
+// the translation is arbitrary.
+struct TwoViewStart {
+  Pose T_b_a;
+  std::vector<FeatureMatch> matches;
+  std::vector<Eigen::Vector3d> p_a;  // of each match
+  bool is_planar = false;            // explained by a homography
+};
+
+struct StartAttempt {
+  std::optional<TwoViewStart> start;
+  std::string reason;  // why there is none
+};
+
+// Homography and fundamental matrix in competition, then the motion among their decompositions that
+// has the points in front of both cameras.
+StartAttempt StartFromTwoViews(const View& a, const View& b,
+                               const std::vector<FeatureMatch>& matches, const CameraModel& camera,
+                               const InitialisationOptions& options, int seed);
+
+}  // namespace mono3d::tracking

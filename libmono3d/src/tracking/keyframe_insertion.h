@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include "mono3d/geometry/pose.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d::tracking {
+
+// What is known when the question comes up.
+struct InsertionEvidence {
+  Pose T_current_last;           // from the newest keyframe to the current frame
+  Pose T_current_previous;       // from the frame before
+  double median_depth_su = 0;    // of the current frame
+  int num_inliers = 0;           // of the current frame
+  int num_reference_points = 0;  // of the reference keyframe
+};
+
+// Does the current frame bear enough new content to become a keyframe?
+bool NeedsKeyframe(const InsertionEvidence& evidence, const KeyframeInsertionOptions& options);
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/local_mapping.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tracking/bundle_adjustment.h"
+#include "tracking/point_creation.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// A bundle problem and where its parts come from.
+struct MapBundle {
+  BundleProblem problem;
+  std::vector<KeyframeId> keyframes;      // of each view
+  std::vector<PointId> points;            // of each point
+  std::vector<Observation> observations;  // of each observation
+};
+
+// The points that `adjusted` see, as seen by them and by `fixed`.
+MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
+                  const std::vector<KeyframeId>& fixed) {
+  MapBundle bundle;
+  bundle.problem.camera = map.camera();
+  std::vector<std::optional<std::size_t>> view_of(map.keyframes().size());
+  const auto add_view = [&](KeyframeId id, bool is_fixed) {
+    view_of[id] = bundle.keyframes.size();
+    bundle.keyframes.push_back(id);
+    bundle.problem.T_cam_world.push_back(map.keyframe(id).view.T_cam_world);
+    bundle.problem.is_fixed.push_back(is_fixed ? 1 : 0);
+  };
+  for (const KeyframeId id : adjusted) add_view(id, false);
+  for (const KeyframeId id : fixed) add_view(id, true);
+  std::vector<char> is_listed(map.points().size(), 0);
+  for (const KeyframeId id : adjusted) {
+    for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
+      if (!point || is_listed[*point] != 0) continue;
+      is_listed[*point] = 1;
+      const std::size_t index = bundle.points.size();
+      bundle.points.push_back(*point);
+      bundle.problem.p_world.push_back(map.point(*point).p_world);
+      for (const Observation& observation : map.point(*point).observations) {
+        const std::optional<std::size_t> view = view_of[observation.keyframe];
+        if (!view) continue;
+        const Feature& feature =
+            map.keyframe(observation.keyframe).view.features[observation.feature];
+        bundle.problem.observations.push_back(
+            {*view, index, feature.pixel, map.scales().Scale(feature.level)});
+        bundle.observations.push_back(observation);
+      }
+    }
+  }
+  return bundle;
+}
+
+// Takes the result over into the map.
+void Apply(const MapBundle& bundle, const BundleReport& report, Map& map) {
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    if (bundle.problem.is_fixed[i] != 0) continue;
+    map.keyframe(bundle.keyframes[i]).view.T_cam_world = bundle.problem.T_cam_world[i];
+  }
+  for (std::size_t i = 0; i < bundle.points.size(); ++i) {
+    map.point(bundle.points[i]).p_world = bundle.problem.p_world[i];
+  }
+  for (std::size_t i = 0; i < bundle.observations.size(); ++i) {
+    const PointId point = bundle.points[bundle.problem.observations[i].point];
+    if (report.is_outlier[i] == 0 || !map.point(point).alive) continue;
+    map.RemoveObservation(point, bundle.observations[i]);
+  }
+  for (const PointId point : bundle.points) {
+    if (map.point(point).alive) map.UpdatePoint(point);
+  }
+}
+
+// Every keyframe that moved together with two newer ones comes closer to being settled.
+void CountNewer(std::vector<KeyframeId> adjusted, Map& map) {
+  std::sort(adjusted.begin(), adjusted.end());
+  for (std::size_t i = 0; i < adjusted.size(); ++i) {
+    int& count = map.keyframe(adjusted[i]).num_newer_adjusted;
+    count = std::max(count, static_cast<int>(adjusted.size() - 1 - i));
+  }
+}
+
+bool IsRedundant(const Map& map, KeyframeId id, double max_share) {
+  const View& view = map.keyframe(id).view;
+  int num_points = 0;
+  int num_seen_by_others = 0;
+  for (std::size_t feature = 0; feature < view.points.size(); ++feature) {
+    const std::optional<PointId> point = view.points[feature];
+    if (!point) continue;
+    ++num_points;
+    int num_others = 0;
+    for (const Observation& observation : map.point(*point).observations) {
+      if (observation.keyframe == id) continue;
+      const View& other = map.keyframe(observation.keyframe).view;
+      // As fine a look at the point as this one has, or finer.
+      const int level = other.features[observation.feature].level;
+      num_others += level <= view.features[feature].level + 1 ? 1 : 0;
+    }
+    num_seen_by_others += num_others >= 3 ? 1 : 0;
+  }
+  return num_seen_by_others > max_share * num_points;
+}
+
+Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
+  Keyframe keyframe;
+  keyframe.id = from.id;
+  keyframe.map_id = map.id();
+  keyframe.frame = from.view.frame;
+  keyframe.T_world_cam = from.view.T_cam_world.Inverse();
+  keyframe.sparse_depths_su = map.Depths(from.view);
+  return keyframe;
+}
+
+}  // namespace
+
+void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
+                     StageTimes* times) {
+  {
+    const ScopedStageTimer timer(times, "tracking/point_creation");
+    CullPoints(map);
+    CreatePoints(map, keyframe, options);
+    FusePoints(map, keyframe, options);
+  }
+  {
+    const ScopedStageTimer timer(times, "tracking/local_bundle_adjustment");
+    AdjustLocally(map, keyframe, options);
+  }
+  const ScopedStageTimer timer(times, "tracking/keyframe_culling");
+  CullKeyframes(map, keyframe, options);
+}
+
+void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+  std::vector<KeyframeId> adjusted = {keyframe};
+  for (const Covisible& neighbour : map.CovisibleKeyframes(keyframe)) {
+    if (static_cast<int>(adjusted.size()) >= options.num_adjusted_keyframes) break;
+    adjusted.push_back(neighbour.keyframe);
+  }
+  std::vector<std::optional<PointId>> points;
+  std::vector<char> is_adjusted(map.keyframes().size(), 0);
+  std::vector<char> is_listed(map.points().size(), 0);
+  for (const KeyframeId id : adjusted) {
+    is_adjusted[id] = 1;
+    for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
+      if (!point || is_listed[*point] != 0) continue;
+      is_listed[*point] = 1;
+      points.push_back(point);
+    }
+  }
+  std::vector<KeyframeId> fixed;
+  for (const Covisible& seeing : map.KeyframesSeeing(points)) {
+    if (static_cast<int>(fixed.size()) >= options.num_fixed_keyframes) break;
+    if (is_adjusted[seeing.keyframe] == 0) fixed.push_back(seeing.keyframe);
+  }
+  // Position, attitude and scale must be held by something: the two oldest, where all would move.
+  std::sort(adjusted.begin(), adjusted.end());
+  const std::vector<KeyframeId> together = adjusted;
+  while (fixed.size() < 2 && adjusted.size() > 1) {
+    fixed.push_back(adjusted.front());
+    adjusted.erase(adjusted.begin());
+  }
+  MapBundle bundle = Collect(map, adjusted, fixed);
+  const BundleReport report = AdjustBundle(bundle.problem);
+  Apply(bundle, report, map);
+  CountNewer(together, map);
+}
+
+void AdjustAll(Map& map) {
+  std::vector<KeyframeId> adjusted;
+  std::vector<KeyframeId> fixed;
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+    if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
+  }
+  constexpr int kSteps = 20;  // a start is further off than a local map
+  MapBundle bundle = Collect(map, adjusted, fixed);
+  const BundleReport report = AdjustBundle(bundle.problem, {kSteps, kSteps});
+  Apply(bundle, report, map);
+}
+
+void CullPoints(Map& map) {
+  const KeyframeId newest = map.keyframes().size() - 1;
+  constexpr double kMinFoundRatio = 0.25;
+  constexpr KeyframeId kProbation = 3;  // keyframes
+  for (PointId id = 0; id < map.points().size(); ++id) {
+    const MapPoint& point = map.point(id);
+    if (!point.alive || point.created_at + kProbation < newest) continue;
+    const bool rarely_found = point.num_found < kMinFoundRatio * point.num_predicted;
+    const bool rarely_seen = newest >= point.created_at + 2 && point.observations.size() < 3;
+    if (rarely_found || rarely_seen) map.RemovePoint(id);
+  }
+}
+
+void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+  for (const Covisible& neighbour : map.CovisibleKeyframes(keyframe)) {
+    // The first one defines the world; those that have not settled are still awaited.
+    if (neighbour.keyframe == 0 || !map.keyframe(neighbour.keyframe).is_settled) continue;
+    if (!IsRedundant(map, neighbour.keyframe, options.max_redundant_share)) continue;
+    KeyframeId anchor = neighbour.keyframe - 1;
+    while (!map.keyframe(anchor).alive) --anchor;
+    map.RemoveKeyframe(neighbour.keyframe, anchor);
+  }
+}
+
+std::vector<Keyframe> TakeSettled(Map& map, bool all) {
+  constexpr int kMinNewer = 2;
+  // One that has lost sight of the newer ones settles by age.
+  constexpr KeyframeId kMaxAge = 8;
+  std::vector<Keyframe> settled;
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+    MapKeyframe& keyframe = map.keyframe(id);
+    if (keyframe.is_settled) continue;
+    const bool is_old = id + kMaxAge < map.keyframes().size();
+    if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
+    settled.push_back(ToKeyframe(map, keyframe));
+    keyframe.is_settled = true;
+    keyframe.view.frame.bgr.release();
+  }
+  return settled;
+}
+
+}  // namespace mono3d::tracking

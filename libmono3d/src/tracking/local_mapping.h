@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <vector>
+
+#include "mono3d/core/timing.h"
+#include "mono3d/image/keyframe.h"
+#include "mono3d/tracking/tracker.h"
+#include "tracking/map.h"
+
+namespace mono3d::tracking {
+
+// All that happens once for each new keyframe: new points, fusion, culling, local bundle
+// adjustment.
+void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
+                     StageTimes* times);
+
+// Bundle adjustment of a keyframe with its most covisible ones; older ones that see the same points
+// stay where they are. Outliers lose their observation.
+void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
+
+// Bundle adjustment of everything; only the first keyframe stays.
+void AdjustAll(Map& map);
+
+// Points that were rarely found, or that too few keyframes came to see, go.
+void CullPoints(Map& map);
+
+// Settled keyframes of which most points are seen by three others go.
+void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
+
+// Hands out the keyframes that have settled, in order: those that shared a bundle adjustment with
+// two newer ones. `all`: every one left. Their images are released here.
+std::vector<Keyframe> TakeSettled(Map& map, bool all);
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/map.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace mono3d::tracking {
+
+KeyframeId Map::AddKeyframe(View view, std::int64_t public_id) {
+  const KeyframeId id = keyframes_.size();
+  MapKeyframe keyframe;
+  keyframe.view = std::move(view);
+  keyframe.id = public_id;
+  keyframes_.push_back(std::move(keyframe));
+  const auto& points = keyframes_[id].view.points;
+  for (std::size_t feature = 0; feature < points.size(); ++feature) {
+    if (points[feature]) points_[*points[feature]].observations.push_back({id, feature});
+  }
+  for (const std::optional<PointId>& point : points) {
+    if (point) UpdatePoint(*point);
+  }
+  return id;
+}
+
+PointId Map::AddPoint(const Eigen::Vector3d& p_world) {
+  MapPoint point;
+  point.p_world = p_world;
+  point.created_at = keyframes_.empty() ? 0 : keyframes_.size() - 1;
+  points_.push_back(point);
+  return points_.size() - 1;
+}
+
+void Map::AddObservation(PointId point, const Observation& observation) {
+  auto& observations = points_[point].observations;
+  const auto at = std::find_if(observations.begin(), observations.end(), [&](const Observation& o) {
+    return o.keyframe > observation.keyframe;
+  });
+  observations.insert(at, observation);
+  keyframes_[observation.keyframe].view.points[observation.feature] = point;
+}
+
+void Map::RemoveObservation(PointId point, const Observation& observation) {
+  auto& observations = points_[point].observations;
+  std::erase_if(observations,
+                [&](const Observation& o) { return o.keyframe == observation.keyframe; });
+  keyframes_[observation.keyframe].view.points[observation.feature].reset();
+  if (observations.size() < 2) RemovePoint(point);
+}
+
+void Map::RemovePoint(PointId point) {
+  MapPoint& removed = points_[point];
+  for (const Observation& observation : removed.observations) {
+    keyframes_[observation.keyframe].view.points[observation.feature].reset();
+  }
+  removed.observations.clear();
+  removed.alive = false;
+}
+
+void Map::MergePoints(PointId from, PointId to) {
+  if (from == to) return;
+  const std::vector<Observation> moved = points_[from].observations;
+  points_[to].num_predicted += points_[from].num_predicted;
+  points_[to].num_found += points_[from].num_found;
+  RemovePoint(from);
+  for (const Observation& observation : moved) {
+    if (!FeatureOf(to, observation.keyframe)) AddObservation(to, observation);
+  }
+  UpdatePoint(to);
+}
+
+void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
+  MapKeyframe& keyframe = keyframes_[id];
+  keyframe.alive = false;
+  keyframe.anchor = anchor;
+  keyframe.T_cam_anchor = keyframe.view.T_cam_world * T_cam_world(anchor).Inverse();
+  for (std::size_t feature = 0; feature < keyframe.view.points.size(); ++feature) {
+    const std::optional<PointId> point = keyframe.view.points[feature];
+    if (!point) continue;
+    RemoveObservation(*point, {id, feature});
+    if (points_[*point].alive) UpdatePoint(*point);
+  }
+  keyframe.view.features = {};
+  keyframe.view.grid = {};
+  keyframe.view.points = {};
+}
+
+void Map::UpdatePoint(PointId id) {
+  MapPoint& point = points_[id];
+  if (point.observations.empty()) return;
+  std::vector<Descriptor> descriptors;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Observation& observation : point.observations) {
+    const View& view = keyframes_[observation.keyframe].view;
+    descriptors.push_back(view.features[observation.feature].descriptor);
+    sum += (view.Centre() - point.p_world).normalized();
+  }
+  point.descriptor = descriptors[MostTypical(descriptors)];
+  point.towards_cameras = sum.normalized();
+  // The scale as the newest keyframe sees it.
+  const Observation& newest = point.observations.back();
+  const View& view = keyframes_[newest.keyframe].view;
+  const double distance = (view.Centre() - point.p_world).norm();
+  point.max_distance = distance * scales_.Scale(view.features[newest.feature].level);
+  point.min_distance = point.max_distance / scales_.Scale(scales_.num_levels() - 1);
+}
+
+std::optional<std::size_t> Map::FeatureOf(PointId point, KeyframeId keyframe) const {
+  for (const Observation& observation : points_[point].observations) {
+    if (observation.keyframe == keyframe) return observation.feature;
+  }
+  return std::nullopt;
+}
+
+std::vector<Covisible> Map::CovisibleKeyframes(KeyframeId keyframe) const {
+  return KeyframesSeeing(keyframes_[keyframe].view.points, keyframe);
+}
+
+std::vector<Covisible> Map::KeyframesSeeing(const std::vector<std::optional<PointId>>& points,
+                                            std::optional<KeyframeId> excluded) const {
+  std::vector<int> counts(keyframes_.size(), 0);
+  for (const std::optional<PointId>& point : points) {
+    if (!point) continue;
+    for (const Observation& observation : points_[*point].observations) {
+      ++counts[observation.keyframe];
+    }
+  }
+  if (excluded) counts[*excluded] = 0;
+  std::vector<Covisible> covisible;
+  for (KeyframeId id = 0; id < counts.size(); ++id) {
+    if (counts[id] > 0) covisible.push_back({id, counts[id]});
+  }
+  // Newer first among equals.
+  std::sort(covisible.begin(), covisible.end(), [](const Covisible& a, const Covisible& b) {
+    return a.num_shared != b.num_shared ? a.num_shared > b.num_shared : a.keyframe > b.keyframe;
+  });
+  return covisible;
+}
+
+std::vector<float> Map::Depths(const View& view) const {
+  std::vector<float> depths;
+  for (const std::optional<PointId>& point : view.points) {
+    if (!point || !points_[*point].alive) continue;
+    const double z = (view.T_cam_world * points_[*point].p_world).z();
+    if (z > 0) depths.push_back(static_cast<float>(z));
+  }
+  return depths;
+}
+
+Pose Map::T_cam_world(KeyframeId id) const {
+  const MapKeyframe& keyframe = keyframes_[id];
+  if (keyframe.alive) return keyframe.view.T_cam_world;
+  return keyframe.T_cam_anchor * T_cam_world(keyframe.anchor);
+}
+
+void Map::Rescale(double factor) {
+  for (MapPoint& point : points_) {
+    point.p_world *= factor;
+    point.min_distance *= factor;
+    point.max_distance *= factor;
+  }
+  for (MapKeyframe& keyframe : keyframes_) {
+    Pose& T = keyframe.view.T_cam_world;
+    T = Pose(T.rotation(), T.translation() * factor);
+    Pose& T_anchor = keyframe.T_cam_anchor;
+    T_anchor = Pose(T_anchor.rotation(), T_anchor.translation() * factor);
+  }
+}
+
+}  // namespace mono3d::tracking

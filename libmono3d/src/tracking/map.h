@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+#include "mono3d/image/frame.h"
+#include "tracking/features.h"
+
+namespace mono3d::tracking {
+
+// Positions in the lists of a Map. They never change: what is removed only ceases to be alive.
+using PointId = std::size_t;
+using KeyframeId = std::size_t;
+
+// chi2 at 95 % for an error of two dimensions: beyond it a measurement is an outlier.
+inline constexpr double kChi2TwoDof = 5.991;
+inline constexpr double kChi2OneDof = 3.841;
+
+// One image as the tracker sees it.
+struct View {
+  Frame frame;
+  std::vector<Feature> features;
+  FeatureGrid grid;
+  std::vector<std::optional<PointId>> points;  // of each feature
+  Pose T_cam_world;
+
+  Eigen::Vector3d Centre() const { return T_cam_world.Inverse().translation(); }  // in the world
+};
+
+struct Observation {
+  KeyframeId keyframe = 0;
+  std::size_t feature = 0;
+};
+
+// A point of the sparse map.
+struct MapPoint {
+  bool alive = true;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  std::vector<Observation> observations;  // by ascending keyframe
+  KeyframeId created_at = 0;              // the newest keyframe at that time
+  int num_predicted = 1;                  // times it should have been seen
+  int num_found = 1;                      // times it was
+  // What follows from the observations:
+  Descriptor descriptor{};                                    // the most typical one
+  Eigen::Vector3d towards_cameras = Eigen::Vector3d::Zero();  // mean direction, unit length
+  double min_distance = 0;  // su, at which it shows on the coarsest level
+  double max_distance = 0;  // su, at which it shows on level 0
+};
+
+struct MapKeyframe {
+  View view;
+  std::int64_t id = 0;  // over all maps
+  bool alive = true;
+  int num_newer_adjusted = 0;  // newer keyframes that it shared a bundle adjustment with
+  bool is_settled = false;
+  // Where a culled keyframe is to be found: fixed to another one.
+  KeyframeId anchor = 0;
+  Pose T_cam_anchor;
+};
+
+struct Covisible {
+  KeyframeId keyframe = 0;
+  int num_shared = 0;  // points
+};
+
+// Points and keyframes of one start, and who sees what.
+class Map {
+ public:
+  Map(int id, const CameraModel& camera, const FeatureOptions& options)
+      : id_(id), camera_(camera), scales_(options) {}
+
+  int id() const { return id_; }
+  const CameraModel& camera() const { return camera_; }
+  const PyramidScales& scales() const { return scales_; }
+  const std::vector<MapPoint>& points() const { return points_; }
+  const std::vector<MapKeyframe>& keyframes() const { return keyframes_; }
+  MapPoint& point(PointId id) { return points_[id]; }
+  const MapPoint& point(PointId id) const { return points_[id]; }
+  MapKeyframe& keyframe(KeyframeId id) { return keyframes_[id]; }
+  const MapKeyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
+
+  // Takes the view over; its points gain an observation each.
+  KeyframeId AddKeyframe(View view, std::int64_t public_id);
+  PointId AddPoint(const Eigen::Vector3d& p_world);
+  // The feature must not have a point yet, nor the keyframe see the point.
+  void AddObservation(PointId point, const Observation& observation);
+  // A point with fewer than two observations left goes.
+  void RemoveObservation(PointId point, const Observation& observation);
+  void RemovePoint(PointId point);
+  // Observations of `from` become those of `to`, where `to` has none in that keyframe.
+  void MergePoints(PointId from, PointId to);
+  // Fixes the keyframe to `anchor` and takes its observations away.
+  void RemoveKeyframe(KeyframeId keyframe, KeyframeId anchor);
+
+  // Renews what follows from the observations of a point.
+  void UpdatePoint(PointId point);
+  std::optional<std::size_t> FeatureOf(PointId point, KeyframeId keyframe) const;
+
+  // Keyframes that share points with `keyframe`, most shared points first.
+  std::vector<Covisible> CovisibleKeyframes(KeyframeId keyframe) const;
+  // The same for any list of points, without the one excluded.
+  std::vector<Covisible> KeyframesSeeing(const std::vector<std::optional<PointId>>& points,
+                                         std::optional<KeyframeId> excluded = std::nullopt) const;
+
+  // z-depths of the points in view of an image, in su.
+  std::vector<float> Depths(const View& view) const;
+  // Camera pose of a keyframe, also of a culled one.
+  Pose T_cam_world(KeyframeId keyframe) const;
+  // Multiplies all lengths.
+  void Rescale(double factor);
+
+ private:
+  int id_;
+  CameraModel camera_;
+  PyramidScales scales_;
+  std::vector<MapPoint> points_;
+  std::vector<MapKeyframe> keyframes_;
+};
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/orb_tracker.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "tracking/initialisation.h"
+#include "tracking/keyframe_insertion.h"
+#include "tracking/local_mapping.h"
+
+namespace mono3d::tracking {
+namespace {
+
+std::string Needed(int found, const char* what, int needed) {
+  return std::to_string(found) + " " + what + ", " + std::to_string(needed) + " needed";
+}
+
+TrackingResult NotInitialised(std::string reason) {
+  TrackingResult result;
+  result.reason = std::move(reason);
+  return result;
+}
+
+// The map of two views, bundle adjusted, with median depth 1.
+void FillMap(const TwoViewStart& start, View a, View b, std::int64_t first_id, Map& map) {
+  a.points.assign(a.features.size(), std::nullopt);
+  b.points.assign(b.features.size(), std::nullopt);
+  a.T_cam_world = Pose();
+  b.T_cam_world = start.T_b_a;
+  const KeyframeId id_a = map.AddKeyframe(std::move(a), first_id);
+  const KeyframeId id_b = map.AddKeyframe(std::move(b), first_id + 1);
+  for (std::size_t i = 0; i < start.matches.size(); ++i) {
+    const PointId point = map.AddPoint(start.p_a[i]);
+    map.AddObservation(point, {id_a, start.matches[i].feature_a});
+    map.AddObservation(point, {id_b, start.matches[i].feature_b});
+    map.UpdatePoint(point);
+  }
+  AdjustAll(map);
+  const float median = Median(map.Depths(map.keyframe(id_a).view));
+  if (median > 0) map.Rescale(1 / median);
+}
+
+}  // namespace
+
+OrbTracker::OrbTracker(const TrackerOptions& options, StageTimes* times)
+    : options_(options), times_(times) {
+  options_.Validate();
+}
+
+TrackingResult OrbTracker::Track(const Frame& frame) {
+  Validate(frame);
+  if (camera_ && !(*camera_ == frame.camera)) {
+    throw Error(ErrorParts{.what = "camera differs from the first frame's",
+                           .where = frame.name,
+                           .expected = "one camera for all frames",
+                           .found = {}});
+  }
+  camera_ = frame.camera;
+  View view = MakeView(frame);
+  return has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
+}
+
+View OrbTracker::MakeView(const Frame& frame) const {
+  const ScopedStageTimer timer(times_, "tracking/features");
+  View view;
+  view.frame = frame;
+  const int num_features = options_.features.num_features * (has_map_ ? 1 : 2);
+  view.features = ExtractFeatures(ToGrey(frame.bgr), options_.features, num_features);
+  view.grid = FeatureGrid(view.features, frame.camera.width, frame.camera.height);
+  view.points.assign(view.features.size(), std::nullopt);
+  return view;
+}
+
+TrackingResult OrbTracker::Initialise(View view) {
+  const ScopedStageTimer timer(times_, "tracking/initialisation");
+  const InitialisationOptions& options = options_.initialisation;
+  const auto num_features = static_cast<int>(view.features.size());
+  if (num_features < options.min_matches) {
+    first_view_.reset();
+    return NotInitialised(Needed(num_features, "features", options.min_matches));
+  }
+  if (!first_view_) {
+    first_view_ = std::move(view);
+    return NotInitialised("first view taken, waiting for parallax");
+  }
+  constexpr int kMaxLevel = 3;  // coarser ones are too vague for a start
+  const std::vector<FeatureMatch> matches = MatchNearby(
+      *first_view_, view, options.search_radius_share * view.frame.camera.width, kMaxLevel);
+  StartAttempt attempt =
+      StartFromTwoViews(*first_view_, view, matches, *camera_, options, options_.seed);
+  if (!attempt.start) {
+    const double waited_s = view.frame.timestamp_s - first_view_->frame.timestamp_s;
+    const bool give_up =
+        static_cast<int>(matches.size()) < options.min_matches || waited_s > options.max_wait_s;
+    if (give_up) first_view_ = std::move(view);
+    return NotInitialised(std::move(attempt.reason));
+  }
+  maps_.push_back(
+      std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
+  FillMap(*attempt.start, *first_view_, view, next_keyframe_id_, map());
+  next_keyframe_id_ += 2;
+  has_map_ = true;
+  reference_ = newest_ = 1;
+  records_.push_back({first_view_->frame.index, first_view_->frame.timestamp_s, map().id(), 0, {}});
+  first_view_.reset();
+  velocity_.reset();
+  lost_since_s_.reset();
+
+  view = map().keyframe(1).view;
+  TrackingResult result;
+  result.status = TrackingStatus::kTracking;
+  result.map_id = map().id();
+  result.T_world_cam = view.T_cam_world.Inverse();
+  result.is_keyframe = true;
+  result.num_inliers = static_cast<int>(map().Depths(view).size());
+  Remember(std::move(view));
+  return result;
+}
+
+TrackingResult OrbTracker::Follow(View view) {
+  PoseResult pose;
+  {
+    const ScopedStageTimer timer(times_, "tracking/frame_tracking");
+    if (lost_since_s_) {
+      pose = Recover(view);
+    } else {
+      view.T_cam_world = velocity_ ? *velocity_ * PreviousPose() : PreviousPose();
+      pose = TrackFromPrevious(map(), *previous_, view);
+      if (pose.num_inliers < 10) {
+        view.T_cam_world = PreviousPose();
+        pose = TrackFromKeyframe(map(), reference_, view);
+      }
+      if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
+      if (pose.num_inliers < options_.min_inliers) {
+        const PoseResult recovered = Recover(view);
+        if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
+      }
+    }
+  }
+  if (pose.num_inliers < options_.min_inliers) {
+    return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
+  }
+  if (lost_since_s_)
+    velocity_.reset();
+  else
+    velocity_ = view.T_cam_world * PreviousPose().Inverse();
+  lost_since_s_.reset();
+  const std::vector<Covisible> seeing = map().KeyframesSeeing(view.points);
+  if (!seeing.empty()) reference_ = seeing.front().keyframe;
+
+  TrackingResult result;
+  result.status = TrackingStatus::kTracking;
+  result.map_id = map().id();
+  result.num_inliers = pose.num_inliers;
+  result.reprojection_px = pose.reprojection_px;
+  result.is_keyframe = InsertIfNeeded(view, pose);
+  if (result.is_keyframe) {
+    view = map().keyframe(newest_).view;
+    result.settled_keyframes = TakeSettled(map(), false);
+  }
+  result.T_world_cam = view.T_cam_world.Inverse();
+  Remember(std::move(view));
+  return result;
+}
+
+TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
+  TrackingResult result;
+  result.status = TrackingStatus::kLost;
+  result.reason = reason;
+  result.map_id = map().id();
+  if (!lost_since_s_) lost_since_s_ = view.frame.timestamp_s;
+  if (view.frame.timestamp_s - *lost_since_s_ >= options_.recovery_s) {
+    result.settled_keyframes = TakeSettled(map(), true);
+    result.reason += "; starting anew";
+    has_map_ = false;
+    first_view_.reset();
+    previous_.reset();
+    velocity_.reset();
+    lost_since_s_.reset();
+  }
+  return result;
+}
+
+PoseResult OrbTracker::Recover(View& view) {
+  // The newest keyframes: within the time allowed the camera cannot have gone far.
+  constexpr int kMaxKeyframes = 5;
+  // More than to go on tracking: a wrong place must not pass.
+  const int needed = options_.min_inliers * 5 / 3;
+  int num_tried = 0;
+  PoseResult best;
+  for (KeyframeId id = map().keyframes().size(); id-- > 0 && num_tried < kMaxKeyframes;) {
+    if (!map().keyframe(id).alive) continue;
+    ++num_tried;
+    PoseResult pose = Relocalise(map(), id, view, options_.seed);
+    if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
+    if (pose.num_inliers >= needed) return pose;
+    if (pose.num_inliers > best.num_inliers) best = pose;
+  }
+  best.num_inliers = std::min(best.num_inliers, options_.min_inliers - 1);
+  return best;
+}
+
+bool OrbTracker::InsertIfNeeded(const View& view, const PoseResult& pose) {
+  InsertionEvidence evidence;
+  const Pose T_newest = map().T_cam_world(newest_);
+  evidence.T_current_last = view.T_cam_world * T_newest.Inverse();
+  evidence.T_current_previous = velocity_.value_or(Pose());
+  evidence.median_depth_su = Median(map().Depths(view));
+  evidence.num_inliers = pose.num_inliers;
+  for (const std::optional<PointId>& point : map().keyframe(reference_).view.points) {
+    if (point && map().point(*point).observations.size() >= 3) ++evidence.num_reference_points;
+  }
+  if (!NeedsKeyframe(evidence, options_.insertion)) return false;
+  newest_ = map().AddKeyframe(view, next_keyframe_id_++);
+  MapKeyframeInto(map(), newest_, options_.mapping, times_);
+  reference_ = newest_;
+  return true;
+}
+
+void OrbTracker::Remember(View view) {
+  KeyframeId keyframe = reference_;
+  while (!map().keyframe(keyframe).alive) --keyframe;
+  records_.push_back({view.frame.index, view.frame.timestamp_s, map().id(), keyframe,
+                      view.T_cam_world * map().T_cam_world(keyframe).Inverse()});
+  view.frame.bgr.release();
+  previous_ = std::move(view);
+}
+
+Pose OrbTracker::PreviousPose() const {
+  const Record& record = records_.back();
+  return record.T_cam_keyframe * map().T_cam_world(record.keyframe);
+}
+
+std::vector<Keyframe> OrbTracker::Finish() {
+  if (!has_map_) return {};
+  return TakeSettled(map(), true);
+}
+
+std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {
+  std::vector<TrajectoryEntry> entries;
+  for (const Record& record : records_) {
+    const Map& of = *maps_[static_cast<std::size_t>(record.map_id)];
+    const Pose T_cam_world = record.T_cam_keyframe * of.T_cam_world(record.keyframe);
+    entries.push_back(
+        {record.frame_index, record.timestamp_s, record.map_id, T_cam_world.Inverse()});
+  }
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const auto& a, const auto& b) { return a.frame_index < b.frame_index; });
+  return entries;
+}
+
+std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
+  std::vector<TrajectoryEntry> entries;
+  for (const std::unique_ptr<Map>& of : maps_) {
+    for (KeyframeId id = 0; id < of->keyframes().size(); ++id) {
+      const Frame& frame = of->keyframe(id).view.frame;
+      entries.push_back({frame.index, frame.timestamp_s, of->id(), of->T_cam_world(id).Inverse()});
+    }
+  }
+  return entries;
+}
+
+PointCloud OrbTracker::MapPoints(int map_id) const {
+  PointCloud cloud;
+  if (map_id < 0 || static_cast<std::size_t>(map_id) >= maps_.size()) return cloud;
+  for (const MapPoint& point : maps_[static_cast<std::size_t>(map_id)]->points()) {
+    if (!point.alive) continue;
+    cloud.points.push_back(point.p_world.cast<float>());
+    cloud.normals.push_back(point.towards_cameras.cast<float>());
+    cloud.observations.push_back(static_cast<std::uint32_t>(point.observations.size()));
+  }
+  return cloud;
+}
+
+}  // namespace mono3d::tracking
+
+namespace mono3d {
+
+std::unique_ptr<Tracker> CreateTracker(const TrackerOptions& options, StageTimes* times) {
+  return std::make_unique<tracking::OrbTracker>(options, times);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/tracking/tracker.h"
+#include "tracking/frame_tracking.h"
+#include "tracking/map.h"
+
+namespace mono3d::tracking {
+
+// The tracker behind CreateTracker: the order in which the stages run, and what they remember from
+// frame to frame.
+class OrbTracker final : public Tracker {
+ public:
+  OrbTracker(const TrackerOptions& options, StageTimes* times);
+
+  TrackingResult Track(const Frame& frame) override;
+  std::vector<Keyframe> Finish() override;
+  std::vector<TrajectoryEntry> Trajectory() const override;
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
+  PointCloud MapPoints(int map_id) const override;
+
+ private:
+  // A tracked frame, fixed to a keyframe whose pose may still change.
+  struct Record {
+    std::int64_t frame_index = 0;
+    double timestamp_s = 0;
+    int map_id = 0;
+    KeyframeId keyframe = 0;
+    Pose T_cam_keyframe;
+  };
+
+  View MakeView(const Frame& frame) const;
+  TrackingResult Initialise(View view);
+  TrackingResult Follow(View view);
+  TrackingResult Lose(const View& view, const std::string& reason);
+  PoseResult Recover(View& view);
+  bool InsertIfNeeded(const View& view, const PoseResult& pose);
+  void Remember(View view);
+
+  Map& map() { return *maps_.back(); }
+  const Map& map() const { return *maps_.back(); }
+  Pose PreviousPose() const;
+
+  TrackerOptions options_;
+  StageTimes* times_;
+  std::optional<CameraModel> camera_;
+  std::vector<std::unique_ptr<Map>> maps_;  // the last one is in use unless `first_view_` waits
+  std::vector<Record> records_;
+  std::int64_t next_keyframe_id_ = 0;
+
+  bool has_map_ = false;
+  std::optional<View> first_view_;  // of the start to come
+  std::optional<View> previous_;    // the last tracked frame
+  std::optional<Pose> velocity_;    // T_current_previous of the last two tracked frames
+  KeyframeId reference_ = 0;        // the keyframe that shares most points with the last frame
+  KeyframeId newest_ = 0;
+  std::optional<double> lost_since_s_;
+};
+
+}  // namespace mono3d::tracking

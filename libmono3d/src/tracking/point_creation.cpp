@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/point_creation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "mono3d/geometry/fundamental.h"
+#include "mono3d/geometry/triangulation.h"
+#include "mono3d/image/keyframe.h"
+#include "tracking/matching.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Rays closer to parallel than this give a depth that says nothing (0.6 degrees; at 1 px and a
+// focal length of 700 px the depth error is 15 %).
+constexpr double kMaxCosParallax = 0.99995;
+
+struct Pair {
+  Map& map;
+  KeyframeId a;
+  KeyframeId b;
+  Pose T_b_a;
+  Eigen::Matrix3d F;
+  double near_su;  // depths in view of a at which points are searched for
+  double far_su;
+
+  const View& view_a() const { return map.keyframe(a).view; }
+  const View& view_b() const { return map.keyframe(b).view; }
+};
+
+bool Fits(const Map& map, const Eigen::Vector3d& p_cam, const Feature& feature) {
+  const double error = (map.camera().Project(p_cam) - feature.pixel).squaredNorm();
+  return error <= kChi2TwoDof * map.scales().Variance(feature.level);
+}
+
+// The feature of b along the epipolar line that looks most like feature `i` of a.
+std::optional<std::size_t> SearchEpipolarLine(const Pair& pair, std::size_t i,
+                                              std::vector<std::size_t>& found) {
+  const CameraModel& camera = pair.map.camera();
+  const Feature& feature = pair.view_a().features[i];
+  const Eigen::Vector3d ray = camera.Unproject(feature.pixel);
+  const Eigen::Vector3d near_b = pair.T_b_a * (pair.near_su * ray);
+  const Eigen::Vector3d far_b = pair.T_b_a * (pair.far_su * ray);
+  if (near_b.z() <= 0 || far_b.z() <= 0) return std::nullopt;
+  const Eigen::Vector2d first = camera.Project(near_b);
+  const Eigen::Vector2d last = camera.Project(far_b);
+  // Squares of this half width, side by side along the line.
+  constexpr double kHalfWidth = 8;
+  const int num_squares = static_cast<int>(std::ceil((last - first).norm() / (2 * kHalfWidth))) + 1;
+  constexpr int kMaxSquares = 100;  // a line longer than the image says that the depths are off
+  if (num_squares > kMaxSquares) return std::nullopt;
+  found.clear();
+  for (int k = 0; k < num_squares; ++k) {
+    const double share = num_squares == 1 ? 0.5 : static_cast<double>(k) / (num_squares - 1);
+    pair.view_b().grid.Find(first + share * (last - first), kHalfWidth, feature.level - 1,
+                            feature.level + 1, found);
+  }
+  std::optional<std::size_t> best;
+  int best_distance = kCloseDistance + 1;
+  for (const std::size_t j : found) {
+    if (pair.view_b().points[j]) continue;
+    const Feature& other = pair.view_b().features[j];
+    const double error = SquaredEpipolarDistance(pair.F, feature.pixel, other.pixel);
+    if (error > kChi2OneDof * pair.map.scales().Variance(other.level)) continue;
+    const int distance = Distance(feature.descriptor, other.descriptor);
+    if (distance >= best_distance) continue;
+    best_distance = distance;
+    best = j;
+  }
+  return best;
+}
+
+// The point of two features in the frame of a, if it passes the tests.
+std::optional<Eigen::Vector3d> TriangulateChecked(const Pair& pair, const Feature& in_a,
+                                                  const Feature& in_b) {
+  const CameraModel& camera = pair.map.camera();
+  const PyramidScales& scales = pair.map.scales();
+  const Eigen::Vector3d ray_a = camera.Unproject(in_a.pixel);
+  const Eigen::Vector3d ray_b = camera.Unproject(in_b.pixel);
+  const Eigen::Vector3d ray_b_in_a = pair.T_b_a.rotation().conjugate() * ray_b;
+  if (ray_a.normalized().dot(ray_b_in_a.normalized()) > kMaxCosParallax) return std::nullopt;
+  const std::optional<Eigen::Vector3d> p_a = Triangulate(ray_a, ray_b, pair.T_b_a);
+  if (!p_a) return std::nullopt;
+  const Eigen::Vector3d p_b = pair.T_b_a * *p_a;
+  if (!Fits(pair.map, *p_a, in_a) || !Fits(pair.map, p_b, in_b)) return std::nullopt;
+  // The ratio of the distances and of the levels say the same, but for half a level on each side
+  // and some slant: a factor of 1.5 levels.
+  const double by_distance = p_b.norm() / p_a->norm();
+  const double by_level = scales.Scale(in_a.level) / scales.Scale(in_b.level);
+  const double tolerance = 1.5 * scales.factor();
+  if (by_distance * tolerance < by_level || by_distance > by_level * tolerance) return std::nullopt;
+  return p_a;
+}
+
+int CreateWithNeighbour(const Pair& pair) {
+  Map& map = pair.map;
+  int num_created = 0;
+  std::vector<std::size_t> found;
+  const Pose T_world_a = pair.view_a().T_cam_world.Inverse();
+  for (std::size_t i = 0; i < pair.view_a().features.size(); ++i) {
+    if (pair.view_a().points[i]) continue;
+    const std::optional<std::size_t> j = SearchEpipolarLine(pair, i, found);
+    if (!j) continue;
+    const std::optional<Eigen::Vector3d> p_a =
+        TriangulateChecked(pair, pair.view_a().features[i], pair.view_b().features[*j]);
+    if (!p_a) continue;
+    const PointId point = map.AddPoint(T_world_a * *p_a);
+    map.AddObservation(point, {pair.a, i});
+    map.AddObservation(point, {pair.b, *j});
+    map.UpdatePoint(point);
+    ++num_created;
+  }
+  return num_created;
+}
+
+void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
+  const View& view = map.keyframe(target).view;
+  std::vector<ProjectedPoint> projected;
+  for (const PointId point : points) {
+    if (!map.point(point).alive || map.FeatureOf(point, target)) continue;
+    std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
+    if (!at) continue;
+    at->radius_px = 3 * map.scales().Scale(at->max_level);
+    projected.push_back(*at);
+  }
+  const MatchRule rule{.max_distance = kCloseDistance, .take_occupied = true};
+  for (const PointMatch& match : MatchProjected(projected, view, rule)) {
+    const Feature& feature = view.features[match.feature];
+    if (!map.point(match.point).alive || map.FeatureOf(match.point, target)) continue;
+    if (!Fits(map, view.T_cam_world * map.point(match.point).p_world, feature)) continue;
+    const std::optional<PointId> present = view.points[match.feature];
+    if (!present) {
+      map.AddObservation(match.point, {target, match.feature});
+      map.UpdatePoint(match.point);
+      continue;
+    }
+    const bool keep_present =
+        map.point(*present).observations.size() > map.point(match.point).observations.size();
+    map.MergePoints(keep_present ? match.point : *present, keep_present ? *present : match.point);
+  }
+}
+
+std::vector<PointId> PointsOf(const View& view) {
+  std::vector<PointId> points;
+  for (const std::optional<PointId>& point : view.points) {
+    if (point) points.push_back(*point);
+  }
+  return points;
+}
+
+std::vector<Covisible> Neighbours(const Map& map, KeyframeId keyframe, int count) {
+  std::vector<Covisible> neighbours = map.CovisibleKeyframes(keyframe);
+  neighbours.resize(std::min(neighbours.size(), static_cast<std::size_t>(count)));
+  return neighbours;
+}
+
+}  // namespace
+
+int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+  std::vector<float> depths = map.Depths(map.keyframe(keyframe).view);
+  if (depths.empty()) return 0;
+  std::sort(depths.begin(), depths.end());
+  const double median = depths[depths.size() / 2];
+  // Beyond the depths known there may be more to find, twice as near and four times as far.
+  const double near_su = 0.5 * depths[depths.size() / 50];
+  const double far_su = 4 * depths[depths.size() - 1 - depths.size() / 50];
+  int num_created = 0;
+  for (const Covisible& neighbour : Neighbours(map, keyframe, options.num_neighbours)) {
+    const View& a = map.keyframe(keyframe).view;
+    const View& b = map.keyframe(neighbour.keyframe).view;
+    const Pose T_b_a = b.T_cam_world * a.T_cam_world.Inverse();
+    if (T_b_a.translation().norm() < options.min_baseline_share * median) continue;
+    const Eigen::Matrix3d K = map.camera().Matrix();
+    const Eigen::Matrix3d F = FundamentalFromMotion(T_b_a, K, K);
+    num_created +=
+        CreateWithNeighbour({map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su});
+  }
+  return num_created;
+}
+
+void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+  const std::vector<Covisible> neighbours = Neighbours(map, keyframe, options.num_neighbours);
+  const std::vector<PointId> own = PointsOf(map.keyframe(keyframe).view);
+  for (const Covisible& neighbour : neighbours) FuseInto(map, neighbour.keyframe, own);
+  std::vector<PointId> theirs;
+  std::vector<char> is_listed(map.points().size(), 0);
+  for (const Covisible& neighbour : neighbours) {
+    for (const PointId point : PointsOf(map.keyframe(neighbour.keyframe).view)) {
+      if (is_listed[point] == 0) theirs.push_back(point);
+      is_listed[point] = 1;
+    }
+  }
+  FuseInto(map, keyframe, theirs);
+}
+
+}  // namespace mono3d::tracking
