@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fusion/fusion_scene.h"
+#include "gpu/test_device.h"
+#include "mono3d/core/error.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+namespace {
+
+using ::testing::HasSubstr;
+
+DepthMap SmallMap() { return PlaneMap(TestCamera(16, 12), Pose()); }
+
+void ExpectRejectedUntouched(SurfelMap& map, const DepthMap& depth_map, const std::string& reason) {
+  const PointCloud before = map.Export(1);
+  const FusionResult result = map.Integrate(depth_map);
+  EXPECT_EQ(result.status, FusionStatus::kRejected);
+  EXPECT_THAT(result.reason, HasSubstr(reason));
+  EXPECT_EQ(result.num_merged + result.num_inserted + result.num_removed, 0);
+  EXPECT_EQ(result.num_surfels, map.num_surfels());
+  const PointCloud after = map.Export(1);
+  EXPECT_EQ(after.points, before.points);
+  EXPECT_EQ(after.observations, before.observations);
+}
+
+TEST(SurfelMapInput, RejectsAnEmptyDepthMap) {
+  const auto map = CreateSurfelMap(TestDevice());
+  DepthMap empty = SmallMap();
+  empty.depth.setTo(0);
+  ExpectRejectedUntouched(*map, empty, "no estimate");
+  (void)map->Integrate(SmallMap());
+  ExpectRejectedUntouched(*map, empty, "no estimate");
+  DepthMap without_confidence = SmallMap();
+  without_confidence.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0));
+  ExpectRejectedUntouched(*map, without_confidence, "no estimate");
+}
+
+TEST(SurfelMapInput, RejectsADepthMapOfAnotherMap) {
+  const auto map = CreateSurfelMap(TestDevice());
+  DepthMap first = SmallMap();
+  first.map_id = 4;
+  EXPECT_EQ(map->Integrate(first).status, FusionStatus::kFused);
+  DepthMap other = SmallMap();
+  other.map_id = 5;
+  ExpectRejectedUntouched(*map, other, "map 5");
+}
+
+TEST(SurfelMapInput, RejectsWhatDoesNotFit) {
+  SurfelMapOptions options;
+  options.max_surfels = 16 * 12 + 10;
+  const auto map = CreateSurfelMap(TestDevice(), options);
+  EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
+  // The same place again needs no room; another place does.
+  EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
+  DepthMap elsewhere = SmallMap();
+  elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(100, 0, 0));
+  ExpectRejectedUntouched(*map, elsewhere, "model is full");
+}
+
+TEST(SurfelMapInput, FusesMapsOfDifferentSizes) {
+  const auto map = CreateSurfelMap(TestDevice());
+  EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
+  // Half the resolution sees every surfel and adds none.
+  const FusionResult coarser = map->Integrate(PlaneMap(TestCamera(8, 6), Pose()));
+  EXPECT_EQ(coarser.num_merged, 8 * 6);
+  EXPECT_EQ(map->Export(2).size(), 16U * 12U);
+  // Four times the resolution adds detail.
+  EXPECT_GT(map->Integrate(PlaneMap(TestCamera(64, 48), Pose())).num_inserted, 0);
+}
+
+TEST(SurfelMapInput, ThrowsOnAnInvalidDepthMap) {
+  const auto map = CreateSurfelMap(TestDevice());
+  DepthMap wrong_size = SmallMap();
+  wrong_size.depth = cv::Mat(3, 3, CV_32FC1, cv::Scalar(1));
+  EXPECT_THROW((void)map->Integrate(wrong_size), Error);
+  DepthMap distorted = SmallMap();
+  distorted.camera.distortion[0] = 0.1;
+  EXPECT_THROW((void)map->Integrate(distorted), Error);
+  DepthMap no_pose = SmallMap();
+  no_pose.T_world_cam = Pose(Eigen::Quaterniond::Identity(),
+                             Eigen::Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0));
+  EXPECT_THROW((void)map->Integrate(no_pose), Error);
+  EXPECT_EQ(map->num_surfels(), 0);
+}
+
+TEST(SurfelMapInput, RefusesOptionsOutOfRange) {
+  SurfelMapOptions options;
+  options.max_surfels = -1;
+  EXPECT_THROW(CreateSurfelMap(TestDevice(), options), UsageError);
+}
+
+TEST(SurfelMapInput, TakesNotANumberForNoEstimate) {
+  const auto map = CreateSurfelMap(TestDevice());
+  DepthMap depth_map = SmallMap();
+  depth_map.depth.at<float>(0, 0) = std::numeric_limits<float>::quiet_NaN();
+  depth_map.depth.at<float>(0, 1) = std::numeric_limits<float>::infinity();
+  depth_map.depth.at<float>(0, 2) = -1;
+  EXPECT_EQ(map->Integrate(depth_map).num_inserted, 16 * 12 - 3);
+  for (const auto& p : map->Export(1).points) EXPECT_TRUE(p.allFinite());
+}
+
+TEST(SurfelMapInput, ReportsTimesOfItsStages) {
+  StageTimes times;
+  const auto map = CreateSurfelMap(TestDevice(), {}, &times);
+  (void)map->Integrate(SmallMap());
+  (void)map->Integrate(SmallMap());
+  std::vector<std::string> stages;
+  for (const StageTime& time : times.Snapshot()) stages.push_back(time.stage);
+  for (const char* stage :
+       {"fusion/integrate", "fusion/prepare", "fusion/associate", "fusion/merge",
+        "fusion/select_new", "fusion/free_space", "fusion/insert"}) {
+    EXPECT_THAT(stages, ::testing::Contains(stage));
+  }
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mono3d/core/error.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+namespace {
+
+void ExpectRefused(const SurfelMapOptions& options, const std::string& name) {
+  try {
+    options.Validate();
+    FAIL() << name << " was accepted";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(name));
+  }
+}
+
+TEST(SurfelMapOptions, DefaultsAreValid) { EXPECT_NO_THROW(SurfelMapOptions{}.Validate()); }
+
+TEST(SurfelMapOptions, NamesTheOptionThatIsOutOfRange) {
+  SurfelMapOptions options;
+  options.association.matching_error_px = 0;
+  ExpectRefused(options, "association.matching_error_px");
+  options = {};
+  options.association.max_sigmas = -1;
+  ExpectRefused(options, "association.max_sigmas");
+  options = {};
+  options.association.max_normal_angle_deg = 181;
+  ExpectRefused(options, "association.max_normal_angle_deg");
+  options = {};
+  options.free_space.min_sigmas = 2;  // what may be one surface cannot be free space
+  ExpectRefused(options, "free_space.min_sigmas");
+  options = {};
+  options.max_surfels = 0;
+  ExpectRefused(options, "max_surfels");
+}
+
+TEST(SurfelMapOptions, ListsEveryField) {
+  SurfelMapOptions options;
+  std::vector<std::string> names;
+  for (const OptionField& field : ListOptions(options)) names.push_back(field.name);
+  EXPECT_THAT(names,
+              ::testing::ElementsAre("association.matching_error_px", "association.max_sigmas",
+                                     "association.max_normal_angle_deg", "free_space.min_sigmas",
+                                     "max_surfels"));
+}
+
+}  // namespace
+}  // namespace mono3d
