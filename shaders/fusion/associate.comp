@@ -3,17 +3,17 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Each surfel looks up the pixel onto which it falls and asks what that pixel says of it: seen there
-// (the pixel confirms it), seen through (the surface is behind it), or nothing (it is out of view,
-// hidden, or the pixel has no estimate). The surfel asks, not the pixel: no surfel in view is left
-// out, none is confirmed twice, and no two invocations write to one place.
+// Each surfel looks up the pixel onto which it falls and asks what that pixel says of it: seen
+// there (the pixel confirms it), seen through (the surface is behind it), or nothing (it is out of
+// view, hidden, or the pixel has no estimate). The surfel asks, not the pixel: no surfel in view is
+// left out, none is confirmed twice, and no two invocations write to one place.
 #include "fusion/view.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
-layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
-layout(binding = 2, r32f) uniform readonly imageBuffer depth;               // su, height x width
-layout(binding = 3, rgba32f) uniform readonly imageBuffer candidate;        // per pixel
-layout(binding = 4, std430) writeonly buffer Association { uint association[]; };   // per surfel
+layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
+layout(binding = 2, r32f) uniform readonly imageBuffer depth;  // su, height x width
+layout(binding = 3, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
+layout(binding = 4, std430) writeonly buffer Association { uint association[]; };  // per surfel
 
 float DepthAt(ivec2 pixel) { return imageLoad(depth, pixel.y * int(params.width_px) + pixel.x).x; }
 

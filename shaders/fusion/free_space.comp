@@ -8,10 +8,10 @@
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer association;          // per surfel
-layout(binding = 1, rgba32ui) uniform readonly uimageBuffer old_history;       // per surfel
-layout(binding = 2, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };   // per surfel
-layout(binding = 3, std430) writeonly buffer History { uvec4 history[]; };             // per surfel
+layout(binding = 0, r32ui) uniform readonly uimageBuffer association;  // per surfel
+layout(binding = 1, rgba32ui) uniform readonly uimageBuffer old_history;  // per surfel
+layout(binding = 2, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
+layout(binding = 3, std430) writeonly buffer History { uvec4 history[]; };  // per surfel
 layout(binding = 4, std430) buffer Count { uint num_removed; };
 
 void main() {

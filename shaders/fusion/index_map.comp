@@ -9,7 +9,8 @@
 // Of two surfels at one depth that is the one with the smaller number, in whatever order they come.
 #include "fusion/index_map.glsl"
 
-layout(binding = 3, std430) buffer IndexMap { uint64_t index_map[]; };  // per cell; all bits set: empty
+// Per cell; all bits set: empty.
+layout(binding = 3, std430) buffer IndexMap { uint64_t index_map[]; };
 
 void main() {
   const uint i = ItemIndex();

@@ -7,8 +7,8 @@
 #include "fusion/view.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
-layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
-layout(binding = 2, r32ui) uniform readonly uimageBuffer association;       // per surfel
+layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
+layout(binding = 2, r32ui) uniform readonly uimageBuffer association;  // per surfel
 
 const uint kNoCell = 0xFFFFFFFFu;
 
@@ -22,7 +22,9 @@ uint IndexCell(uint i, out uint depth_bits) {
   precise vec2 cell = floor((Project(p_cam) + 0.5) * float(kIndexCellsPerPixel));
   const uint width = params.width_px * kIndexCellsPerPixel;
   const uint height = params.height_px * kIndexCellsPerPixel;
-  if (any(lessThan(cell, vec2(0.0))) || cell.x >= float(width) || cell.y >= float(height)) return kNoCell;
+  if (any(lessThan(cell, vec2(0.0))) || cell.x >= float(width) || cell.y >= float(height)) {
+    return kNoCell;
+  }
   depth_bits = floatBitsToUint(p_cam.z);
   return uint(cell.y) * width + uint(cell.x);
 }

@@ -7,10 +7,10 @@
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
 
-layout(binding = 0, r32f) uniform readonly imageBuffer depth;         // su, height x width
+layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
-layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;      // per pixel, 0xBBGGRR
-layout(binding = 3, r32ui) uniform readonly uimageBuffer selected;    // 32 pixels a word
+layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
+layout(binding = 3, r32ui) uniform readonly uimageBuffer selected;  // 32 pixels a word
 layout(binding = 4, r32ui) uniform readonly uimageBuffer num_before;  // selected before the word
 layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
 layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };

@@ -9,12 +9,12 @@
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer association;          // per surfel
-layout(binding = 1, r32f) uniform readonly imageBuffer depth;                  // su, height x width
-layout(binding = 2, rgba32f) uniform readonly imageBuffer candidate;           // per pixel
-layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;               // per pixel, 0xBBGGRR
+layout(binding = 0, r32ui) uniform readonly uimageBuffer association;  // per surfel
+layout(binding = 1, r32f) uniform readonly imageBuffer depth;  // su, height x width
+layout(binding = 2, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
+layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
 layout(binding = 4, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel, as
-layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;    // the three below
+layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;  // the three below
 layout(binding = 6, rgba32ui) uniform readonly uimageBuffer old_history;
 layout(binding = 7, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
 layout(binding = 8, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };

@@ -9,8 +9,8 @@
 // out whatever lies across a depth step.
 #include "fusion/view.glsl"
 
-layout(binding = 0, r32f) uniform readonly imageBuffer depth;                // su, height x width
-layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_confidence;  // camera frame; 0 to 1
+layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
+layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_confidence;  // in camera; 0 to 1
 layout(binding = 2, std430) writeonly buffer Candidate { vec4 candidate[]; };  // same; all 0: none
 
 // 7x7 brings the normal of a map with half a pixel of matching noise to some 15 degrees.
@@ -24,7 +24,8 @@ vec3 FittedNormal(ivec2 pixel, float inverse_depth, vec3 ray) {
   const float noise = kStepSigmas * kSqrt2 * InverseDepthSigma(inverse_depth);
   const float slope = params.max_slope_per_px * inverse_depth;
   const ivec2 last = ivec2(int(params.width_px), int(params.height_px)) - 1;
-  float n = 0.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0, sw = 0.0, suw = 0.0, svw = 0.0;
+  float n = 0.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0;
+  float sw = 0.0, suw = 0.0, svw = 0.0;
   for (int dv = -kNormalRadiusPx; dv <= kNormalRadiusPx; ++dv) {
     for (int du = -kNormalRadiusPx; du <= kNormalRadiusPx; ++du) {
       const ivec2 at = pixel + ivec2(du, dv);

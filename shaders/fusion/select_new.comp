@@ -4,12 +4,12 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Which pixels become a surfel: those around which the index map has none that is the same surface.
-// One bit per pixel; the host counts them, so that the order of insertion is the order of the pixels.
+// One bit per pixel; the host counts them, so that surfels are inserted in the order of the pixels.
 #include "fusion/view.glsl"
 
-layout(binding = 0, r32f) uniform readonly imageBuffer depth;             // su, height x width
-layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;      // per pixel
-layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;       // per cell: number, depth
+layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
+layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
+layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
 layout(binding = 3, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 4, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
 

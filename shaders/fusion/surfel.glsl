@@ -3,7 +3,7 @@
 
 // A surfel lies in three buffers of 16 bytes each:
 //   position_radius  xyz in the world, su; radius, su
-//   normal_weight    unit normal in the world; weight = information on its depth, 1/su^2; 0: removed
+//   normal_weight    unit normal in the world; weight = information on depth, 1/su^2; 0: removed
 //   history          x  colour, 10 bits each of red, green, blue, red lowest
 //                    y  depth maps that confirm it (low 16 bits), that see through it (high 16)
 //                    z  first (low) and last (high) depth map that saw it

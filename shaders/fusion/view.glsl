@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Geometry of one depth map. `precise` keeps the compiler from fusing multiplications and additions,
-// so that each device decides as the plain reference does.
+// Geometry of one depth map. `precise` keeps the compiler from fusing multiplications and
+// additions, so that each device decides as the plain reference does.
 #include "fusion/view.params.h"
 
 layout(local_size_x = 64) in;
@@ -29,21 +29,22 @@ float Dot(vec3 a, vec3 b) {
   return sum;
 }
 
-vec3 DirectionToCamera(vec3 v) {
-  return vec3(Dot(vec3(params.cam_from_world[0], params.cam_from_world[1], params.cam_from_world[2]), v),
-              Dot(vec3(params.cam_from_world[4], params.cam_from_world[5], params.cam_from_world[6]), v),
-              Dot(vec3(params.cam_from_world[8], params.cam_from_world[9], params.cam_from_world[10]), v));
+vec3 Row(int row) {
+  return vec3(params.cam_from_world[4 * row], params.cam_from_world[4 * row + 1],
+              params.cam_from_world[4 * row + 2]);
 }
+vec3 Column(int column) {
+  return vec3(params.cam_from_world[column], params.cam_from_world[column + 4],
+              params.cam_from_world[column + 8]);
+}
+
+vec3 DirectionToCamera(vec3 v) { return vec3(Dot(Row(0), v), Dot(Row(1), v), Dot(Row(2), v)); }
 
 vec3 DirectionToWorld(vec3 v) {
-  return vec3(Dot(vec3(params.cam_from_world[0], params.cam_from_world[4], params.cam_from_world[8]), v),
-              Dot(vec3(params.cam_from_world[1], params.cam_from_world[5], params.cam_from_world[9]), v),
-              Dot(vec3(params.cam_from_world[2], params.cam_from_world[6], params.cam_from_world[10]), v));
+  return vec3(Dot(Column(0), v), Dot(Column(1), v), Dot(Column(2), v));
 }
 
-vec3 Translation() {
-  return vec3(params.cam_from_world[3], params.cam_from_world[7], params.cam_from_world[11]);
-}
+vec3 Translation() { return Column(3); }
 
 vec3 PointToCamera(vec3 p_world) {
   precise vec3 p = DirectionToCamera(p_world) + Translation();
@@ -56,14 +57,15 @@ vec3 PointToWorld(vec3 p_cam) {
 }
 
 vec2 Project(vec3 p_cam) {
-  precise vec2 pixel =
-      vec2(params.fx * (p_cam.x / p_cam.z) + params.cx, params.fy * (p_cam.y / p_cam.z) + params.cy);
+  precise vec2 pixel = vec2(params.fx * (p_cam.x / p_cam.z) + params.cx,
+                            params.fy * (p_cam.y / p_cam.z) + params.cy);
   return pixel;
 }
 
 // The point at z = 1 on the ray of a pixel.
 vec3 Ray(vec2 pixel) {
-  precise vec3 ray = vec3((pixel.x - params.cx) / params.fx, (pixel.y - params.cy) / params.fy, 1.0);
+  precise vec3 ray =
+      vec3((pixel.x - params.cx) / params.fx, (pixel.y - params.cy) / params.fy, 1.0);
   return ray;
 }
 
@@ -84,7 +86,8 @@ float JointSigma(float measured_inverse_depth, float surfel_inverse_depth, float
 // Inverse depth at which `ray` meets the tangent plane of a measurement: on a plane n.p = c inverse
 // depth is n.ray / c. Beyond the horizon of the plane, and where the pixel sees it edge-on, the
 // measurement itself.
-float TangentPlaneInverseDepth(vec3 n_cam, vec3 measured_ray, float measured_inverse_depth, vec3 ray) {
+float TangentPlaneInverseDepth(vec3 n_cam, vec3 measured_ray, float measured_inverse_depth,
+                               vec3 ray) {
   precise float at_measurement = Dot(n_cam, measured_ray);
   precise float along_ray = Dot(n_cam, ray);
   if (at_measurement > -1e-3 || along_ray > -1e-3) return measured_inverse_depth;
@@ -96,6 +99,7 @@ float TangentPlaneInverseDepth(vec3 n_cam, vec3 measured_ray, float measured_inv
 // neighbouring discs overlap, and stretched on slanted surfaces.
 float SurfelRadius(float depth, vec3 n_cam, vec3 ray) {
   precise float cosine = -Dot(n_cam, ray) / sqrt(Dot(ray, ray));
-  precise float radius = kSqrt2 * depth / min(params.fx, params.fy) / max(cosine, 1.0 / kMaxElongation);
+  precise float radius =
+      kSqrt2 * depth / min(params.fx, params.fy) / max(cosine, 1.0 / kMaxElongation);
   return radius;
 }

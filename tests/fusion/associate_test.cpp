@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "fusion/fusion_scene.h"
 
 namespace mono3d {
@@ -64,7 +68,7 @@ TEST(Associate, ComparesDepthInSigmas) {
 
 TEST(Associate, DemandsEqualNormals) {
   const auto turned = [](double degrees) {
-    const double angle = degrees * M_PI / 180;
+    const double angle = degrees * std::numbers::pi / 180;
     const Eigen::Vector3d n(std::sin(angle), 0, -std::cos(angle));
     return AssociationOf(OneSurfel({0, 0, 10}, n.cast<float>(), kWeight));
   };

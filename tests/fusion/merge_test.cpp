@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fusion/fusion_scene.h"
 
 namespace mono3d {

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <utility>
+
 #include "fusion/fusion_scene.h"
 
 namespace mono3d {

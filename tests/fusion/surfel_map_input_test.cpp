@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "fusion/fusion_scene.h"
 #include "gpu/test_device.h"
 #include "mono3d/core/error.h"
