@@ -58,13 +58,22 @@ function(mono3d_room name)
 endfunction()
 
 # mono3d_room_files([PUBLIC_HEADERS <file>...] SOURCES <file>... [SHADERS <stage>...]
-#                   [PUBLIC_LIBRARIES <target>...] [LIBRARIES <target>...])
+#                   [PUBLIC_LIBRARIES <target>...] [LIBRARIES <target>...]
+#                   [PRECOMPILED_HEADER <file>])
 # Called from src/<room>/CMakeLists.txt. PUBLIC_LIBRARIES appear in public headers.
+# PRECOMPILED_HEADER is a private header to precompile in place of the common ones.
 function(mono3d_room_files)
-  cmake_parse_arguments(ARG "" "" "PUBLIC_HEADERS;SOURCES;SHADERS;PUBLIC_LIBRARIES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED_HEADER"
+    "PUBLIC_HEADERS;SOURCES;SHADERS;PUBLIC_LIBRARIES;LIBRARIES" ${ARGN})
   set(target mono3d_${MONO3D_ROOM})
   target_sources(${target} PRIVATE ${ARG_SOURCES})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBRARIES} ${ARG_LIBRARIES})
+  if(ARG_PRECOMPILED_HEADER AND MONO3D_PRECOMPILED_HEADERS)
+    target_precompile_headers(${target} PRIVATE
+      ${PROJECT_SOURCE_DIR}/libmono3d/src/${ARG_PRECOMPILED_HEADER})
+  else()
+    mono3d_precompile(${target} mono3d_precompiled)
+  endif()
   if(ARG_SHADERS)
     mono3d_shaders(${target} ${MONO3D_ROOM} ${ARG_SHADERS})
   endif()
