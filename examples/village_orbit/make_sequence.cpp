@@ -26,7 +26,7 @@ using namespace mono3d;
 
 constexpr double kFramesPerSecond = 30;
 constexpr int kDepthStride = 10;  // --depth writes the true depth of every tenth frame
-constexpr int kJpegQuality = 80;
+constexpr int kJpegQuality = 65;  // 75 KB an image
 
 const CameraModel kCamera{768, 448, 691.2, 691.2, 383.5, 223.5};
 
@@ -37,7 +37,7 @@ std::string FrameName(int frame) {
 
 std::vector<Pose> Flight() {
   synthetic::OrbitOptions orbit;
-  orbit.num_frames = 80;
+  orbit.num_frames = 76;
   orbit.start_deg = 215;
   return synthetic::OrbitFlight(orbit);
 }
