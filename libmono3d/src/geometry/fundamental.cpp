@@ -4,6 +4,7 @@
 #include "mono3d/geometry/fundamental.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -27,10 +28,10 @@ std::optional<Eigen::Matrix3d> FitFundamental(std::span<const PointPair> pairs) 
   const Eigen::Matrix<double, 9, 1> f = solver.eigenvectors().col(0);
   Eigen::Matrix3d F;
   F << f.segment<3>(0).transpose(), f.segment<3>(3).transpose(), f.segment<3>(6).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d singular = svd.singularValues();
-  singular[2] = 0;
-  F = T_b.transpose() * svd.matrixU() * singular.asDiagonal() * svd.matrixV().transpose() * T_a;
+  // The nearest matrix of rank 2: without the part along the weakest right singular vector.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> weakest(F.transpose() * F);
+  const Eigen::Vector3d v = weakest.eigenvectors().col(0);
+  F = T_b.transpose() * (F - F * v * v.transpose()) * T_a;
   if (!F.allFinite() || !(F.norm() > 0)) return std::nullopt;
   return Eigen::Matrix3d(F / F.norm());
 }

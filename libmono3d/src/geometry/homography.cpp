@@ -4,7 +4,6 @@
 #include "mono3d/geometry/homography.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -53,16 +52,19 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const PointPair> pairs) {
 }
 
 std::vector<PlaneMotion> DecomposeHomography(const Eigen::Matrix3d& H) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullV);
-  const Eigen::Vector3d sigma = svd.singularValues() / svd.singularValues()[1];
+  // Singular values and right singular vectors of H, by descending value.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(H.transpose() * H);
+  const Eigen::Vector3d squares = solver.eigenvalues().reverse().cwiseMax(0.0);
+  if (!(squares[2] > 0)) return {};
+  const double middle = std::sqrt(squares[1]);
+  const Eigen::Vector3d sigma = squares.cwiseSqrt() / middle;
+  const Eigen::Matrix3d V = solver.eigenvectors().rowwise().reverse();
   // Below this ratio the translation cannot be told from noise.
   constexpr double kMinRatio = 1.00001;
   if (!(sigma[0] > kMinRatio * sigma[2])) return {};
   // The middle singular value of R + t n^T / d is 1, its determinant the ratio of the two cameras'
   // distances from the plane, which is positive as both see the same side of it.
-  const Eigen::Matrix3d normalised =
-      H / (H.determinant() < 0 ? -svd.singularValues()[1] : svd.singularValues()[1]);
-  const Eigen::Matrix3d& V = svd.matrixV();
+  const Eigen::Matrix3d normalised = H / (H.determinant() < 0 ? -middle : middle);
   const double a = std::sqrt(std::max(0.0, 1 - sigma[2] * sigma[2]));
   const double c = std::sqrt(std::max(0.0, sigma[0] * sigma[0] - 1));
   std::vector<PlaneMotion> motions;

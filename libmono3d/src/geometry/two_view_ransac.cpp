@@ -3,6 +3,7 @@
 
 #include "mono3d/geometry/two_view_ransac.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <array>
 #include <cstddef>

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/geometry/pose.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "geometry/two_view_world.h"
+
+namespace mono3d {
+namespace {
+
+constexpr double kRounding = 1e-12;  // a few operations in double precision on numbers near 1
+
+Pose RandomPose(std::mt19937& random) {
+  const auto number = [&] { return Uniform(random, -1.5, 1.5); };
+  return {RotationExp({number(), number(), number()}),
+          Eigen::Vector3d(number(), number(), number())};
+}
+
+TEST(Pose, QuarterTurnAboutZMapsXToY) {
+  const Pose T(RotationExp({0, 0, std::numbers::pi / 2}), Eigen::Vector3d(0, 0, 5));
+  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0, 1, 5)).norm(), kRounding);
+  EXPECT_NEAR(T.RotationAngle(), std::numbers::pi / 2, kRounding);
+}
+
+TEST(Pose, TimesItsInverseIsIdentity) {
+  std::mt19937 random(SeedFromTestName());
+  for (int i = 0; i < 20; ++i) {
+    const Pose T = RandomPose(random);
+    EXPECT_LT(((T * T.Inverse()).Matrix() - Eigen::Matrix4d::Identity()).norm(), kRounding);
+  }
+}
+
+TEST(Pose, ProductMapsAsOneAfterTheOther) {
+  std::mt19937 random(SeedFromTestName());
+  const Pose T_a_b = RandomPose(random);
+  const Pose T_b_c = RandomPose(random);
+  const Eigen::Vector3d p_c(0.3, -2, 1);
+  EXPECT_LT(((T_a_b * T_b_c) * p_c - T_a_b * (T_b_c * p_c)).norm(), kRounding);
+  EXPECT_LT(((T_a_b * T_b_c).Matrix() - T_a_b.Matrix() * T_b_c.Matrix()).norm(), kRounding);
+}
+
+TEST(Pose, NormalisesTheRotation) {
+  const Pose T(Eigen::Quaterniond(2, 0, 0, 0), Eigen::Vector3d::Zero());
+  EXPECT_NEAR(T.rotation().norm(), 1, kRounding);
+}
+
+TEST(RotationLog, InvertsRotationExp) {
+  for (const double angle : {0.0, 1e-9, 1e-5, 0.3, 3.0}) {
+    const Eigen::Vector3d omega = angle * Eigen::Vector3d(2, -1, 2) / 3;
+    EXPECT_LT((RotationLog(RotationExp(omega)) - omega).norm(), kRounding) << angle;
+  }
+}
+
+TEST(RotationLog, TakesTheShorterWayRound) {
+  const Eigen::Quaterniond q = RotationExp({0.4, 0, 0});
+  const Eigen::Quaterniond opposite(-q.w(), -q.x(), -q.y(), -q.z());
+  EXPECT_LT((RotationLog(opposite) - Eigen::Vector3d(0.4, 0, 0)).norm(), kRounding);
+}
+
+}  // namespace
+}  // namespace mono3d
