@@ -39,14 +39,14 @@ inline RenderedSequence RenderSequence(const Scene& scene, const CameraModel& ca
   return sequence;
 }
 
-// 30 frames of an orbit over the village at 384x224 (f = 345.6 px), 0.95 degrees and about 1.4 % of
+// 20 frames of an orbit over the village at 320x192 (f = 288 px), 0.95 degrees and about 1.4 % of
 // the depth a frame. Rendered once per process; do not write into its images.
 inline const RenderedSequence& ShortVillageOrbit() {
   static const RenderedSequence sequence = [] {
     OrbitOptions orbit;
-    orbit.num_frames = 30;
+    orbit.num_frames = 20;
     orbit.start_deg = 215;
-    const CameraModel camera{384, 224, 345.6, 345.6, 191.5, 111.5};
+    const CameraModel camera{320, 192, 288, 288, 159.5, 95.5};
     return RenderSequence(BuildVillage(), camera, OrbitFlight(orbit));
   }();
   return sequence;

@@ -15,6 +15,20 @@
 namespace mono3d::synthetic {
 namespace {
 
+// Two frames of an orbit, three steps apart. Even sizes of which OpenCV has a fast Fourier
+// transform: others it pads, and then its phase correlation is off by half a pixel.
+const RenderedSequence& TwoFrames() {
+  static const RenderedSequence sequence = [] {
+    OrbitOptions orbit;
+    orbit.num_frames = 4;
+    orbit.start_deg = 215;
+    const std::vector<Pose> flight = OrbitFlight(orbit);
+    const CameraModel camera{384, 216, 345.6, 345.6, 191.5, 107.5};
+    return RenderSequence(BuildVillage(), camera, {flight.front(), flight.back()});
+  }();
+  return sequence;
+}
+
 // The image of frame `from` as frame `to` should show it, by depth and poses; `is_seen` marks the
 // pixels of `to` that both see.
 struct Warp {
@@ -57,9 +71,9 @@ cv::Mat GreyOf(const Frame& frame) {
 }
 
 TEST(BuildVillage, WarpedImageAgreesWithTheOther) {
-  const RenderedSequence& sequence = ShortVillageOrbit();
+  const RenderedSequence& sequence = TwoFrames();
   constexpr std::size_t kFrom = 0;
-  constexpr std::size_t kTo = 3;
+  constexpr std::size_t kTo = 1;
   const Warp warp = WarpInto(sequence, kFrom, kTo);
   const cv::Mat grey = GreyOf(sequence.frames[kTo]);
   EXPECT_GT(cv::mean(warp.is_seen)[0], 0.7);
@@ -74,8 +88,8 @@ TEST(BuildVillage, WarpedImageAgreesWithTheOther) {
 }
 
 TEST(BuildVillage, WarpedImageIsNotShifted) {
-  const RenderedSequence& sequence = ShortVillageOrbit();
-  constexpr std::size_t kTo = 3;
+  const RenderedSequence& sequence = TwoFrames();
+  constexpr std::size_t kTo = 1;
   const Warp warp = WarpInto(sequence, 0, kTo);
   cv::Mat mask;
   warp.is_seen.convertTo(mask, CV_32F);
@@ -103,7 +117,7 @@ TEST(BuildVillage, SameSeedSameScene) {
 
 TEST(BuildVillage, TextureIsEverywhere) {
   // Each block of 32 x 32 px has contrast: nothing in the picture is flat.
-  const cv::Mat grey = GreyOf(ShortVillageOrbit().frames[0]);
+  const cv::Mat grey = GreyOf(TwoFrames().frames[0]);
   constexpr int kBlock_px = 32;
   constexpr double kContrast = 4;  // grey levels, well above the rounding to 8 bits
   for (int y = 0; y + kBlock_px <= grey.rows; y += kBlock_px) {
