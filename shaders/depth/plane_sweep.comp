@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Matching costs of fronto-parallel planes of the reference, 16 planes of one pixel an invocation.
+// Matching costs of fronto-parallel planes of the reference, all planes of one pixel an invocation.
 // The homography of plane k takes the pixel to a source; the cost is the Hamming distance of the
 // census transforms, added over the two sources before the reference and over the two after it,
 // each side normalised by its number of valid projections, and the smaller side counts: what hides
@@ -27,11 +27,15 @@ layout(binding = 2, std430) writeonly buffer Costs {
 const uint kInvalidCost = 255u;
 const uint kNoProjection = 1024u;  // flag added to a Hamming distance
 
-vec3 a[4];  // A p of each source
-vec3 b[4];
+vec3 a0, a1, a2, a3;  // A p of each source
+vec3 b0, b1, b2, b3;
 uint reference_low, reference_high;
 int census_words;  // of one half of one image
 int stride_px;
+ivec2 last;  // positions in a source: 0 .. last
+int shift;   // 1 when there are half-pixel positions
+float num_planes;
+float first_inverse_depth, inverse_depth_step;
 
 vec3 LoadVector(int first, int step) {
   return vec3(imageLoad(projections, first).x, imageLoad(projections, first + step).x,
@@ -40,14 +44,10 @@ vec3 LoadVector(int first, int step) {
 
 // Hamming distance, or kNoProjection.
 uint Distance(vec3 at, int source) {
-  const float positions = float(params.positions_per_px);
-  const float scale = positions / at.z;
+  const float scale = 1.0 / at.z;
   const int x = int(floor(at.x * scale + 0.5));
   const int y = int(floor(at.y * scale + 0.5));
-  const int last_x = int(params.positions_per_px * (params.width_px - 1u));
-  const int last_y = int(params.positions_per_px * (params.height_px - 1u));
-  const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last_x && y <= last_y;
-  const int shift = int(params.positions_per_px) - 1;
+  const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last.x && y <= last.y;
   const int image = 1 + (source << (2 * shift)) + (((y & shift) << 1) | (x & shift));
   const int index =
       visible ? 2 * image * census_words + (y >> shift) * stride_px + (x >> shift) : 0;
@@ -64,19 +64,9 @@ uint SideCost(uint first, uint second) {
 }
 
 uint Cost(float w) {
-  const uint before = SideCost(Distance(a[0] + w * b[0], 0), Distance(a[1] + w * b[1], 1));
-  const uint after = SideCost(Distance(a[2] + w * b[2], 2), Distance(a[3] + w * b[3], 3));
+  const uint before = SideCost(Distance(a0 + w * b0, 0), Distance(a1 + w * b1, 1));
+  const uint after = SideCost(Distance(a2 + w * b2, 2), Distance(a3 + w * b3, 3));
   return min(min(before, after), kInvalidCost);
-}
-
-uint FourCosts(uint plane) {
-  uint word = 0u;
-  for (uint i = 0u; i < 4u; ++i) {
-    const uint k = plane + i;
-    const float w = params.inverse_depth + float(k) * params.inverse_depth_step;
-    word |= (k < params.num_planes ? Cost(w) : kInvalidCost) << (8u * i);
-  }
-  return word;
 }
 
 void main() {
@@ -85,21 +75,42 @@ void main() {
   if (x >= int(params.width_px) || y >= int(params.height_px)) return;
   stride_px = 4 * (int(params.width_px + 3u) / 4);
   census_words = stride_px * int(params.height_px);
+  last = ivec2(params.positions_per_px * (params.width_px - 1u),
+               params.positions_per_px * (params.height_px - 1u));
+  // Read here, since drivers may not lift what does not change out of the loops.
+  shift = int(params.positions_per_px) - 1;
+  num_planes = float(params.num_planes);
+  first_inverse_depth = params.inverse_depth;
+  inverse_depth_step = params.inverse_depth_step;
   const int here = y * stride_px + x;
   reference_low = imageLoad(census, here).x;
   reference_high = imageLoad(census, here + census_words).x;
+  // In positions instead of pixels: the first two coordinates times positions_per_px.
+  const float positions = float(params.positions_per_px);
+  const vec3 scale = vec3(positions, positions, 1);
   const vec3 p = vec3(x, y, 1);
-  a[0] = mat3(LoadVector(0, 3), LoadVector(1, 3), LoadVector(2, 3)) * p;
-  a[1] = mat3(LoadVector(12, 3), LoadVector(13, 3), LoadVector(14, 3)) * p;
-  a[2] = mat3(LoadVector(24, 3), LoadVector(25, 3), LoadVector(26, 3)) * p;
-  a[3] = mat3(LoadVector(36, 3), LoadVector(37, 3), LoadVector(38, 3)) * p;
-  b[0] = LoadVector(9, 1);
-  b[1] = LoadVector(21, 1);
-  b[2] = LoadVector(33, 1);
-  b[3] = LoadVector(45, 1);
-  const uint plane = 16u * gl_GlobalInvocationID.z;
-  const uvec4 word = uvec4(FourCosts(plane), FourCosts(plane + 4u), FourCosts(plane + 8u),
-                           FourCosts(plane + 12u));
-  costs[(uint(y) * params.width_px + uint(x)) * (params.padded_planes / 16u) +
-        gl_GlobalInvocationID.z] = word;
+  a0 = scale * (mat3(LoadVector(0, 3), LoadVector(1, 3), LoadVector(2, 3)) * p);
+  a1 = scale * (mat3(LoadVector(12, 3), LoadVector(13, 3), LoadVector(14, 3)) * p);
+  a2 = scale * (mat3(LoadVector(24, 3), LoadVector(25, 3), LoadVector(26, 3)) * p);
+  a3 = scale * (mat3(LoadVector(36, 3), LoadVector(37, 3), LoadVector(38, 3)) * p);
+  b0 = scale * LoadVector(9, 1);
+  b1 = scale * LoadVector(21, 1);
+  b2 = scale * LoadVector(33, 1);
+  b3 = scale * LoadVector(45, 1);
+  const uint num_chunks = params.padded_planes / 16u;
+  const uint first = (uint(y) * params.width_px + uint(x)) * num_chunks;
+  float k = 0.0;  // plane
+  for (uint chunk = 0u; chunk < num_chunks; ++chunk) {
+    uvec4 words;
+    for (uint i = 0u; i < 4u; ++i) {
+      uint word = 0u;
+      for (uint j = 0u; j < 4u; ++j) {
+        const uint cost = Cost(first_inverse_depth + k * inverse_depth_step);
+        word = (word >> 8) | ((k < num_planes ? cost : kInvalidCost) << 24);
+        k += 1.0;
+      }
+      words = uvec4(words.yzw, word);
+    }
+    costs[first + chunk] = words;
+  }
 }

@@ -17,7 +17,7 @@ void PlaneSweepStage::Record(Recorder& recorder, const PlaneSweepParams& params,
                              const Buffer& costs) const {
   recorder.Dispatch(kernel_, {census, projections, costs}, params,
                     {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
-                     params.height_px, params.padded_planes / 16});
+                     params.height_px, 1});
 }
 
 }  // namespace mono3d

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/census.h"
+
+#include "depth/stage_testing.h"
+#include "reference/depth/census_reference.h"
+
+namespace mono3d {
+namespace {
+
+std::vector<std::uint64_t> CensusOnDevice(const std::vector<cv::Mat>& images) {
+  const LevelSize size{static_cast<std::uint32_t>(images[0].cols),
+                       static_cast<std::uint32_t>(images[0].rows)};
+  const std::size_t plane = size.num_strided_pixels();
+  const Buffer census = MakeBuffer<std::uint32_t>(2 * plane * images.size());
+  Recorder recorder(TestDevice());
+  CensusStage(TestDevice())
+      .Record(recorder, ImagesToBuffer(images), size, static_cast<std::uint32_t>(images.size()),
+              census);
+  recorder.Submit();
+  const auto words = census.Download<std::uint32_t>();
+  std::vector<std::uint64_t> result;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const auto low = words.begin() + static_cast<std::ptrdiff_t>(2 * i * plane);
+    const auto middle = low + static_cast<std::ptrdiff_t>(plane);
+    const auto low_bits = WithoutStride({low, middle}, size);
+    const auto high_bits =
+        WithoutStride({middle, middle + static_cast<std::ptrdiff_t>(plane)}, size);
+    for (std::size_t p = 0; p < low_bits.size(); ++p) {
+      result.push_back(low_bits[p] | std::uint64_t{high_bits[p]} << 32);
+    }
+  }
+  return result;
+}
+
+TEST(CensusTransform, FindsTheDarkerNeighboursOfATinyImage) {
+  // The middle pixel sees 5 to its left and, repeated, all of the columns further left; 9 and 8 are
+  // not darker. Columns -4 .. -1 of each of seven rows: bits 0..3, 9..12, 18..21, 27..30, and one
+  // less from the centre's row on: 35..38, 44..47, 53..56.
+  const cv::Mat image = (cv::Mat_<std::uint8_t>(1, 3) << 5, 8, 9);
+  std::uint64_t expected = 0;
+  for (const int first : {0, 9, 18, 27, 35, 44, 53}) expected |= std::uint64_t{0xf} << first;
+  EXPECT_EQ(reference::Census(image)[1], expected);
+  EXPECT_EQ(CensusOnDevice({image})[1], expected);
+}
+
+TEST(CensusTransform, EqualsReferenceBitForBit) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSizes) {
+    const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
+    std::vector<std::uint64_t> expected = reference::Census(images[0]);
+    const std::vector<std::uint64_t> second = reference::Census(images[1]);
+    expected.insert(expected.end(), second.begin(), second.end());
+    EXPECT_EQ(CensusOnDevice(images), expected) << size.width_px << "x" << size.height_px;
+  }
+}
+
+TEST(CensusTransform, DoesNotSeeBrightnessAndContrast) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat image = RandomImage({40, 30}, random) / 4;  // 0 to 63, so that nothing saturates
+  EXPECT_EQ(CensusOnDevice({image}), CensusOnDevice({3 * image + 20}));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/depth/depth_estimator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+
+#include "depth/plane_scene.h"
+#include "gpu/test_device.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+using ::testing::HasSubstr;
+
+DepthResult Estimate(const ImageBundle& bundle, const DepthEstimatorOptions& options = {}) {
+  return CreateDepthEstimator(TestDevice(), options)->Estimate(bundle);
+}
+
+// Share of the reference's pixels that have an estimate within `tolerance` of the truth.
+double ShareWithin(const cv::Mat& depth, const cv::Mat& truth, float tolerance) {
+  int num_good = 0;
+  for (int y = 0; y < depth.rows; ++y) {
+    for (int x = 0; x < depth.cols; ++x) {
+      const float expected = truth.at<float>(y, x);
+      num_good += std::abs(depth.at<float>(y, x) - expected) <= tolerance * expected ? 1 : 0;
+    }
+  }
+  return double(num_good) / double(depth.total());
+}
+
+// A pixel of disparity in the farthest camera is 3 % of the depth here.
+constexpr float kDepthTolerance = 0.01f;
+constexpr double kShareWithinTolerance = 0.95;
+
+TEST(DepthEstimator, FindsATiltedPlane) {
+  const PlaneScene scene;
+  const DepthResult result = Estimate(scene.Bundle());
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
+            kShareWithinTolerance);
+}
+
+TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {
+  PlaneScene scene;
+  scene.with_sparse_depths = false;
+  const DepthResult result = Estimate(scene.Bundle());
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
+            kShareWithinTolerance);
+  // The range was found, not swept from the camera to infinity.
+  EXPECT_GT(result.min_depth_su, 0.5);
+  EXPECT_LT(result.max_depth_su, 10);
+}
+
+TEST(DepthEstimator, FindsItOnEachLevel) {
+  const PlaneScene scene;
+  for (const int level : {0, 1}) {
+    DepthEstimatorOptions options;
+    options.pyramid.level = level;
+    const DepthResult result = Estimate(scene.Bundle(), options);
+    ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+    EXPECT_EQ(result.level, level);
+    // Half the resolution, twice the error.
+    EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance * float(1 + level)),
+              kShareWithinTolerance);
+  }
+}
+
+TEST(DepthEstimator, DoesNotDependOnScale) {
+  PlaneScene scene;
+  const DepthResult one = Estimate(scene.Bundle());
+  scene.scale = 1024;  // a power of two, so that not even rounding differs
+  const DepthResult other = Estimate(scene.Bundle());
+  ASSERT_EQ(other.status, DepthStatus::kEstimated) << other.reason;
+  EXPECT_EQ(other.num_planes, one.num_planes);
+  const cv::Mat difference = cv::abs(other.map.depth / scene.scale - one.map.depth);
+  // Poses are normalised in double, whose last bits differ.
+  EXPECT_LE(cv::countNonZero(difference > 1e-4), int(0.002 * double(one.map.depth.total())));
+}
+
+TEST(DepthEstimator, FillsTheMap) {
+  const PlaneScene scene;
+  const ImageBundle bundle = scene.Bundle();
+  const DepthMap map = Estimate(bundle).map;
+  Validate(map);
+  EXPECT_EQ(map.keyframe_id, 12);
+  EXPECT_EQ(map.frame_index, 22);
+  EXPECT_EQ(map.timestamp_s, 1.0);
+  EXPECT_EQ(map.camera, scene.camera);
+  EXPECT_EQ(map.bgr.data, bundle.reference().frame.bgr.data);
+  EXPECT_NEAR(map.depth_sigma_per_square_depth, 1 / (150 * 0.4 * std::hypot(1, 0.02)), 1e-9);
+}
+
+TEST(DepthEstimator, GivesNormalsAndConfidenceWhereItGivesDepth) {
+  const PlaneScene scene;
+  const DepthMap map = Estimate(scene.Bundle()).map;
+  const Eigen::Vector3f n = Eigen::Vector3f(0.3f, 0.2f, -1).normalized();
+  int num_near = 0;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      const float depth = map.depth.at<float>(y, x);
+      const auto& normal = map.normal.at<cv::Vec3f>(y, x);
+      const float confidence = map.confidence.at<float>(y, x);
+      ASSERT_TRUE(std::isfinite(depth) && depth >= 0);
+      ASSERT_EQ(depth > 0, confidence > 0);
+      ASSERT_LE(confidence, 1);
+      const double length = cv::norm(normal);
+      ASSERT_TRUE(length == 0 || (depth > 0 && std::abs(length - 1) < 1e-5 && normal[2] < 0));
+      num_near += n.dot(Eigen::Vector3f(normal[0], normal[1], normal[2])) > 0.9 ? 1 : 0;
+    }
+  }
+  // Within 26 degrees: a third of a pixel of noise over a window of seven pixels.
+  EXPECT_GE(num_near, int(0.9 * double(map.depth.total())));
+}
+
+TEST(DepthEstimator, GivesTheSameBytesAgain) {
+  const PlaneScene scene;
+  const auto estimator = CreateDepthEstimator(TestDevice());
+  const DepthMap first = estimator->Estimate(scene.Bundle()).map;
+  PlaneScene other;  // something else in between, larger and without sparse points
+  other.camera = other.camera.Resized(200, 120);
+  other.with_sparse_depths = false;
+  (void)estimator->Estimate(other.Bundle());
+  const DepthMap second = estimator->Estimate(scene.Bundle()).map;
+  EXPECT_EQ(std::memcmp(first.depth.data, second.depth.data, 4 * first.depth.total()), 0);
+  EXPECT_EQ(std::memcmp(first.normal.data, second.normal.data, 12 * first.depth.total()), 0);
+  EXPECT_EQ(std::memcmp(first.confidence.data, second.confidence.data, 4 * first.depth.total()), 0);
+}
+
+TEST(DepthEstimator, RejectsIdenticalPoses) {
+  ImageBundle bundle = PlaneScene().Bundle();
+  for (Keyframe& keyframe : bundle.keyframes)
+    keyframe.T_world_cam = bundle.keyframes[0].T_world_cam;
+  const DepthResult result = Estimate(bundle);
+  EXPECT_EQ(result.status, DepthStatus::kRejected);
+  EXPECT_THAT(result.reason, HasSubstr("no baseline"));
+  EXPECT_TRUE(result.map.depth.empty());
+}
+
+TEST(DepthEstimator, RejectsABaselineTooSmallForTheDepth) {
+  PlaneScene scene;
+  scene.baseline = 1e-5;
+  const DepthResult result = Estimate(scene.Bundle());
+  EXPECT_EQ(result.status, DepthStatus::kRejected);
+  EXPECT_THAT(result.reason, HasSubstr("baseline is too small"));
+}
+
+TEST(DepthEstimator, RejectsCamerasThatLookAwayFromEachOther) {
+  for (const bool with_sparse_depths : {true, false}) {
+    PlaneScene scene;
+    scene.with_sparse_depths = with_sparse_depths;
+    ImageBundle bundle = scene.Bundle();
+    for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+      if (i == bundle.reference_index()) continue;
+      Pose& pose = bundle.keyframes[i].T_world_cam;
+      pose = Pose(RotationExp({0, 3, 0}), pose.translation());
+    }
+    const DepthResult result = Estimate(bundle);
+    EXPECT_EQ(result.status, DepthStatus::kRejected);
+    EXPECT_THAT(result.reason, HasSubstr("do not overlap"));
+  }
+}
+
+TEST(DepthEstimator, RejectsImagesWithoutTexture) {
+  for (const bool with_sparse_depths : {true, false}) {
+    PlaneScene scene;
+    scene.contrast = 0;
+    scene.with_sparse_depths = with_sparse_depths;
+    const DepthResult result = Estimate(scene.Bundle());
+    EXPECT_EQ(result.status, DepthStatus::kRejected);
+    EXPECT_FALSE(result.reason.empty());
+    EXPECT_TRUE(result.map.depth.empty());
+  }
+}
+
+TEST(DepthEstimator, ThrowsOnAnInvalidBundle) {
+  ImageBundle bundle = PlaneScene().Bundle();
+  bundle.keyframes.pop_back();
+  EXPECT_THROW((void)Estimate(bundle), Error);
+}
+
+TEST(DepthEstimator, AddsItsStagesToTheTimes) {
+  StageTimes times;
+  const auto estimator = CreateDepthEstimator(TestDevice(), {}, &times);
+  (void)estimator->Estimate(PlaneScene().Bundle());
+  std::vector<std::string> stages;
+  for (const StageTime& time : times.Snapshot()) stages.push_back(time.stage);
+  EXPECT_THAT(stages,
+              ::testing::IsSupersetOf({"depth/census", "depth/plane_sweep", "depth/sgm",
+                                       "depth/winner_takes_all", "depth/median", "depth/normals",
+                                       "depth/dog", "depth/texture_filter", "depth/estimate"}));
+}
+
+TEST(DepthEstimatorOptions, AreNamedWhenWrong) {
+  const auto message = [](const DepthEstimatorOptions& options) {
+    try {
+      options.Validate();
+    } catch (const UsageError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message({}), "");
+  DepthEstimatorOptions options;
+  options.sgm.p2 = 200;
+  EXPECT_THAT(message(options), HasSubstr("sgm.p2"));
+  options = {};
+  options.plane_sweep.min_depth_su = 3;
+  options.plane_sweep.max_depth_su = 2;
+  EXPECT_THAT(message(options), HasSubstr("plane_sweep.max_depth_su"));
+  options = {};
+  options.dog.min_response = std::nan("");
+  EXPECT_THAT(message(options), HasSubstr("dog.min_response"));
+}
+
+}  // namespace
+}  // namespace mono3d

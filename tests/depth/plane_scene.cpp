@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/plane_scene.h"
+
+#include <opencv2/imgproc.hpp>
+
+namespace mono3d {
+namespace {
+
+// The plane z = 2 + 0.3 x + 0.2 y, before scaling.
+const Eigen::Vector3d kNormal(-0.3, -0.2, 1);
+constexpr double kOffset = 2;
+constexpr int kTextureSide = 700;
+constexpr double kTexelsPerUnit = 150;  // about one a pixel
+
+cv::Mat Texture(double contrast) {
+  cv::Mat noise(kTextureSide, kTextureSide, CV_32FC1);
+  cv::RNG random(7);
+  random.fill(noise, cv::RNG::UNIFORM, -1.f, 1.f);
+  cv::GaussianBlur(noise, noise, {}, 1.2);
+  return 128 + contrast * 200 * noise;
+}
+
+// Where the ray of a pixel meets the plane, in the unscaled world.
+Eigen::Vector3d Meet(const CameraModel& camera, const Pose& T_world_cam, double x, double y) {
+  const Eigen::Vector3d origin = T_world_cam.translation();
+  const Eigen::Vector3d ray = T_world_cam.rotation() * camera.Unproject({x, y});
+  return origin + (kOffset - kNormal.dot(origin)) / kNormal.dot(ray) * ray;
+}
+
+cv::Mat Render(const CameraModel& camera, const Pose& T_world_cam, const cv::Mat& texture) {
+  cv::Mat map_x(camera.height, camera.width, CV_32FC1);
+  cv::Mat map_y(camera.height, camera.width, CV_32FC1);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector3d p = Meet(camera, T_world_cam, x, y);
+      map_x.at<float>(y, x) = static_cast<float>(p.x() * kTexelsPerUnit + kTextureSide / 2.0);
+      map_y.at<float>(y, x) = static_cast<float>(p.y() * kTexelsPerUnit + kTextureSide / 2.0);
+    }
+  }
+  cv::Mat grey;
+  cv::remap(texture, grey, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_REFLECT);
+  grey.convertTo(grey, CV_8U);
+  cv::Mat bgr;
+  cv::cvtColor(grey, bgr, cv::COLOR_GRAY2BGR);
+  return bgr;
+}
+
+}  // namespace
+
+cv::Mat PlaneScene::TrueDepth() const {
+  cv::Mat depth(camera.height, camera.width, CV_32FC1);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      depth.at<float>(y, x) = static_cast<float>(scale * Meet(camera, Pose(), x, y).z());
+    }
+  }
+  return depth;
+}
+
+ImageBundle PlaneScene::Bundle() const {
+  const cv::Mat texture = Texture(contrast);
+  ImageBundle bundle;
+  for (int i = 0; i < static_cast<int>(kBundleSize); ++i) {
+    const double side = i - 2;
+    // The reference in the middle, at the origin; the others a little turned towards it.
+    const Pose T_world_cam(RotationExp(Eigen::Vector3d(0.005, -0.02, 0.01) * side),
+                           Eigen::Vector3d(baseline, 0.02 * baseline, 0) * side);
+    Keyframe keyframe;
+    keyframe.id = 10 + i;
+    keyframe.frame = {.index = 20 + i,
+                      .timestamp_s = 0.5 * i,
+                      .name = "plane",
+                      .bgr = Render(camera, T_world_cam, texture),
+                      .camera = camera};
+    keyframe.T_world_cam = Pose(T_world_cam.rotation(), scale * T_world_cam.translation());
+    bundle.keyframes.push_back(keyframe);
+  }
+  if (with_sparse_depths) {
+    const cv::Mat depth = TrueDepth();
+    for (int y = 2; y < depth.rows; y += 8) {
+      for (int x = 2; x < depth.cols; x += 8) {
+        bundle.keyframes[2].sparse_depths_su.push_back(depth.at<float>(y, x));
+      }
+    }
+  }
+  return bundle;
+}
+
+}  // namespace mono3d

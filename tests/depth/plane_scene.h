@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "mono3d/image/image_bundle.h"
+
+namespace mono3d {
+
+// A textured, tilted plane seen by five cameras on a line: every depth is known in closed form.
+struct PlaneScene {
+  CameraModel camera{.width = 160, .height = 96, .fx = 150, .fy = 150, .cx = 79.5, .cy = 47.5};
+  double scale = 1;       // of the world
+  double baseline = 0.2;  // between neighbours, before scaling; the plane is 2 away
+  double contrast = 1;    // of the texture; 0: none
+  bool with_sparse_depths = true;
+
+  ImageBundle Bundle() const;
+  // CV_32FC1, of the reference.
+  cv::Mat TrueDepth() const;
+};
+
+}  // namespace mono3d

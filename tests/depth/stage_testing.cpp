@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/stage_testing.h"
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+namespace mono3d {
+
+std::mt19937 SeededByTestName() {
+  const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+  const std::string name = std::string(info->test_suite_name()) + "." + info->name();
+  std::seed_seq seed(name.begin(), name.end());
+  return std::mt19937(seed);
+}
+
+cv::Mat RandomImage(LevelSize size, std::mt19937& random) {
+  cv::Mat image(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_8UC1);
+  std::uniform_int_distribution<int> grey(0, 255);
+  for (auto& pixel : cv::Mat_<std::uint8_t>(image)) pixel = static_cast<std::uint8_t>(grey(random));
+  return image;
+}
+
+std::vector<float> RandomValues(std::size_t count, float low, float high, double share_missing,
+                                std::mt19937& random) {
+  std::uniform_real_distribution<float> value(low, high);
+  std::bernoulli_distribution missing(share_missing);
+  std::vector<float> values(count);
+  for (float& v : values) v = missing(random) ? 0.f : value(random);
+  return values;
+}
+
+Buffer ImagesToBuffer(const std::vector<cv::Mat>& images) {
+  std::vector<std::uint32_t> words;
+  for (const cv::Mat& image : images) {
+    const std::vector<std::uint32_t> padded = PackPadded(image);
+    words.insert(words.end(), padded.begin(), padded.end());
+  }
+  return ToBuffer(words);
+}
+
+cv::Mat ImageOf(const Buffer& buffer, LevelSize size, std::size_t index) {
+  std::vector<std::uint32_t> words(PaddedWords(size));
+  buffer.Download(std::span<std::uint32_t>(words), 4 * index * PaddedWords(size));
+  cv::Mat image(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_8UC1);
+  for (std::uint32_t y = 0; y < size.height_px; ++y) {
+    for (std::uint32_t x = 0; x < size.width_px; ++x) {
+      const std::size_t byte =
+          4 * std::size_t{PaddedWordsPerRow(size)} * (y + kImagePadding) + x + kImagePadding;
+      image.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x)) =
+          static_cast<std::uint8_t>(words[byte / 4] >> (8 * (byte % 4)));
+    }
+  }
+  return image;
+}
+
+std::vector<std::uint32_t> WithoutStride(const std::vector<std::uint32_t>& strided,
+                                         LevelSize size) {
+  std::vector<std::uint32_t> values;
+  for (std::uint32_t y = 0; y < size.height_px; ++y) {
+    const auto row = strided.begin() + std::ptrdiff_t{4} * size.groups_per_row() * y;
+    values.insert(values.end(), row, row + size.width_px);
+  }
+  return values;
+}
+
+::testing::AssertionResult SameImage(const cv::Mat& found, const cv::Mat& expected) {
+  if (found.size() != expected.size() || found.type() != expected.type()) {
+    return ::testing::AssertionFailure() << "size or type differ";
+  }
+  const int num_different = cv::countNonZero(found != expected);
+  if (num_different == 0) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << num_different << " pixels differ";
+}
+
+}  // namespace mono3d

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace mono3d::reference {
+
+// 9x7 census of a CV_8UC1 image, row by row: bit n is set where the n-th neighbour, in rows from
+// the top left without the centre, is darker than the centre. Borders are repeated.
+std::vector<std::uint64_t> Census(const cv::Mat& grey);
+
+}  // namespace mono3d::reference

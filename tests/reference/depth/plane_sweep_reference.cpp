@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reference/depth/plane_sweep_reference.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+namespace mono3d::reference {
+namespace {
+
+std::optional<int> Distance(const CensusImages& census, std::uint64_t reference, std::size_t source,
+                            const Eigen::Vector3d& at, const PlaneSweepParams& params) {
+  if (at.z() <= 0) return std::nullopt;
+  const int positions = static_cast<int>(params.positions_per_px);
+  const int x = static_cast<int>(std::floor(positions * at.x() / at.z() + 0.5));
+  const int y = static_cast<int>(std::floor(positions * at.y() / at.z() + 0.5));
+  const int width = static_cast<int>(params.width_px);
+  const int height = static_cast<int>(params.height_px);
+  if (x < 0 || y < 0 || x > positions * (width - 1) || y > positions * (height - 1)) {
+    return std::nullopt;
+  }
+  const int phase = positions * (y % positions) + x % positions;
+  const auto image = 1 + source * static_cast<std::size_t>(positions * positions) +
+                     static_cast<std::size_t>(phase);
+  const auto pixel = static_cast<std::size_t>((y / positions) * width + x / positions);
+  return std::popcount(census[image][pixel] ^ reference);
+}
+
+// Twice the mean of those that are there.
+int SideCost(const std::optional<int>& first, const std::optional<int>& second) {
+  if (first && second) return *first + *second;
+  if (first) return 2 * *first;
+  return second ? 2 * *second : 255;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
+                                     const std::array<SourceProjection, kNumSources>& projections,
+                                     const PlaneSweepParams& params) {
+  const std::size_t num_pixels = std::size_t{params.width_px} * params.height_px;
+  std::vector<std::uint8_t> costs(num_pixels * params.padded_planes, 255);
+  for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
+    const Eigen::Vector3d p(double(pixel % params.width_px), double(pixel / params.width_px), 1);
+    for (std::size_t k = 0; k < params.num_planes; ++k) {
+      const double w = params.inverse_depth + double(k) * params.inverse_depth_step;
+      std::array<std::optional<int>, kNumSources> distances;
+      for (std::size_t s = 0; s < kNumSources; ++s) {
+        const Eigen::Vector3d at = projections[s].A * p + w * projections[s].b;
+        distances[s] = Distance(census, census[0][pixel], s, at, params);
+      }
+      const int cost =
+          std::min(SideCost(distances[0], distances[1]), SideCost(distances[2], distances[3]));
+      costs[pixel * params.padded_planes + k] = static_cast<std::uint8_t>(cost);
+    }
+  }
+  return costs;
+}
+
+}  // namespace mono3d::reference

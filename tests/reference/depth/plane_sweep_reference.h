@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "depth/plane_sweep.params.h"
+#include "depth/sweep_geometry.h"
+
+namespace mono3d::reference {
+
+// The census of each image: the reference, then of each source its positions_per_px^2 images.
+using CensusImages = std::vector<std::vector<std::uint64_t>>;
+
+// Costs of all planes, params.padded_planes of each pixel together: twice the mean Hamming distance
+// of the better side, 255 where no source sees the point and beyond params.num_planes.
+std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
+                                     const std::array<SourceProjection, kNumSources>& projections,
+                                     const PlaneSweepParams& params);
+
+}  // namespace mono3d::reference
