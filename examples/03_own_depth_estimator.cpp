@@ -5,6 +5,7 @@
 // middle image of the bundle and one neighbour.
 //   03_own_depth_estimator village_orbit village_orbit/camera.yaml -> cloud.ply
 
+#include <Eigen/Geometry>
 #include <exception>
 #include <iostream>
 #include <memory>
