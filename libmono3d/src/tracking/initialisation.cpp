@@ -6,7 +6,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <numbers>
+#include <sstream>
 
 #include "mono3d/geometry/fundamental.h"
 #include "mono3d/geometry/homography.h"
@@ -30,6 +32,13 @@ struct Candidate {
 
 std::string Needed(int found, const char* what, int needed) {
   return std::to_string(found) + " " + what + ", " + std::to_string(needed) + " needed";
+}
+
+std::string TooLittleParallax(double found_deg, double needed_deg) {
+  std::ostringstream text;
+  text << std::setprecision(2) << "too little parallax: " << found_deg << " degrees, " << needed_deg
+       << " needed";
+  return text.str();
 }
 
 std::vector<Pose> Motions(const TwoViewModel& model, bool is_planar, const CameraModel& camera) {
@@ -104,21 +113,20 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
     return l.start.p_a.size() > r.start.p_a.size();
   });
-  Candidate& best = candidates[0];
-  best.start.is_planar = is_planar;
+  const Candidate& best = candidates[0];
   const auto num_points = static_cast<int>(best.start.p_a.size());
   const int needed = std::max(options.min_points, model.num_inliers / 2);
   if (num_points < needed) return {{}, Needed(num_points, "points triangulated", needed)};
   if (best.parallax_deg < options.min_parallax_deg) {
-    return {{},
-            "too little parallax: " + std::to_string(best.parallax_deg) + " degrees, " +
-                std::to_string(options.min_parallax_deg) + " needed"};
+    return {{}, TooLittleParallax(best.parallax_deg, options.min_parallax_deg)};
   }
-  if (candidates.size() > 1 && static_cast<double>(candidates[1].start.p_a.size()) >
-                                   kClearShare * static_cast<double>(num_points)) {
-    return {{}, "two motions explain the views equally well"};
+  StartAttempt attempt;
+  for (Candidate& candidate : candidates) {
+    if (static_cast<double>(candidate.start.p_a.size()) < kClearShare * num_points) break;
+    candidate.start.is_planar = is_planar;
+    attempt.candidates.push_back(std::move(candidate.start));
   }
-  return {std::move(best.start), {}};
+  return attempt;
 }
 
 }  // namespace mono3d::tracking

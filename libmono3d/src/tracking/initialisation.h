@@ -22,13 +22,15 @@ struct TwoViewStart {
   bool is_planar = false;            // explained by a homography
 };
 
+// The motions that two views leave open, the one with most points first.
 struct StartAttempt {
-  std::optional<TwoViewStart> start;
-  std::string reason;  // why there is none
+  std::vector<TwoViewStart> candidates;  // one where it is clear, more where it is not
+  std::string reason;                    // why there is none
 };
 
-// Homography and fundamental matrix in competition, then the motion among their decompositions that
-// has the points in front of both cameras.
+// Homography and fundamental matrix in competition, then the motions among their decompositions
+// that have the points in front of both cameras. Both motions over a plane may: then a third view
+// must tell them apart.
 StartAttempt StartFromTwoViews(const View& a, const View& b,
                                const std::vector<FeatureMatch>& matches, const CameraModel& camera,
                                const InitialisationOptions& options, int seed);

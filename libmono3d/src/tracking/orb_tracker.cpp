@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
-#include "tracking/initialisation.h"
 #include "tracking/keyframe_insertion.h"
 #include "tracking/local_mapping.h"
 
@@ -26,17 +25,17 @@ TrackingResult NotInitialised(std::string reason) {
 }
 
 // The map of two views, bundle adjusted, with median depth 1.
-void FillMap(const TwoViewStart& start, View a, View b, std::int64_t first_id, Map& map) {
-  a.points.assign(a.features.size(), std::nullopt);
-  b.points.assign(b.features.size(), std::nullopt);
+void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
+  View a = start.first;
+  View b = start.second;
   a.T_cam_world = Pose();
-  b.T_cam_world = start.T_b_a;
+  b.T_cam_world = start.motion.T_b_a;
   const KeyframeId id_a = map.AddKeyframe(std::move(a), first_id);
   const KeyframeId id_b = map.AddKeyframe(std::move(b), first_id + 1);
-  for (std::size_t i = 0; i < start.matches.size(); ++i) {
-    const PointId point = map.AddPoint(start.p_a[i]);
-    map.AddObservation(point, {id_a, start.matches[i].feature_a});
-    map.AddObservation(point, {id_b, start.matches[i].feature_b});
+  for (std::size_t i = 0; i < start.motion.matches.size(); ++i) {
+    const PointId point = map.AddPoint(start.motion.p_a[i]);
+    map.AddObservation(point, {id_a, start.motion.matches[i].feature_a});
+    map.AddObservation(point, {id_b, start.motion.matches[i].feature_b});
     map.UpdatePoint(point);
   }
   AdjustAll(map);
@@ -47,7 +46,9 @@ void FillMap(const TwoViewStart& start, View a, View b, std::int64_t first_id, M
 }  // namespace
 
 OrbTracker::OrbTracker(const TrackerOptions& options, StageTimes* times)
-    : options_(options), times_(times) {
+    : options_(options),
+      times_(times),
+      initialiser_(options.initialisation, options.features, options.seed) {
   options_.Validate();
 }
 
@@ -77,48 +78,38 @@ View OrbTracker::MakeView(const Frame& frame) const {
 
 TrackingResult OrbTracker::Initialise(View view) {
   const ScopedStageTimer timer(times_, "tracking/initialisation");
-  const InitialisationOptions& options = options_.initialisation;
-  const auto num_features = static_cast<int>(view.features.size());
-  if (num_features < options.min_matches) {
-    first_view_.reset();
-    return NotInitialised(Needed(num_features, "features", options.min_matches));
-  }
-  if (!first_view_) {
-    first_view_ = std::move(view);
-    return NotInitialised("first view taken, waiting for parallax");
-  }
-  constexpr int kMaxLevel = 3;  // coarser ones are too vague for a start
-  const std::vector<FeatureMatch> matches = MatchNearby(
-      *first_view_, view, options.search_radius_share * view.frame.camera.width, kMaxLevel);
-  StartAttempt attempt =
-      StartFromTwoViews(*first_view_, view, matches, *camera_, options, options_.seed);
-  if (!attempt.start) {
-    const double waited_s = view.frame.timestamp_s - first_view_->frame.timestamp_s;
-    const bool give_up =
-        static_cast<int>(matches.size()) < options.min_matches || waited_s > options.max_wait_s;
-    if (give_up) first_view_ = std::move(view);
-    return NotInitialised(std::move(attempt.reason));
-  }
+  std::string reason;
+  std::optional<MapStart> start = initialiser_.Add(std::move(view), reason);
+  if (!start) return NotInitialised(std::move(reason));
   maps_.push_back(
       std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
-  FillMap(*attempt.start, *first_view_, view, next_keyframe_id_, map());
+  FillMap(*start, next_keyframe_id_, map());
   next_keyframe_id_ += 2;
   has_map_ = true;
-  reference_ = newest_ = 1;
-  records_.push_back({first_view_->frame.index, first_view_->frame.timestamp_s, map().id(), 0, {}});
-  first_view_.reset();
-  velocity_.reset();
-  lost_since_s_.reset();
+  newest_ = 1;
+  const View& first = map().keyframe(0).view;
+  records_.push_back({first.frame.index, first.frame.timestamp_s, map().id(), 0, {}});
+  reference_ = 0;
+  for (View& between : start->between) FindBetween(std::move(between));
+  reference_ = 1;
 
-  view = map().keyframe(1).view;
+  View second = map().keyframe(1).view;
   TrackingResult result;
   result.status = TrackingStatus::kTracking;
   result.map_id = map().id();
-  result.T_world_cam = view.T_cam_world.Inverse();
+  result.T_world_cam = second.T_cam_world.Inverse();
   result.is_keyframe = true;
-  result.num_inliers = static_cast<int>(map().Depths(view).size());
-  Remember(std::move(view));
+  result.num_inliers = static_cast<int>(map().Depths(second).size());
+  Remember(std::move(second));
   return result;
+}
+
+// Frames that came while the start was awaited get their poses after all.
+void OrbTracker::FindBetween(View view) {
+  view.T_cam_world = PreviousPose();
+  const View first = previous_ ? *previous_ : map().keyframe(0).view;
+  const PoseResult pose = TrackFromPrevious(map(), first, view);
+  if (pose.num_inliers >= options_.min_inliers) Remember(std::move(view));
 }
 
 TrackingResult OrbTracker::Follow(View view) {
@@ -177,7 +168,6 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
     result.settled_keyframes = TakeSettled(map(), true);
     result.reason += "; starting anew";
     has_map_ = false;
-    first_view_.reset();
     previous_.reset();
     velocity_.reset();
     lost_since_s_.reset();

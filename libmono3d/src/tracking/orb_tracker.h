@@ -11,6 +11,7 @@
 
 #include "mono3d/tracking/tracker.h"
 #include "tracking/frame_tracking.h"
+#include "tracking/initialiser.h"
 #include "tracking/map.h"
 
 namespace mono3d::tracking {
@@ -39,6 +40,7 @@ class OrbTracker final : public Tracker {
 
   View MakeView(const Frame& frame) const;
   TrackingResult Initialise(View view);
+  void FindBetween(View view);
   TrackingResult Follow(View view);
   TrackingResult Lose(const View& view, const std::string& reason);
   PoseResult Recover(View& view);
@@ -52,15 +54,15 @@ class OrbTracker final : public Tracker {
   TrackerOptions options_;
   StageTimes* times_;
   std::optional<CameraModel> camera_;
-  std::vector<std::unique_ptr<Map>> maps_;  // the last one is in use unless `first_view_` waits
+  std::vector<std::unique_ptr<Map>> maps_;  // the last one is in use unless `has_map_` is false
   std::vector<Record> records_;
   std::int64_t next_keyframe_id_ = 0;
 
   bool has_map_ = false;
-  std::optional<View> first_view_;  // of the start to come
-  std::optional<View> previous_;    // the last tracked frame
-  std::optional<Pose> velocity_;    // T_current_previous of the last two tracked frames
-  KeyframeId reference_ = 0;        // the keyframe that shares most points with the last frame
+  Initialiser initialiser_;       // of the start to come
+  std::optional<View> previous_;  // the last tracked frame
+  std::optional<Pose> velocity_;  // T_current_previous of the last two tracked frames
+  KeyframeId reference_ = 0;      // the keyframe that shares most points with the last frame
   KeyframeId newest_ = 0;
   std::optional<double> lost_since_s_;
 };

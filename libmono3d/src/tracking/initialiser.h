@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracking/initialisation.h"
+
+namespace mono3d::tracking {
+
+// What the start of a map is made of.
+struct MapStart {
+  View first;
+  View second;
+  std::vector<View> between;  // by time
+  TwoViewStart motion;        // from the first to the second
+};
+
+// Waits, over the views of a video, for two from which a map can start. It keeps views of the past,
+// the older the sparser, and tries the oldest that still shares enough with the newest: that has
+// the most parallax.
+class Initialiser {
+ public:
+  Initialiser(const InitialisationOptions& options, const FeatureOptions& features, int seed)
+      : options_(options), scales_(features), seed_(seed) {}
+
+  // The start that the view makes possible, or nothing and a `reason`.
+  std::optional<MapStart> Add(View view, std::string& reason);
+
+ private:
+  std::optional<TwoViewStart> Try(std::size_t first, const View& view, std::string& reason) const;
+  std::vector<FeatureMatch> Match(const View& a, const View& b) const;
+  void Keep(View view);
+
+  InitialisationOptions options_;
+  PyramidScales scales_;
+  int seed_;
+  std::vector<View> views_;  // by time
+};
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tracking/initialisation.h"
+
+namespace mono3d::tracking {
+
+// A view taken between the two of a start.
+struct BetweenView {
+  const View* view = nullptr;
+  double progress = 0;                // 0 at the first view, 1 at the second
+  std::vector<FeatureMatch> matches;  // with the first view
+};
+
+// Which of several motions holds for the views between as well: each is adjusted over all views
+// (bundle adjustment) and must leave clearly less error than the others. Nothing when none does.
+std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
+                                         const View& b, const std::vector<BetweenView>& between,
+                                         const CameraModel& camera, const PyramidScales& scales);
+
+}  // namespace mono3d::tracking
