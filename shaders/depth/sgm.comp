@@ -25,7 +25,7 @@ layout(binding = 1, r32ui) uniform readonly uimageBuffer image;  // padded grey 
 layout(binding = 2, r32ui) uniform readonly uimageBuffer p2;     // by difference of grey values, 256
 layout(binding = 3, r32ui) uniform readonly uimageBuffer sums_before;  // the memory of `sums`
 layout(binding = 4, std430) writeonly buffer Sums {  // two planes a word, 16 bits each
-  uint sums[];
+  uvec2 sums[];
 };
 
 const uint kUnreachable = 0xffffu;
@@ -78,8 +78,7 @@ void main() {
       if (params.is_first == 0u) {
         sum += uvec2(imageLoad(sums_before, sum_word).x, imageLoad(sums_before, sum_word + 1).x);
       }
-      sums[sum_word] = sum.x;
-      sums[sum_word + 1] = sum.y;
+      sums[first_word + w] = sum;
     }
     [[unroll]] for (int distance = 1; distance < kLanes; distance *= 2) {
       least = min(least, subgroupShuffleXor(least, uint(distance)));

@@ -39,9 +39,16 @@ double ShareWithin(const cv::Mat& depth, const cv::Mat& truth, float tolerance) 
 constexpr float kDepthTolerance = 0.01f;
 constexpr double kShareWithinTolerance = 0.95;
 
+// The scene is small, a pixel of half the resolution would be 6 % of the depth.
+DepthEstimatorOptions FullResolution() {
+  DepthEstimatorOptions options;
+  options.pyramid.level = 0;
+  return options;
+}
+
 TEST(DepthEstimator, FindsATiltedPlane) {
   const PlaneScene scene;
-  const DepthResult result = Estimate(scene.Bundle());
+  const DepthResult result = Estimate(scene.Bundle(), FullResolution());
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
   EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
             kShareWithinTolerance);
@@ -50,7 +57,7 @@ TEST(DepthEstimator, FindsATiltedPlane) {
 TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {
   PlaneScene scene;
   scene.with_sparse_depths = false;
-  const DepthResult result = Estimate(scene.Bundle());
+  const DepthResult result = Estimate(scene.Bundle(), FullResolution());
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
   EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
             kShareWithinTolerance);
