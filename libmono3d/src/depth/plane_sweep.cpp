@@ -15,9 +15,9 @@ PlaneSweepStage::PlaneSweepStage(std::shared_ptr<Device> device)
 void PlaneSweepStage::Record(Recorder& recorder, const PlaneSweepParams& params,
                              const Buffer& census, const Buffer& projections,
                              const Buffer& costs) const {
-  recorder.Dispatch(kernel_, {census, projections, costs}, params,
-                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
-                     params.height_px, 1});
+  recorder.Dispatch(
+      kernel_, {census, projections, costs}, params,
+      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
 }
 
 }  // namespace mono3d
