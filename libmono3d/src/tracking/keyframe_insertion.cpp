@@ -22,6 +22,8 @@ bool NeedsKeyframe(const InsertionEvidence& evidence, const KeyframeInsertionOpt
   if (baseline + baseline_share(evidence.T_current_previous) > options.max_baseline_share) {
     return true;
   }
+  // Points from two views with little parallax are vague; more views make a map of them.
+  if (evidence.is_young && baseline >= options.min_baseline_share) return true;
   const double tracked_share =
       evidence.num_reference_points > 0
           ? static_cast<double>(evidence.num_inliers) / evidence.num_reference_points

@@ -15,6 +15,7 @@ struct InsertionEvidence {
   double median_depth_su = 0;    // of the current frame
   int num_inliers = 0;           // of the current frame
   int num_reference_points = 0;  // of the reference keyframe
+  bool is_young = false;         // the map has too few keyframes to rely on its points
 };
 
 // Does the current frame bear enough new content to become a keyframe?

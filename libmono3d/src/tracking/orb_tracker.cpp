@@ -201,6 +201,8 @@ bool OrbTracker::InsertIfNeeded(const View& view, const PoseResult& pose) {
   evidence.T_current_previous = velocity_.value_or(Pose());
   evidence.median_depth_su = Median(map().Depths(view));
   evidence.num_inliers = pose.num_inliers;
+  constexpr std::size_t kYoung = 5;  // keyframes
+  evidence.is_young = map().keyframes().size() < kYoung;
   for (const std::optional<PointId>& point : map().keyframe(reference_).view.points) {
     if (point && map().point(*point).observations.size() >= 3) ++evidence.num_reference_points;
   }

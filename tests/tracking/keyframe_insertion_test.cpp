@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/keyframe_insertion.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace mono3d::tracking {
+namespace {
+
+Pose Turn(double degrees) {
+  return {RotationExp({0, degrees * std::numbers::pi / 180, 0}), Eigen::Vector3d::Zero()};
+}
+
+Pose Shift(double length) {
+  return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(length, 0, 0)};
+}
+
+// All points tracked, nothing moved.
+InsertionEvidence Still() {
+  InsertionEvidence evidence;
+  evidence.median_depth_su = 1;
+  evidence.num_inliers = 100;
+  evidence.num_reference_points = 100;
+  return evidence;
+}
+
+TEST(NeedsKeyframe, NotWhileNothingChanges) { EXPECT_FALSE(NeedsKeyframe(Still(), {})); }
+
+TEST(NeedsKeyframe, BeforeTheNextStepWouldTurnTooFar) {
+  InsertionEvidence evidence = Still();
+  evidence.T_current_previous = Turn(1);
+  evidence.T_current_last = Turn(2.9);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+  evidence.T_current_last = Turn(3.1);  // 4.1 with the next frame
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+}
+
+TEST(NeedsKeyframe, BeforeTheNextStepWouldMoveTooFarAtAnyScale) {
+  for (const double scale : {1.0, 1000.0}) {
+    InsertionEvidence evidence = Still();
+    evidence.median_depth_su = scale;
+    evidence.T_current_previous = Shift(0.02 * scale);
+    evidence.T_current_last = Shift(0.049 * scale);
+    EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+    evidence.T_current_last = Shift(0.051 * scale);
+    EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  }
+}
+
+TEST(NeedsKeyframe, WhenContentIsNewButNotTooCloseBy) {
+  InsertionEvidence evidence = Still();
+  evidence.num_inliers = 85;
+  evidence.T_current_last = Shift(0.019);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+  evidence.T_current_last = Shift(0.021);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  evidence.num_inliers = 95;
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+}
+
+TEST(NeedsKeyframe, AsSoonAsItHelpsAYoungMap) {
+  InsertionEvidence evidence = Still();
+  evidence.is_young = true;
+  evidence.T_current_last = Shift(0.019);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+  evidence.T_current_last = Shift(0.021);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+}
+
+TEST(NeedsKeyframe, CloserByWhenTrackingNeedsPoints) {
+  InsertionEvidence evidence = Still();
+  evidence.num_inliers = 40;
+  evidence.T_current_last = Shift(0.011);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+}
+
+TEST(NeedsKeyframe, NeverOnTooFewPoints) {
+  InsertionEvidence evidence = Still();
+  evidence.num_inliers = 14;
+  evidence.T_current_last = Shift(0.5);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+}
+
+}  // namespace
+}  // namespace mono3d::tracking

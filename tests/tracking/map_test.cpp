@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/map.h"
+
+#include <gtest/gtest.h>
+
+#include "tracking/tracking_world.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Three keyframes at x = 0, 1, 2 with four features each and no points yet.
+Map ThreeKeyframes() {
+  Map map(0, SmallCamera(), FeatureOptions{});
+  for (int i = 0; i < 3; ++i) {
+    View view = MakeView(SmallCamera(), {{50, 50}, {100, 50}, {50, 100}, {100, 100}});
+    view.T_cam_world = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-i, 0, 0));
+    map.AddKeyframe(std::move(view), 10 + i);
+  }
+  return map;
+}
+
+// A point at depth 4 that each of the keyframes sees with the same feature.
+PointId AddSeen(Map& map, std::size_t feature, std::initializer_list<KeyframeId> keyframes) {
+  const PointId point = map.AddPoint({0, 0, 4});
+  for (const KeyframeId keyframe : keyframes) map.AddObservation(point, {keyframe, feature});
+  map.UpdatePoint(point);
+  return point;
+}
+
+TEST(Map, KeepsBothSidesOfAnObservation) {
+  Map map = ThreeKeyframes();
+  const PointId point = AddSeen(map, 1, {2, 0});
+  EXPECT_EQ(map.keyframe(0).view.points[1], point);
+  EXPECT_EQ(map.FeatureOf(point, 2), 1U);
+  EXPECT_FALSE(map.FeatureOf(point, 1).has_value());
+  EXPECT_EQ(map.point(point).observations.front().keyframe, 0U);  // ascending
+}
+
+TEST(Map, DropsAPointWithOneObservationLeft) {
+  Map map = ThreeKeyframes();
+  const PointId point = AddSeen(map, 0, {0, 1, 2});
+  map.RemoveObservation(point, {1, 0});
+  EXPECT_TRUE(map.point(point).alive);
+  map.RemoveObservation(point, {0, 0});
+  EXPECT_FALSE(map.point(point).alive);
+  EXPECT_FALSE(map.keyframe(2).view.points[0].has_value());
+}
+
+TEST(Map, MergesTheObservationsOfTwoPoints) {
+  Map map = ThreeKeyframes();
+  const PointId kept = AddSeen(map, 0, {0, 1});
+  const PointId gone = AddSeen(map, 3, {1, 2});
+  map.MergePoints(gone, kept);
+  EXPECT_FALSE(map.point(gone).alive);
+  EXPECT_EQ(map.point(kept).observations.size(), 3U);
+  EXPECT_EQ(map.FeatureOf(kept, 1), 0U);  // it had one there already
+  EXPECT_EQ(map.FeatureOf(kept, 2), 3U);
+  EXPECT_FALSE(map.keyframe(1).view.points[3].has_value());
+}
+
+TEST(Map, CountsCovisibleKeyframes) {
+  Map map = ThreeKeyframes();
+  AddSeen(map, 0, {0, 1});
+  AddSeen(map, 1, {0, 1, 2});
+  const std::vector<Covisible> covisible = map.CovisibleKeyframes(0);
+  ASSERT_EQ(covisible.size(), 2U);
+  EXPECT_EQ(covisible[0].keyframe, 1U);
+  EXPECT_EQ(covisible[0].num_shared, 2);
+  EXPECT_EQ(covisible[1].num_shared, 1);
+}
+
+TEST(Map, FindsACulledKeyframeByItsAnchor) {
+  Map map = ThreeKeyframes();
+  AddSeen(map, 0, {0, 1, 2});
+  map.RemoveKeyframe(1, 0);
+  EXPECT_TRUE(map.CovisibleKeyframes(0).size() == 1);
+  EXPECT_EQ(map.T_cam_world(1).translation(), Eigen::Vector3d(-1, 0, 0));
+  // It moves with the anchor.
+  map.keyframe(0).view.T_cam_world = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 5));
+  EXPECT_EQ(map.T_cam_world(1).translation(), Eigen::Vector3d(-1, 0, 5));
+}
+
+TEST(Map, RescalesAllLengths) {
+  Map map = ThreeKeyframes();
+  const PointId point = AddSeen(map, 0, {0, 1});
+  map.RemoveKeyframe(2, 0);
+  const double max_distance = map.point(point).max_distance;
+  map.Rescale(1000);
+  EXPECT_EQ(map.point(point).p_world.z(), 4000);
+  EXPECT_EQ(map.point(point).max_distance, 1000 * max_distance);
+  EXPECT_EQ(map.T_cam_world(1).translation().x(), -1000);
+  EXPECT_EQ(map.T_cam_world(2).translation().x(), -2000);
+}
+
+TEST(Map, ListsTheDepthsInView) {
+  Map map = ThreeKeyframes();
+  AddSeen(map, 0, {0, 1});
+  map.point(AddSeen(map, 1, {0, 1})).p_world = {0, 0, -1};  // behind the camera
+  EXPECT_EQ(map.Depths(map.keyframe(0).view), std::vector<float>{4});
+}
+
+}  // namespace
+}  // namespace mono3d::tracking

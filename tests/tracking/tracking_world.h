@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <random>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+#include "mono3d/image/frame.h"
+#include "tracking/map.h"
+
+namespace mono3d::tracking {
+
+// Seeds follow from the name of the running test, so that tests do not share their luck.
+unsigned SeedFromTestName();
+double Uniform(std::mt19937& random, double low, double high);
+double Normal(std::mt19937& random, double sigma);
+
+CameraModel SmallCamera();  // 384x224, 58 degrees wide
+
+// A picture full of detail at all scales, 8-bit grey.
+cv::Mat TexturedPicture(int width, int height, unsigned seed);
+
+// A camera at `eye` that looks at `target`; z is up in the world.
+Pose LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
+
+// Textured ground, the plane z = 0, with or without houses (boxes), ray-cast.
+class TexturedGround {
+ public:
+  explicit TexturedGround(bool with_houses);
+  cv::Mat Render(const CameraModel& camera, const Pose& T_world_cam) const;  // CV_8UC3
+
+ private:
+  struct Box {
+    Eigen::Vector3d low;
+    Eigen::Vector3d high;
+  };
+  std::vector<Box> boxes_;
+  cv::Mat texture_;
+};
+
+struct Sequence {
+  std::vector<Frame> frames;
+  std::vector<Pose> T_world_cam;  // the truth
+};
+
+// A sideways flight over the ground at height 10, looking obliquely down, at 10 fps.
+Sequence FlyOver(const TexturedGround& ground, int num_frames);
+
+Frame BlackFrame(std::int64_t index);
+
+// A view with one feature at each pixel, all with descriptors of their own; those of the same
+// number in two views are alike.
+View MakeView(const CameraModel& camera, const std::vector<Eigen::Vector2d>& pixels);
+
+}  // namespace mono3d::tracking
