@@ -77,8 +77,9 @@ struct MedianOptions {
 };
 
 struct DogOptions {
-  // Mean over the census window, grey levels. White noise of one grey level leaves 0.086 and rounding
-  // to whole grey levels 0.025, by the norm of the kernel; this is somewhat less than twice both.
+  // Mean over the census window, grey levels. White noise of one grey level leaves 0.086 and
+  // rounding to whole grey levels 0.025, by the norm of the kernel; this is somewhat less than
+  // twice both.
   double min_response = 0.15;
 
   void Visit(OptionVisitor& visit);
