@@ -180,6 +180,17 @@ TEST(Tracker, FindsItsPoseAgainAfterAShortLoss) {
   EXPECT_LT(RelativeError(run.trajectory, Village()), kMaxRelativeError);
 }
 
+TEST(Tracker, FollowsOverFramesLeftOut) {
+  std::vector<Frame> frames;
+  for (const Frame& frame : Village().frames) {
+    if (frame.index < 10 || frame.index % 4 == 0) frames.push_back(frame);
+  }
+  const Tracked run = TrackAll(frames);
+  EXPECT_GE(run.trajectory.size() + 2, frames.size());
+  for (const TrajectoryEntry& entry : run.trajectory) EXPECT_EQ(entry.map_id, 0);
+  EXPECT_LT(RelativeError(run.trajectory, Village()), kMaxRelativeError);
+}
+
 TEST(Tracker, StartsANewMapAfterALongLoss) {
   std::vector<Frame> frames;
   for (int i = 0; i < 40; ++i) {

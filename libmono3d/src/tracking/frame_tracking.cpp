@@ -69,6 +69,10 @@ std::vector<PointId> LocalPoints(const Map& map, const View& view) {
 
 }  // namespace
 
+Pose ScaleMotion(const Pose& motion, double factor) {
+  return {RotationExp(factor * RotationLog(motion.rotation())), factor * motion.translation()};
+}
+
 PoseResult RefinePose(const Map& map, View& view) {
   std::vector<PointMeasurement> measurements;
   std::vector<std::size_t> features;

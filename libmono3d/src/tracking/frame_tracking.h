@@ -15,6 +15,9 @@ struct PoseResult {
   double reprojection_px = 0;
 };
 
+// The motion that lasts `factor` times as long at the same speed and rate of turn.
+Pose ScaleMotion(const Pose& motion, double factor);
+
 // Optimises the view's pose over its points; points that turn out to be outliers are taken from it.
 PoseResult RefinePose(const Map& map, View& view);
 

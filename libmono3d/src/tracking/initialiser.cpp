@@ -74,8 +74,9 @@ std::optional<TwoViewStart> Initialiser::Try(std::size_t first, const View& view
   const std::size_t num_used = std::min(num_between, kMaxBetween);
   for (std::size_t i = 0; i < num_used; ++i) {
     const View& middle = views_[first + (i + 1) * (num_between + 1) / (num_used + 1)];
-    const double progress = (middle.frame.timestamp_s - a.frame.timestamp_s) /
-                            (view.frame.timestamp_s - a.frame.timestamp_s);
+    const double duration_s = view.frame.timestamp_s - a.frame.timestamp_s;
+    const double progress =
+        duration_s > 0 ? (middle.frame.timestamp_s - a.frame.timestamp_s) / duration_s : 0.5;
     between.push_back({&middle, progress, Match(a, middle)});
   }
   std::optional<TwoViewStart> motion =

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tracking/bundle_adjustment.h"
+#include "tracking/frame_tracking.h"
 #include "tracking/pose_optimisation.h"
 
 namespace mono3d::tracking {
@@ -15,10 +16,6 @@ namespace {
 // Two thousand measurements share one error law, so that a twentieth of the mean error is far
 // outside of chance; twice that leaves room for matches that are wrong under either motion.
 constexpr double kClearCost = 0.9;
-
-Pose Interpolate(const Pose& T_b_a, double progress) {
-  return {RotationExp(progress * RotationLog(T_b_a.rotation())), progress * T_b_a.translation()};
-}
 
 // Adds a view between to the problem, at the pose that suits the points best.
 void AddBetween(const BetweenView& between, const TwoViewStart& start,
@@ -37,7 +34,7 @@ void AddBetween(const BetweenView& between, const TwoViewStart& start,
   }
   constexpr std::size_t kMinMeasurements = 20;
   if (measurements.size() < kMinMeasurements) return;
-  const Pose guess = Interpolate(start.T_b_a, between.progress);
+  const Pose guess = ScaleMotion(start.T_b_a, between.progress);
   problem.T_cam_world.push_back(OptimisePose(problem.camera, guess, measurements).T_cam_world);
   problem.is_fixed.push_back(0);
   problem.observations.insert(problem.observations.end(), observations.begin(), observations.end());

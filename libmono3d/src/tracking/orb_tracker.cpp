@@ -80,7 +80,11 @@ TrackingResult OrbTracker::Initialise(View view) {
   const ScopedStageTimer timer(times_, "tracking/initialisation");
   std::string reason;
   std::optional<MapStart> start = initialiser_.Add(std::move(view), reason);
-  if (!start) return NotInitialised(std::move(reason));
+  if (!start) {
+    TrackingResult waiting = NotInitialised(std::move(reason));
+    waiting.map_id = static_cast<int>(maps_.size());
+    return waiting;
+  }
   maps_.push_back(
       std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
   FillMap(*start, next_keyframe_id_, map());
@@ -119,7 +123,7 @@ TrackingResult OrbTracker::Follow(View view) {
     if (lost_since_s_) {
       pose = Recover(view);
     } else {
-      view.T_cam_world = velocity_ ? *velocity_ * PreviousPose() : PreviousPose();
+      view.T_cam_world = PredictPose(view.frame.timestamp_s);
       pose = TrackFromPrevious(map(), *previous_, view);
       if (pose.num_inliers < 10) {
         view.T_cam_world = PreviousPose();
@@ -135,10 +139,11 @@ TrackingResult OrbTracker::Follow(View view) {
   if (pose.num_inliers < options_.min_inliers) {
     return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
   }
-  if (lost_since_s_)
-    velocity_.reset();
-  else
+  velocity_.reset();
+  if (!lost_since_s_) {
     velocity_ = view.T_cam_world * PreviousPose().Inverse();
+    velocity_duration_s_ = view.frame.timestamp_s - previous_->frame.timestamp_s;
+  }
   lost_since_s_.reset();
   const std::vector<Covisible> seeing = map().KeyframesSeeing(view.points);
   if (!seeing.empty()) reference_ = seeing.front().keyframe;
@@ -225,6 +230,14 @@ void OrbTracker::Remember(View view) {
 Pose OrbTracker::PreviousPose() const {
   const Record& record = records_.back();
   return record.T_cam_keyframe * map().T_cam_world(record.keyframe);
+}
+
+// Constant velocity, also over frames left out.
+Pose OrbTracker::PredictPose(double timestamp_s) const {
+  if (!velocity_) return PreviousPose();
+  const double duration_s = timestamp_s - previous_->frame.timestamp_s;
+  const double factor = velocity_duration_s_ > 0 ? duration_s / velocity_duration_s_ : 1;
+  return ScaleMotion(*velocity_, factor) * PreviousPose();
 }
 
 std::vector<Keyframe> OrbTracker::Finish() {

@@ -50,6 +50,7 @@ class OrbTracker final : public Tracker {
   Map& map() { return *maps_.back(); }
   const Map& map() const { return *maps_.back(); }
   Pose PreviousPose() const;
+  Pose PredictPose(double timestamp_s) const;
 
   TrackerOptions options_;
   StageTimes* times_;
@@ -59,10 +60,11 @@ class OrbTracker final : public Tracker {
   std::int64_t next_keyframe_id_ = 0;
 
   bool has_map_ = false;
-  Initialiser initialiser_;       // of the start to come
-  std::optional<View> previous_;  // the last tracked frame
-  std::optional<Pose> velocity_;  // T_current_previous of the last two tracked frames
-  KeyframeId reference_ = 0;      // the keyframe that shares most points with the last frame
+  Initialiser initialiser_;         // of the start to come
+  std::optional<View> previous_;    // the last tracked frame
+  std::optional<Pose> velocity_;    // T_current_previous of the last two tracked frames
+  double velocity_duration_s_ = 0;  // between those two
+  KeyframeId reference_ = 0;        // the keyframe that shares most points with the last frame
   KeyframeId newest_ = 0;
   std::optional<double> lost_since_s_;
 };
