@@ -32,14 +32,18 @@ std::string NameOfMap(const std::string& stem, const std::string& extension, boo
 
 // Removes the files of `folder` whose names match. A folder that is not there has none.
 void RemoveMatching(const std::filesystem::path& folder, const std::regex& pattern) {
+  // Listed first: what a listing shows of a folder that shrinks meanwhile is not defined.
+  std::vector<std::filesystem::path> files;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (!std::regex_match(entry.path().filename().string(), pattern)) continue;
+    if (std::regex_match(entry.path().filename().string(), pattern)) files.push_back(entry.path());
+  }
+  for (const std::filesystem::path& file : files) {
     std::error_code failure;
-    std::filesystem::remove(entry.path(), failure);
+    std::filesystem::remove(file, failure);
     if (failure) {
       throw Error(ErrorParts{.what = "cannot remove the file of an earlier run",
-                             .where = entry.path().string(),
+                             .where = file.string(),
                              .expected = {},
                              .found = failure.message()});
     }
@@ -118,7 +122,7 @@ RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
   RemoveMatching(folder_ / "depth",
                  std::regex(R"(\d{6,}\.(depth|normal|confidence)\.(pfm|png)(\.partial)?)"));
   RemoveMatching(folder_,
-                 std::regex(R"((trajectory|trajectory_online|keyframes|model_trajectory)"
+                 std::regex(R"(((trajectory|trajectory_online|keyframes|model_trajectory))"
                             R"((_map\d+)?\.txt|model(_map\d+)?\.ply|run\.json)(\.partial)?)"));
 }
 
