@@ -49,6 +49,7 @@ MapReconstruction MakeMap(int map_id, int num_frames) {
 DepthMap MakeDepthMap(std::int64_t frame_index) {
   DepthMap map;
   map.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(2));
+  map.camera = CameraModel{.width = 4, .height = 3, .fx = 4, .fy = 4, .cx = 1.5, .cy = 1};
   map.frame_index = frame_index;
   return map;
 }

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <iterator>
+#include <ios>
 #include <system_error>
 
 #include "mono3d/core/error.h"
@@ -30,17 +30,25 @@ std::optional<Number> Parse(std::string_view text) {
 }  // namespace
 
 std::string ReadBytes(const std::filesystem::path& path) {
+  constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
+  const auto refuse = [&](const char* what) {
+    throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
+  };
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    throw Error(
-        ErrorParts{.what = "there is no such file", .where = path, .expected = {}, .found = {}});
-  }
+  if (!std::filesystem::exists(path, ignored)) refuse("there is no such file");
   std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad() || std::filesystem::is_directory(path, ignored)) {
-    throw Error(
-        ErrorParts{.what = "cannot read the file", .where = path, .expected = {}, .found = {}});
-  }
+  if (!file.is_open() || std::filesystem::is_directory(path, ignored))
+    refuse("cannot read the file");
+  std::string bytes;
+  std::streamsize num_read = 0;
+  do {
+    const std::size_t size = bytes.size();
+    bytes.resize(size + kBlockBytes);
+    file.read(bytes.data() + size, kBlockBytes);
+    num_read = file.gcount();
+    bytes.resize(size + static_cast<std::size_t>(num_read));
+  } while (num_read > 0);
+  if (file.bad()) refuse("cannot read the file");
   return bytes;
 }
 

@@ -20,8 +20,9 @@ struct FrameSourceOptions {
   int stride = 1;      // take every stride-th image
   int start = 0;       // first image
   int max_frames = 0;  // 0: all
-  std::string resize;  // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images
-                       // to the calibration's size; empty: refuse images of another size
+  // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to the calibration's
+  // size; empty: refuse images of another size.
+  std::string resize = {};
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "mono3d/core/error.h"
+#include "mono3d/image/depth_map.h"
+#include "mono3d/image/frame.h"
+#include "mono3d/image/image_bundle.h"
+
+namespace mono3d {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::ThrowsMessage;
+
+CameraModel TestCamera() { return {6, 4, 5, 5, 2.5, 1.5, {}}; }
+
+Frame TestFrame() {
+  return {0, 0, "a.jpg", cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3)), TestCamera()};
+}
+
+ImageBundle TestBundle() {
+  ImageBundle bundle;
+  bundle.keyframes.resize(kBundleSize);
+  for (Keyframe& keyframe : bundle.keyframes) keyframe.frame = TestFrame();
+  return bundle;
+}
+
+DepthMap TestMap() {
+  DepthMap map;
+  map.camera = TestCamera();
+  map.depth = cv::Mat(4, 6, CV_32FC1, cv::Scalar(0));
+  return map;
+}
+
+TEST(Frame, IsValidAsMade) { EXPECT_NO_THROW(Validate(TestFrame())); }
+
+TEST(Frame, RefusesAnotherTypeSizeOrDistortion) {
+  Frame grey = TestFrame();
+  grey.bgr = ToGrey(grey.bgr);
+  EXPECT_THAT([&] { Validate(grey); },
+              ThrowsMessage<Error>(HasSubstr("a.jpg: wrong image type (expected 8-bit colour")));
+  Frame large = TestFrame();
+  large.bgr = cv::Mat(8, 12, CV_8UC3);
+  EXPECT_THAT([&] { Validate(large); },
+              ThrowsMessage<Error>(HasSubstr("(expected 6x4, found 12x8)")));
+  Frame distorted = TestFrame();
+  distorted.camera.distortion[0] = 0.1;
+  EXPECT_THAT([&] { Validate(distorted); }, ThrowsMessage<Error>(HasSubstr("image is distorted")));
+}
+
+TEST(Median, IsTheMiddleValue) {
+  EXPECT_EQ(Median({3, 1, 2}), 2);
+  EXPECT_EQ(Median({7}), 7);
+  EXPECT_EQ(Median({}), 0);
+}
+
+TEST(ImageBundle, HasItsReferenceInTheMiddle) {
+  ImageBundle bundle = TestBundle();
+  bundle.keyframes[2].id = 42;
+  EXPECT_EQ(bundle.reference().id, 42);
+  EXPECT_NO_THROW(Validate(bundle));
+}
+
+TEST(ImageBundle, RefusesFourImages) {
+  ImageBundle bundle = TestBundle();
+  bundle.keyframes.pop_back();
+  EXPECT_THAT(
+      [&] { Validate(bundle); },
+      ThrowsMessage<Error>(HasSubstr("wrong number of images in a bundle (expected 5, found 4)")));
+}
+
+TEST(ImageBundle, RefusesImagesOfTwoSizesOrTwoMaps) {
+  ImageBundle sizes = TestBundle();
+  sizes.keyframes[1].frame.bgr = cv::Mat(2, 3, CV_8UC3);
+  sizes.keyframes[1].frame.camera = TestCamera().Resized(3, 2);
+  EXPECT_THAT([&] { Validate(sizes); },
+              ThrowsMessage<Error>(HasSubstr("images of a bundle differ in size")));
+  ImageBundle maps = TestBundle();
+  maps.keyframes[4].map_id = 1;
+  EXPECT_THAT([&] { Validate(maps); }, ThrowsMessage<Error>(HasSubstr("different maps")));
+}
+
+TEST(DepthMap, BecomesAPointCloudInTheWorld) {
+  DepthMap map = TestMap();
+  map.depth.at<float>(1, 5) = 10;
+  map.normal = cv::Mat(4, 6, CV_32FC3, cv::Scalar(0, 0, -1));
+  map.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3));
+  // The camera looks along the world's x: a quarter turn about y.
+  map.T_world_cam = Pose(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY())),
+                         Eigen::Vector3d(100, 0, 0));
+  EXPECT_EQ(CountEstimates(map), 1);
+  const PointCloud cloud = ToPointCloud(map);
+  ASSERT_EQ(cloud.size(), 1U);
+  // p_cam = 10 * ((5 - 2.5) / 5, (1 - 1.5) / 5, 1) = (5, -1, 10)
+  EXPECT_TRUE(cloud.points[0].isApprox(Eigen::Vector3f(110, -1, -5), 1e-6F))
+      << cloud.points[0].transpose();
+  EXPECT_TRUE(cloud.normals[0].isApprox(Eigen::Vector3f(-1, 0, 0), 1e-6F));
+  EXPECT_EQ(cloud.colours[0], (std::array<std::uint8_t, 3>{3, 2, 1}));
+  EXPECT_THAT(cloud.confidences, IsEmpty());
+}
+
+TEST(DepthMap, RefusesImagesOfAnotherSizeOrType) {
+  EXPECT_NO_THROW(Validate(TestMap()));
+  DepthMap small = TestMap();
+  small.depth = cv::Mat(2, 2, CV_32FC1);
+  EXPECT_THAT([&] { Validate(small); }, ThrowsMessage<Error>(HasSubstr("depth")));
+  DepthMap bytes = TestMap();
+  bytes.confidence = cv::Mat(4, 6, CV_8UC1);
+  EXPECT_THAT([&] { Validate(bytes); }, ThrowsMessage<Error>(HasSubstr("confidence")));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/io/camera_file.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/core/persistence.hpp>
+#include <string>
+
+#include "io/temporary_folder.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+using CameraFile = TemporaryFolderTest;
+
+CameraModel LensCamera() {
+  CameraModel camera{768, 448, 691.2, 690.1 / 3, 383.5, 223.25, {}};
+  camera.distortion = {-0.1, 0.01, 1e-5, -2e-4, 0.003};
+  return camera;
+}
+
+// A calibration with one of its lines replaced.
+std::string Yaml(const std::string& old_text = "", const std::string& new_text = "") {
+  std::string yaml =
+      "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+      "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+      "   data: [ 500., 0., 319.5, 0.,\n       501., 239.5, 0., 0., 1. ]\n"
+      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n"
+      "   data: [ 1.0e-01, -2.0e-01, 3.0e-03, 4.0e-03 ]\n";
+  if (!old_text.empty()) yaml.replace(yaml.find(old_text), old_text.size(), new_text);
+  return yaml;
+}
+
+TEST_F(CameraFile, ReadsYamlByHand) {
+  const CameraModel camera = ReadCameraFile(WriteText("camera.yaml", Yaml()));
+  CameraModel expected{640, 480, 500, 501, 319.5, 239.5, {}};
+  expected.distortion = {0.1, -0.2, 0.003, 0.004, 0};
+  EXPECT_EQ(camera, expected);
+}
+
+TEST_F(CameraFile, SurvivesWritingAndReading) {
+  WriteCameraFile(folder_ / "camera.yaml", LensCamera());
+  EXPECT_EQ(ReadCameraFile(folder_ / "camera.yaml"), LensCamera());
+}
+
+TEST_F(CameraFile, IsWhatOpenCvReads) {
+  WriteCameraFile(folder_ / "camera.yaml", LensCamera());
+  const cv::FileStorage file(folder_ / "camera.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(static_cast<int>(file["image_height"]), 448);
+  const cv::Mat K = file["camera_matrix"].mat();
+  ASSERT_EQ(K.size(), cv::Size(3, 3));
+  EXPECT_EQ(K.at<double>(1, 1), 690.1 / 3);
+  EXPECT_EQ(file["distortion_coefficients"].mat().at<double>(4), 0.003);
+}
+
+TEST_F(CameraFile, ReadsWhatOpenCvWrites) {
+  const CameraModel camera = LensCamera();
+  {
+    cv::FileStorage file(folder_ / "camera.yml", cv::FileStorage::WRITE);
+    file << "calibration_time"
+         << "Tue Mar  3 10:11:12 2020";
+    file << "image_width" << camera.width << "image_height" << camera.height;
+    file << "camera_matrix"
+         << cv::Mat_<double>({3, 3},
+                             {camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0});
+    file << "distortion_coefficients"
+         << cv::Mat_<double>({5, 1},
+                             {camera.distortion[0], camera.distortion[1], camera.distortion[2],
+                              camera.distortion[3], camera.distortion[4]});
+    file << "avg_reprojection_error" << 0.25;
+    file << "image_points" << cv::Mat(3, 40, CV_32FC2, cv::Scalar(1, 2));
+  }
+  EXPECT_EQ(ReadCameraFile(folder_ / "camera.yml"), camera);
+}
+
+TEST_F(CameraFile, ReadsWhatRosWrites) {
+  const auto path = WriteText("ost.yaml",
+                              "image_width: 640\r\nimage_height: 480\r\ncamera_name: front\r\n"
+                              "camera_matrix:\r\n  rows: 3\r\n  cols: 3\r\n"
+                              "  data: [500, 0, 320, 0, 501, 240, 0, 0, 1]\r\n"
+                              "distortion_model: plumb_bob\r\n"
+                              "distortion_coefficients:\r\n  rows: 1\r\n  cols: 5\r\n"
+                              "  data:  # k1 k2 p1 p2 k3\r\n  - 0.1\r\n  - 0\r\n  - 0\r\n"
+                              "  - 0\r\n  - -0.2\r\n"
+                              "projection_matrix:\r\n  rows: 3\r\n  cols: 4\r\n"
+                              "  data: [500, 0, 320, 0, 0, 501, 240, 0, 0, 0, 1, 0]\r\n");
+  CameraModel expected{640, 480, 500, 501, 320, 240, {}};
+  expected.distortion = {0.1, 0, 0, 0, -0.2};
+  EXPECT_EQ(ReadCameraFile(path), expected);
+}
+
+TEST_F(CameraFile, RefusesNanWithItsLine) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("501.", ".Nan"))); },
+              ThrowsMessage<Error>(HasSubstr(
+                  "camera.yaml:9: camera calibration: bad value in camera_matrix (expected a "
+                  "finite number, found .Nan)")));
+  EXPECT_THAT(
+      [&] { ReadCameraFile(WriteText("camera.yaml", Yaml("1.0e-01", "nan"))); },
+      ThrowsMessage<Error>(AllOf(HasSubstr("camera.yaml:15: "),
+                                 HasSubstr("distortion_coefficients"), HasSubstr("found nan"))));
+}
+
+TEST_F(CameraFile, RefusesAWrongSize) {
+  for (const char* size : {"0", "-640", "640.5", "wide", ""}) {
+    const std::string line = std::string("image_width: ") + size;
+    EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("image_width: 640", line))); },
+                ThrowsMessage<Error>(
+                    AllOf(HasSubstr("camera.yaml:3: "), HasSubstr("image_width (expected"))))
+        << size;
+  }
+}
+
+TEST_F(CameraFile, RefusesAMissingKey) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("image_height", "height"))); },
+              ThrowsMessage<Error>(HasSubstr(
+                  "camera.yaml: camera calibration: key is missing (expected image_height)")));
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", "")); },
+              ThrowsMessage<Error>(HasSubstr("key is missing (expected image_width)")));
+}
+
+TEST_F(CameraFile, RefusesAWrongNumberOfValues) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("501., ", ""))); },
+              ThrowsMessage<Error>(
+                  HasSubstr("wrong number of values in camera_matrix (expected 9, found 8)")));
+  EXPECT_THAT(
+      [&] {
+        ReadCameraFile(WriteText("camera.yaml",
+                                 "image_width: 4\nimage_height: 3\n"
+                                 "camera_matrix: [1, 0, 2, 0, 1, 2, 0, 0, 1]\n"
+                                 "distortion_coefficients: [0.1]\n"));
+      },
+      ThrowsMessage<Error>(HasSubstr("camera.yaml:4: camera calibration: wrong number of values "
+                                     "in distortion_coefficients (expected k1 k2 p1 p2 [k3]")));
+}
+
+TEST_F(CameraFile, RefusesWhatIsNoPinholeCamera) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("500., 0.,", "500., 2.,"))); },
+              ThrowsMessage<Error>(HasSubstr("expected fx 0 cx 0 fy cy 0 0 1")));
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("500., 0.,", "-500., 0.,"))); },
+              ThrowsMessage<Error>(HasSubstr("bad focal length fx (expected a positive number")));
+  EXPECT_THAT(
+      [&] { ReadCameraFile(WriteText("camera.yaml", Yaml() + "distortion_model: equidistant\n")); },
+      ThrowsMessage<Error>(HasSubstr(
+          "camera.yaml:16: camera calibration: unsupported distortion model (expected plumb_bob, "
+          "found equidistant)")));
+}
+
+TEST_F(CameraFile, RefusesSeveralCameras) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml() + Yaml())); },
+              ThrowsMessage<Error>(HasSubstr("several cameras in one file")));
+}
+
+TEST_F(CameraFile, RefusesAFileThatIsNotThere) {
+  EXPECT_THAT([&] { ReadCameraFile(folder_ / "none.yaml"); },
+              ThrowsMessage<Error>(HasSubstr("none.yaml: there is no such file")));
+  EXPECT_THAT([&] { ReadCameraFile(folder_); }, ThrowsMessage<Error>(HasSubstr("cannot read")));
+}
+
+TEST_F(CameraFile, RefusesAListThatIsNotClosed) {
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("1. ]", "1."))); },
+              ThrowsMessage<Error>(testing::AnyOf(HasSubstr("list is not closed"),
+                                                  HasSubstr("bad value in camera_matrix"))));
+}
+
+TEST_F(CameraFile, ReadsTheModelsOfColmap) {
+  struct Case {
+    const char* line;
+    double fy;
+    std::array<double, 5> distortion;
+  };
+  const Case cases[] = {
+      {"1 SIMPLE_PINHOLE 640 480 500 320 240", 500, {}},
+      {"7 PINHOLE 640 480 500 501 320 240", 501, {}},
+      {"1 SIMPLE_RADIAL 640 480 500 320 240 0.1", 500, {0.1}},
+      {"1 RADIAL 640 480 500 320 240 0.1 0.2", 500, {0.1, 0.2}},
+      {"1 OPENCV 640 480 500 501 320 240 0.1 0.2 0.3 0.4", 501, {0.1, 0.2, 0.3, 0.4}},
+      {"1 FULL_OPENCV 640 480 500 501 320 240 0.1 0.2 0.3 0.4 0.5 0 0 0",
+       501,
+       {0.1, 0.2, 0.3, 0.4, 0.5}},
+  };
+  for (const Case& c : cases) {
+    const auto path = WriteText("cameras.txt", std::string("# CAMERA_ID, MODEL\n") + c.line + "\n");
+    const CameraModel expected{640, 480, 500, c.fy, 319.5, 239.5, c.distortion};
+    EXPECT_EQ(ReadCameraFile(path), expected) << c.line;
+  }
+}
+
+TEST_F(CameraFile, RefusesColmapCamerasThatItCannotHold) {
+  struct Case {
+    const char* lines;
+    const char* message;
+  };
+  const Case cases[] = {
+      {"# one\n1 PINHOLE 640 480 500 501 320\n",
+       "cameras.txt:2: camera calibration: wrong number of parameters of a PINHOLE camera "
+       "(expected 4, found 3)"},
+      {"1 PINHOLE 640 480 500 501 320 nan\n", "expected a finite number, found nan"},
+      {"1 PINHOLE 0 480 500 501 320 240\n", "bad image_width (expected a positive number"},
+      {"1 OPENCV_FISHEYE 640 480 500 501 320 240 0 0 0 0\n", "unsupported camera model"},
+      {"1 FULL_OPENCV 640 480 500 501 320 240 0 0 0 0 0 0.1 0 0\n", "k4 = k5 = k6 = 0"},
+      {"1 PINHOLE 640 480 500 501 320 240\n2 PINHOLE 640 480 500 501 320 240\n",
+       "cameras.txt:2: camera calibration: several cameras in one file"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_THAT([&] { ReadCameraFile(WriteText("cameras.txt", c.lines)); },
+                ThrowsMessage<Error>(HasSubstr(c.message)));
+  }
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/io/depth_map_files.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "io/temporary_folder.h"
+#include "mono3d/core/error.h"
+#include "mono3d/io/pfm_file.h"
+
+namespace mono3d {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+using DepthMapFiles = TemporaryFolderTest;
+
+CameraModel TestCamera() { return {6, 4, 5, 5, 2.5, 1.5, {}}; }
+
+TEST_F(DepthMapFiles, AreThoseOfTheImagesThatTheMapHas) {
+  DepthMap map;
+  map.camera = TestCamera();
+  map.depth = cv::Mat(4, 6, CV_32FC1, cv::Scalar(2));
+  WriteDepthMap(folder_, "000042", map);
+  EXPECT_EQ(cv::countNonZero(ReadPfm(folder_ / "000042.depth.pfm") != map.depth), 0);
+  EXPECT_EQ(cv::imread(folder_ / "000042.depth.png").size(), map.depth.size());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "000042.normal.pfm"));
+
+  map.normal = cv::Mat(4, 6, CV_32FC3, cv::Scalar(0, 0.6, -0.8));
+  map.confidence = cv::Mat(4, 6, CV_32FC1, cv::Scalar(0.5));
+  WriteDepthMap(folder_, "000042", map);
+  EXPECT_EQ(ReadPfm(folder_ / "000042.normal.pfm").at<cv::Vec3f>(0, 0), cv::Vec3f(0, 0.6F, -0.8F));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.normal.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.confidence.pfm"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.confidence.png"));
+}
+
+TEST_F(DepthMapFiles, RefuseImagesOfAnotherType) {
+  DepthMap map;
+  map.camera = TestCamera();
+  map.depth = cv::Mat(4, 6, CV_32FC3, cv::Scalar(2));
+  EXPECT_THAT([&] { WriteDepthMap(folder_, "a", map); },
+              ThrowsMessage<Error>(HasSubstr("depth map: wrong size or type of depth (expected 6x4 "
+                                             "CV_32FC1, found 6x4 CV_32FC3)")));
+}
+
+TEST(DepthPreview, IsRedNearBlueFarAndBlackWithoutEstimate) {
+  cv::Mat depth(1, 100, CV_32FC1);
+  for (int x = 0; x < 100; ++x) depth.at<float>(0, x) = 1 + static_cast<float>(x);
+  depth.at<float>(0, 50) = 0;
+  const cv::Mat preview = DepthPreview(depth);
+  const auto near = preview.at<cv::Vec3b>(0, 0);
+  const auto far = preview.at<cv::Vec3b>(0, 99);
+  EXPECT_GT(near[2], 2 * near[0]);
+  EXPECT_GT(far[0], far[2]);
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 50), cv::Vec3b(0, 0, 0));
+}
+
+TEST(DepthPreview, OfAConstantOrEmptyMapIsDefined) {
+  const cv::Mat constant = DepthPreview(cv::Mat(3, 3, CV_32FC1, cv::Scalar(5)));
+  EXPECT_NE(constant.at<cv::Vec3b>(1, 1), cv::Vec3b(0, 0, 0));
+  const cv::Mat nothing = DepthPreview(cv::Mat(3, 3, CV_32FC1, cv::Scalar(0)));
+  EXPECT_EQ(nothing.at<cv::Vec3b>(1, 1), cv::Vec3b(0, 0, 0));
+}
+
+TEST(NormalPreview, ShowsRightUpAndTowardsTheCameraAsRedGreenAndBlue) {
+  const cv::Mat normal = cv::Mat_<cv::Vec3f>(
+      {1, 4}, {cv::Vec3f(1, 0, 0), cv::Vec3f(0, -1, 0), cv::Vec3f(0, 0, -1), cv::Vec3f(0, 0, 0)});
+  const cv::Mat preview = NormalPreview(normal);
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 0)[2], 255);
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 1)[1], 255);
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 2)[0], 255);
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 3), cv::Vec3b(0, 0, 0));
+}
+
+TEST(ConfidencePreview, IsGrey) {
+  const cv::Mat preview = ConfidencePreview(cv::Mat_<float>({1, 2}, {0.0F, 1.0F}));
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 1), cv::Vec3b(255, 255, 255));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "io/image_file.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "io/temporary_folder.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+class ImageFile : public TemporaryFolderTest {
+ protected:
+  static std::string Encode(const std::string& extension, const cv::Mat& image,
+                            const std::vector<int>& parameters = {}) {
+    std::vector<std::uint8_t> bytes;
+    cv::imencode(extension, image, bytes, parameters);
+    return {bytes.begin(), bytes.end()};
+  }
+
+  // Noise keeps the coded data long.
+  static cv::Mat Noise(int type) {
+    cv::Mat image(40, 60, type);
+    cv::RNG(5).fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_16U ? 65536 : 256);
+    return image;
+  }
+
+  cv::Mat Read(const std::string& bytes) const { return ReadImage(WriteText("image", bytes)); }
+};
+
+TEST_F(ImageFile, IsReadAsColour) {
+  const cv::Mat image = Noise(CV_8UC3);
+  EXPECT_EQ(cv::norm(Read(Encode(".png", image)), image, cv::NORM_INF), 0);
+}
+
+TEST_F(ImageFile, OfGreyIsRepeatedInThreeChannels) {
+  const cv::Mat read = Read(Encode(".png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(77))));
+  EXPECT_EQ(read.type(), CV_8UC3);
+  EXPECT_EQ(read.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
+}
+
+TEST_F(ImageFile, OfSixteenBitsIsCutToTheUpperEight) {
+  const cv::Mat deep = Noise(CV_16UC3);
+  for (const char* extension : {".png", ".tiff"}) {
+    const cv::Mat read = Read(Encode(extension, deep));
+    ASSERT_EQ(read.type(), CV_8UC3) << extension;
+    for (int y = 0; y < deep.rows; ++y) {
+      for (int x = 0; x < deep.cols; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_NEAR(read.at<cv::Vec3b>(y, x)[c], deep.at<cv::Vec3w>(y, x)[c] / 256, 1)
+              << extension;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(ImageFile, LosesItsAlphaChannel) {
+  const cv::Mat read = Read(Encode(".png", cv::Mat(2, 2, CV_8UC4, cv::Scalar(1, 2, 3, 0))));
+  ASSERT_EQ(read.type(), CV_8UC3);
+  EXPECT_EQ(read.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+}
+
+TEST_F(ImageFile, TruncatedAnywhereIsRefused) {
+  const std::string files[] = {Encode(".jpg", Noise(CV_8UC3)),
+                               Encode(".jpg", Noise(CV_8UC3), {cv::IMWRITE_JPEG_PROGRESSIVE, 1}),
+                               Encode(".jpg", Noise(CV_8UC3), {cv::IMWRITE_JPEG_RST_INTERVAL, 2}),
+                               Encode(".png", Noise(CV_8UC3))};
+  for (const std::string& bytes : files) {
+    EXPECT_NO_THROW(Read(bytes));
+    for (std::size_t size = 20; size < bytes.size(); size += 1 + size / 20) {
+      EXPECT_THROW(Read(bytes.substr(0, size)), Error) << size << " of " << bytes.size();
+    }
+    EXPECT_THAT([&] { Read(bytes.substr(0, bytes.size() - 1)); },
+                ThrowsMessage<Error>(HasSubstr("image: the image is truncated")));
+  }
+}
+
+// A thumbnail has an end-of-image marker of its own.
+TEST_F(ImageFile, TruncatedBehindAThumbnailIsRefused) {
+  const std::string jpeg = Encode(".jpg", Noise(CV_8UC3));
+  const std::string thumbnail = Encode(".jpg", cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(9)));
+  const std::size_t length = thumbnail.size() + 2;
+  const std::string segment = std::string("\xFF\xE1") + static_cast<char>(length >> 8) +
+                              static_cast<char>(length & 0xFF) + thumbnail;
+  const std::string with_thumbnail = jpeg.substr(0, 2) + segment + jpeg.substr(2);
+  EXPECT_NO_THROW(Read(with_thumbnail));
+  EXPECT_THAT(
+      [&] { Read(with_thumbnail.substr(0, with_thumbnail.size() / 2 + segment.size() / 2)); },
+      ThrowsMessage<Error>(HasSubstr("the image is truncated")));
+}
+
+TEST_F(ImageFile, MayHaveBytesBehindItsEnd) {
+  for (const char* extension : {".jpg", ".png"}) {
+    EXPECT_NO_THROW(Read(Encode(extension, Noise(CV_8UC3)) + "notes of the maker"));
+  }
+}
+
+TEST_F(ImageFile, ThatIsNoImageIsRefused) {
+  EXPECT_THAT([&] { Read("just a text file with a wrong name\n"); },
+              ThrowsMessage<Error>(HasSubstr("image: not an image, or not of a known kind")));
+  EXPECT_THAT([&] { Read(""); }, ThrowsMessage<Error>(HasSubstr("the file is empty")));
+  EXPECT_THAT([&] { ReadImage(folder_ / "none.jpg"); },
+              ThrowsMessage<Error>(HasSubstr("none.jpg: there is no such file")));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "common/tool.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/core/version.h"
+
+namespace mono3d::tools {
+namespace {
+
+std::atomic<bool> stop_requested = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set it");
+
+void OnStopSignal(int signal) {
+  stop_requested = true;
+  std::signal(signal, SIG_DFL);
+}
+
+// The library's messages go to stderr, so that stdout holds the result alone.
+void SendLogToStderr(const std::string& name, bool verbose) {
+  auto logger = spdlog::get(name);
+  if (!logger) logger = spdlog::stderr_color_st(name);
+  logger->set_pattern("%n: %l: %v");
+  logger->set_level(verbose ? spdlog::level::debug : spdlog::level::warn);
+  SetLogSink([logger](LogLevel level, std::string_view message) {
+    switch (level) {
+      case LogLevel::kDebug:
+        logger->debug(message);
+        break;
+      case LogLevel::kInfo:
+        logger->info(message);
+        break;
+      case LogLevel::kWarning:
+        logger->warn(message);
+        break;
+    }
+  });
+}
+
+void PrintDevices() {
+  for (const DeviceInfo& device : ListDevices()) {
+    std::printf("%d  %s (%s, %s)\n", device.index, device.name.c_str(), device.type.c_str(),
+                device.driver.c_str());
+  }
+}
+
+}  // namespace
+
+Tool::Tool(const std::string& name, const std::string& description)
+    : name_(name), app_(description, name) {
+  app_.set_version_flag("--version", std::string("mono3d ") + Version());
+  app_.set_config("--config", "", "read options from a file of lines \"name = value\"");
+  // Option names have dots of their own; a config file names them as the command line does.
+  app_.get_config_formatter_base()->parentSeparator('/');
+  app_.add_option("--device", common_.device.device,
+                  "Vulkan device: its index or part of its name (see --list-devices)");
+  app_.add_flag("--list-devices", common_.list_devices, "list the Vulkan devices and end");
+  app_.add_flag("--validation", common_.device.validation,
+                "run with the Khronos validation layer (for developers)");
+  app_.add_flag("--verbose", common_.verbose, "tell more on stderr");
+}
+
+void Tool::AddOptions(const std::vector<OptionField>& fields, const std::string& prefix) {
+  for (const OptionField& field : fields) {
+    std::string name = prefix + field.name;
+    const std::size_t dot = name.find('.');
+    // Options of a stage are called as in the code; the input's as on any command line.
+    if (dot == std::string::npos) std::replace(name.begin(), name.end(), '_', '-');
+    const std::string group = dot == std::string::npos ? "Input" : "Stage " + name.substr(0, dot);
+    std::visit(
+        [&](auto* value) {
+          app_.add_option("--" + name, *value, field.help)->group(group)->capture_default_str();
+        },
+        field.value);
+  }
+}
+
+int Tool::PrintError(const std::string& message, int status) const {
+  std::string line = message;
+  for (char& c : line) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  std::fprintf(stderr, "%s: error: %s\n", name_.c_str(), line.c_str());
+  return status;
+}
+
+int Tool::Run(int argc, const char* const* argv, const std::function<int()>& body) {
+  // --list-devices needs none of the required arguments.
+  for (int i = 1; i < argc; ++i) common_.list_devices |= std::string(argv[i]) == "--list-devices";
+  try {
+    SendLogToStderr(name_, false);
+    if (common_.list_devices) {
+      PrintDevices();
+      return 0;
+    }
+    app_.parse(argc, argv);
+    SendLogToStderr(name_, common_.verbose);
+    return body();
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app_.exit(error);  // --help, --version
+    return PrintError(std::string(error.what()) + " (see --help)", 2);
+  } catch (const UsageError& error) {
+    return PrintError(error.what(), 2);
+  } catch (const std::exception& error) {
+    return PrintError(error.what(), 1);
+  }
+}
+
+const std::atomic<bool>& StopRequested() { return stop_requested; }
+
+void CatchStopSignals() {
+  std::signal(SIGINT, OnStopSignal);
+  std::signal(SIGTERM, OnStopSignal);
+}
+
+}  // namespace mono3d::tools

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mono3d/core/options.h"
+#include "mono3d/gpu/device.h"
+
+namespace mono3d::tools {
+
+// What every tool has: --version, --config, --device, --list-devices, --validation, --verbose.
+struct CommonArguments {
+  DeviceOptions device;
+  bool list_devices = false;
+  bool verbose = false;
+};
+
+// One tool: its name, its arguments and what it does with them.
+class Tool {
+ public:
+  Tool(const std::string& name, const std::string& description);
+
+  CLI::App& app() { return app_; }
+  const CommonArguments& common() const { return common_; }
+
+  // Binds every field as --<prefix><name>, in one group of the help per room. The variables must
+  // outlive the tool.
+  void AddOptions(const std::vector<OptionField>& fields, const std::string& prefix = {});
+
+  // Reads the arguments and runs `body`. Returns the exit status: what `body` returns, 2 for wrong
+  // usage, 1 for any other failure. An error is one line on stderr.
+  int Run(int argc, const char* const* argv, const std::function<int()>& body);
+
+ private:
+  int PrintError(const std::string& message, int status) const;
+
+  std::string name_;
+  CLI::App app_;
+  CommonArguments common_;
+};
+
+// True once SIGINT or SIGTERM has come. A second signal ends the process at once.
+const std::atomic<bool>& StopRequested();
+void CatchStopSignals();
+
+}  // namespace mono3d::tools

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
+
+#include <cstdio>
+
+#include "common/progress.h"
+#include "common/tool.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/io/camera_file.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/pipeline/pipeline.h"
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d::tools {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string camera;
+  std::string output;
+  FrameSourceOptions source;
+  PipelineOptions pipeline;
+};
+
+// Frames until the input ends, a stop is requested or an error comes; what is there by then is
+// kept.
+void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
+  try {
+    while (!StopRequested()) {
+      std::optional<Frame> frame;
+      {
+        const ScopedStageTimer timer(&times, "io/read");
+        frame = source.Next();
+      }
+      if (!frame) return;
+      pipeline.Process(*frame);
+    }
+    record.end = RunEnd::kStopped;
+  } catch (const Error& error) {
+    record.end = RunEnd::kFailed;
+    record.error = error.what();
+    Log(LogLevel::kWarning, record.error + "; writing what there is so far");
+  }
+}
+
+std::string MostFrequent(const std::map<std::string, std::int64_t>& reasons) {
+  std::string most;
+  std::int64_t count = 0;
+  for (const auto& [reason, times] : reasons) {
+    if (times > count) most = reason;
+    count = std::max(count, times);
+  }
+  return most;
+}
+
+void PrintSummary(const Reconstruction& result, const RunRecord& record,
+                  const std::filesystem::path& model_path) {
+  const PipelineCounts& counts = result.counts;
+  std::size_t num_tracked = 0;
+  for (const MapReconstruction& map : result.maps) num_tracked += map.trajectory.size();
+  std::printf("frames %lld  tracked %zu  keyframes %lld  bundles %lld  depth maps fused %lld\n",
+              static_cast<long long>(counts.num_frames), num_tracked,
+              static_cast<long long>(counts.num_keyframes),
+              static_cast<long long>(counts.num_bundles), static_cast<long long>(counts.num_fused));
+  if (record.num_skipped_images > 0) {
+    std::printf("unreadable images skipped %lld\n",
+                static_cast<long long>(record.num_skipped_images));
+  }
+  if (result.maps.size() > 1) {
+    std::printf("tracking was lost and started again: %zu maps, the longest one is the model\n",
+                result.maps.size());
+  }
+  std::printf("time %.1f s (processor %.1f s), peak memory %lld MB\n", record.wall_s, record.cpu_s,
+              static_cast<long long>(PeakMemoryBytes() / 1'000'000));
+  if (!result.maps.empty() && !result.maps[0].model.empty()) {
+    std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
+                record.end == RunEnd::kStopped ? "  (stopped before the end of the input)" : "");
+  }
+}
+
+// Why there is no model; empty when there is one.
+std::string WhyNoModel(const Reconstruction& result) {
+  if (result.maps.empty()) {
+    return "no model: tracking never started; most frequent reason: " +
+           MostFrequent(result.counts.untracked_frames);
+  }
+  if (!result.maps[0].model.empty()) return {};
+  if (result.counts.num_bundles == 0) {
+    return "no model: no five keyframes with enough baseline between them (--keyframes.*)";
+  }
+  std::string reason = MostFrequent(result.counts.rejected_bundles);
+  if (reason.empty()) reason = MostFrequent(result.counts.rejected_depth_maps);
+  return "no model: no depth map was fused; most frequent reason: " + reason;
+}
+
+int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options) {
+  const double start_ms = WallClockMs();
+  arguments.pipeline.Validate();
+  const auto source =
+      OpenFrameSource(arguments.input, ReadCameraFile(arguments.camera), arguments.source);
+  const std::shared_ptr<Device> device = OpenDevice(device_options);
+  const RunWriter writer(arguments.output);
+  CatchStopSignals();
+
+  StageTimes times;
+  Reconstruction result;
+  RunRecord record;
+  record.input = arguments.input;
+  record.camera = arguments.camera;
+  record.device = Info(*device);
+  {
+    ProgressLine progress_line(source->num_frames());
+    PipelineObserver observer;
+    observer.on_frame = [&](const PipelineProgress& progress) { progress_line.Show(progress); };
+    observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
+      const ScopedStageTimer timer(&times, "io/write_depth_map");
+      writer.WriteDepthMap(map);
+    };
+    Pipeline pipeline(CreateStages(arguments.pipeline, device, &times), observer,
+                      arguments.pipeline.min_observations);
+    ProcessFrames(*source, pipeline, times, record);
+    result = pipeline.Finish();
+  }
+  writer.WriteReconstruction(result);
+  PipelineOptions pipeline_options = arguments.pipeline;
+  FrameSourceOptions source_options = arguments.source;
+  record.options = ListOptions(source_options);
+  for (OptionField& field : ListOptions(pipeline_options)) record.options.push_back(field);
+  record.stages = times.Snapshot();
+  record.num_skipped_images = source->num_skipped();
+  record.wall_s = 1e-3 * (WallClockMs() - start_ms);
+  record.cpu_s = 1e-3 * ProcessCpuMs();
+  writer.WriteRecord(result, record);
+  PrintSummary(result, record, writer.model_path());
+  if (record.end == RunEnd::kFailed) throw Error(record.error);
+  if (const std::string reason = WhyNoModel(result); !reason.empty()) throw Error(reason);
+  return 0;
+}
+
+}  // namespace
+}  // namespace mono3d::tools
+
+int main(int argc, char** argv) {
+  using namespace mono3d::tools;
+  Tool tool("mono3d-reconstruct",
+            "Makes a coloured 3D model from the video of one calibrated camera.\n"
+            "Example: mono3d-reconstruct flight/ --camera camera.yaml -o model/");
+  Arguments arguments;
+  tool.app()
+      .add_option("INPUT", arguments.input,
+                  "image folder, quoted glob (\"flight/*.jpg\") or video file")
+      ->required();
+  tool.app()
+      .add_option("--camera", arguments.camera,
+                  "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt")
+      ->required();
+  tool.app()
+      .add_option("-o,--output", arguments.output,
+                  "folder for model.ply, trajectory.txt, depth/ and run.json")
+      ->required();
+  tool.AddOptions(mono3d::ListOptions(arguments.source));
+  tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
+  return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
+}
