@@ -22,6 +22,8 @@ using testing::ThrowsMessage;
 constexpr int kNumFrames = 12;
 constexpr double kFps = 20;
 // The grey values of the frames are 16 apart, and JPEG keeps a constant image within one.
+// None is 128: OpenCV's writer cuts the end of an image in which there is nothing to code.
+constexpr int kFirst = 10;
 constexpr int kStep = 16;
 constexpr double kMaxGreyError = 2;
 
@@ -33,7 +35,7 @@ class VideoTest : public TemporaryFolderTest {
     cv::VideoWriter writer(path_, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
                            kFps, cv::Size(64, 48));
     for (int i = 0; i < kNumFrames; ++i) {
-      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kStep * i)));
+      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * i)));
     }
   }
 
@@ -56,7 +58,7 @@ TEST_F(VideoTest, GivesEveryFrameOnce) {
     EXPECT_EQ(frame.index, i);
     EXPECT_EQ(frame.name, "flight.avi#" + std::to_string(i));
     EXPECT_DOUBLE_EQ(frame.timestamp_s, i / kFps);
-    EXPECT_NEAR(cv::mean(frame.bgr)[0], kStep * i, kMaxGreyError);
+    EXPECT_NEAR(cv::mean(frame.bgr)[0], kFirst + kStep * i, kMaxGreyError);
   }
 }
 
@@ -67,7 +69,7 @@ TEST_F(VideoTest, TakesStartStrideNumberAndRateIntoAccount) {
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(frames[1].index, 6);
   EXPECT_DOUBLE_EQ(frames[1].timestamp_s, 0.6);
-  EXPECT_NEAR(cv::mean(frames[1].bgr)[0], kStep * 6, kMaxGreyError);
+  EXPECT_NEAR(cv::mean(frames[1].bgr)[0], kFirst + kStep * 6, kMaxGreyError);
   EXPECT_EQ(OpenFrameSource(path_, TestCamera(), {.stride = 5})->num_frames(), 3);
   EXPECT_EQ(ReadAll({.stride = 5}).size(), 3U);
 }
