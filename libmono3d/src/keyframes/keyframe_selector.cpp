@@ -98,7 +98,8 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
     last_reference_ = reference;
     last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
-    // The next chain ends at a newer keyframe, but its widest steps may reach back a little further.
+    // The next chain ends at a newer keyframe, but its widest steps may reach back a little
+    // further.
     if (chain.front() > kBundleSize) {
       window_.erase(window_.begin(),
                     window_.begin() + static_cast<std::ptrdiff_t>(chain.front() - kBundleSize));

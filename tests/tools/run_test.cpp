@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The tools on the shipped sequence.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+
+#include "mono3d/geometry/similarity.h"
+#include "mono3d/io/pfm_file.h"
+#include "mono3d/io/ply_file.h"
+#include "mono3d/io/trajectory_file.h"
+#include "tools/command.h"
+
+namespace mono3d {
+namespace {
+
+using testing::HasSubstr;
+
+// Small images keep the test short; the chain is the same.
+const std::string kSmall = " --resize 384x224 --tracking.features.num_features 600";
+const std::filesystem::path kExample = MONO3D_EXAMPLE;
+
+class ExampleRun : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              (std::string("mono3d_example_run_") + test->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string Command(const std::filesystem::path& output, const std::string& extra) const {
+    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kExample.string() + " --camera " +
+           (kExample / "camera.yaml").string() + " -o " + output.string() + kSmall + extra;
+  }
+
+  std::filesystem::path folder_;
+};
+
+// Root mean square distance of the camera centres from the truth, after the best similarity.
+double TrajectoryRmse_m(const std::filesystem::path& trajectory) {
+  std::vector<Eigen::Vector3d> estimated;
+  std::vector<Eigen::Vector3d> truth;
+  const std::vector<StampedPose> true_poses = ReadTrajectory(kExample / "groundtruth.txt");
+  for (const StampedPose& pose : ReadTrajectory(trajectory)) {
+    for (const StampedPose& true_pose : true_poses) {
+      if (std::abs(true_pose.timestamp_s - pose.timestamp_s) > 1e-3) continue;
+      estimated.push_back(pose.T_world_cam.translation());
+      truth.push_back(true_pose.T_world_cam.translation());
+    }
+  }
+  const Similarity S_truth_estimated = FitSimilarity(estimated, truth);
+  double sum = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    sum += (S_truth_estimated * estimated[i] - truth[i]).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
+  // 40 frames of a flight at 88 m mean depth: half a percent of that.
+  constexpr double kMaxRmse_m = 0.44;
+  for (const char* name : {"a", "b"}) {
+    const CommandResult result = RunCommand(Command(folder_ / name, " --max-frames 40"), folder_);
+    ASSERT_EQ(result.exit_status, 0) << result.errors;
+    EXPECT_THAT(result.output, HasSubstr("model.ply"));
+  }
+  for (const char* file : {"model.ply", "trajectory.txt", "trajectory_online.txt", "keyframes.txt",
+                           "model_trajectory.txt"}) {
+    const std::string first = ReadText(folder_ / "a" / file);
+    EXPECT_FALSE(first.empty()) << file;
+    EXPECT_TRUE(first == ReadText(folder_ / "b" / file)) << file << " differs";
+  }
+  EXPECT_GE(ReadTrajectory(folder_ / "a/trajectory.txt").size(), 36U);
+  EXPECT_LT(TrajectoryRmse_m(folder_ / "a/trajectory.txt"), kMaxRmse_m);
+  EXPECT_GT(ReadPly(folder_ / "a/model.ply").size(), 20'000U);
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "a/run.json"));
+  EXPECT_EQ(record["end"], "finished");
+  EXPECT_GE(record["counts"]["fused"], 2);
+  EXPECT_EQ(record["options"]["resize"], "384x224");
+}
+
+TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
+  const std::filesystem::path images = folder_ / "images";
+  std::filesystem::copy(kExample / "images", images);
+  std::vector<std::filesystem::path> names(std::filesystem::directory_iterator(images), {});
+  std::sort(names.begin(), names.end());
+  std::filesystem::resize_file(names.at(15), std::filesystem::file_size(names.at(15)) / 2);
+  const CommandResult result =
+      RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images.string() + " --camera " +
+                     (kExample / "camera.yaml").string() + " -o " + (folder_ / "out").string() +
+                     kSmall + " --max-frames 36",
+                 folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr(names.at(15).filename().string()));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["counts"]["images_skipped"], 1);
+  EXPECT_EQ(record["counts"]["frames"], 35);
+  EXPECT_GE(record["counts"]["fused"], 1);
+}
+
+TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
+  const std::filesystem::path output = folder_ / "out";
+  const std::string command = "exec " + Command(output, "") + " >/dev/null 2>&1";
+  const pid_t process = fork();
+  ASSERT_GE(process, 0);
+  if (process == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  // Once the first depth map is there, so is something to keep.
+  int status = 0;
+  bool is_running = true;
+  while (is_running) {
+    const bool has_depth_map =
+        std::filesystem::exists(output / "depth") && !std::filesystem::is_empty(output / "depth");
+    if (has_depth_map) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    is_running = waitpid(process, &status, WNOHANG) == 0;
+  }
+  ASSERT_TRUE(is_running) << "ended before it made a depth map";
+  kill(process, SIGINT);
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_GT(ReadPly(output / "model.ply").size(), 1000U);
+  const auto record = nlohmann::json::parse(std::ifstream(output / "run.json"));
+  EXPECT_EQ(record["end"], "stopped");
+  EXPECT_LT(record["counts"]["frames"], 76);
+}
+
+TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {
+  WriteText(folder_ / "options.txt", "max-frames = 8\nkeyframes.max_rotation_deg = 3\n");
+  const CommandResult result = RunCommand(
+      Command(folder_ / "out", " --config " + (folder_ / "options.txt").string()), folder_);
+  EXPECT_EQ(result.exit_status, 1) << "eight frames hold no bundle";
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["counts"]["frames"], 8);
+  EXPECT_EQ(record["options"]["keyframes.max_rotation_deg"], 3.0);
+}
+
+// Every third of the first images, with their true poses, for mono3d-depth.
+class ExampleBundle : public ExampleRun {
+ protected:
+  void SetUp() override {
+    ExampleRun::SetUp();
+    std::filesystem::create_directories(folder_ / "five");
+    std::vector<std::filesystem::path> names(
+        std::filesystem::directory_iterator(kExample / "images"), {});
+    std::sort(names.begin(), names.end());
+    const std::vector<StampedPose> truth = ReadTrajectory(kExample / "groundtruth.txt");
+    std::vector<StampedPose> poses;
+    for (std::size_t i = 0; i < 15; i += 3) {
+      std::filesystem::copy(names.at(i), folder_ / "five");
+      poses.push_back(truth.at(i));
+    }
+    WriteTrajectory(folder_ / "poses.txt", poses);
+    reference_ = names.at(6).stem();
+  }
+
+  CommandResult Depth(const std::string& prefix = {}) const {
+    return RunCommand(prefix + MONO3D_DEPTH_TOOL + " " + (folder_ / "five").string() +
+                          " --camera " + (kExample / "camera.yaml").string() + " --poses " +
+                          (folder_ / "poses.txt").string() + " --resize 384x224 -o " +
+                          (folder_ / "out").string(),
+                      folder_);
+  }
+
+  std::string reference_;
+};
+
+TEST_F(ExampleBundle, TheDepthToolWritesDepthNormalsConfidenceAndCloud) {
+  const CommandResult result = Depth();
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  const std::string stem = (folder_ / "out" / reference_).string();
+  const cv::Mat depth = ReadPfm(stem + ".depth.pfm");
+  EXPECT_EQ(depth.size(), cv::Size(384, 224));
+  EXPECT_EQ(ReadPfm(stem + ".normal.pfm").type(), CV_32FC3);
+  EXPECT_EQ(ReadPfm(stem + ".confidence.pfm").type(), CV_32FC1);
+  EXPECT_TRUE(std::filesystem::exists(stem + ".depth.png"));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/bundle.json"));
+  EXPECT_EQ(ReadPly(folder_ / "out/cloud.ply").size(), record["estimates"]);
+  EXPECT_GT(record["estimates"].get<double>(), 0.7 * record["pixels"].get<double>());
+}
+
+TEST_F(ExampleBundle, AFullDiskIsNamedAndLeavesNoHalfWrittenFile) {
+  // Files of at most 32 KiB (the depth has 336), and no signal when one would grow larger.
+  const CommandResult result = Depth("trap '' XFSZ; ulimit -f 64; ");
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_THAT(result.errors, HasSubstr(reference_ + ".depth.pfm: cannot write the file"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "out")) {
+    EXPECT_EQ(entry.path().filename(), "bundle.json") << "half-written or left behind";
+  }
+}
+
+TEST(Tools, HelpVersionAndDevicesNeedNoInput) {
+  const std::filesystem::path folder = testing::TempDir();
+  for (const char* tool : {MONO3D_DEPTH_TOOL, MONO3D_RECONSTRUCT_TOOL}) {
+    const CommandResult help = RunCommand(std::string(tool) + " --help", folder);
+    EXPECT_EQ(help.exit_status, 0);
+    EXPECT_THAT(help.output, HasSubstr("--camera"));
+    const CommandResult version = RunCommand(std::string(tool) + " --version", folder);
+    EXPECT_EQ(version.exit_status, 0);
+    EXPECT_THAT(version.output, HasSubstr("mono3d 0."));
+    const CommandResult devices = RunCommand(std::string(tool) + " --list-devices", folder);
+    EXPECT_EQ(devices.exit_status, 0);
+    EXPECT_THAT(devices.output, HasSubstr("0  "));
+  }
+}
+
+}  // namespace
+}  // namespace mono3d
