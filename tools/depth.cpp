@@ -31,30 +31,23 @@ struct Arguments {
   DepthEstimatorOptions depth;
 };
 
+// The five images that were named, or those of the one folder or glob that was.
 std::vector<Frame> ReadFrames(const Arguments& arguments) {
-  const CameraModel camera = ReadCameraFile(arguments.camera);
+  std::vector<std::string> images = arguments.images;
+  if (images.size() == 1 && !std::filesystem::is_regular_file(images[0])) {
+    images = ListImages(images[0]);
+  }
+  if (images.size() != kBundleSize) {
+    throw UsageError(ErrorParts{.what = "wrong number of images",
+                                .where = arguments.images[0],
+                                .expected = std::to_string(kBundleSize),
+                                .found = std::to_string(images.size())});
+  }
   FrameSourceOptions options;
   options.resize = arguments.resize;
-  const bool is_folder =
-      arguments.images.size() == 1 && std::filesystem::is_directory(arguments.images.front());
-  const auto source = is_folder ? OpenFrameSource(arguments.images.front(), camera, options)
-                                : OpenFrameSource(arguments.images, camera, options);
-  const auto num_images = source->num_frames().value_or(0);
-  if (num_images != static_cast<std::int64_t>(kBundleSize)) {
-    throw UsageError(
-        ErrorParts{.what = "wrong number of images",
-                   .where = is_folder ? arguments.images.front() : std::string("arguments"),
-                   .expected = std::to_string(kBundleSize),
-                   .found = std::to_string(num_images)});
-  }
+  const auto source = OpenFrameSource(images, ReadCameraFile(arguments.camera), options);
   std::vector<Frame> frames;
-  while (const std::optional<Frame> frame = source->Next()) frames.push_back(*frame);
-  if (frames.size() != kBundleSize) {
-    throw Error(ErrorParts{.what = "cannot do without an image of the bundle",
-                           .where = arguments.images.front(),
-                           .expected = std::to_string(kBundleSize) + " readable images",
-                           .found = std::to_string(frames.size())});
-  }
+  while (std::optional<Frame> frame = source->Next()) frames.push_back(*std::move(frame));
   return frames;
 }
 

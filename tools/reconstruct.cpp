@@ -3,9 +3,8 @@
 
 // mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
 
-#include <cstdio>
-
 #include "common/progress.h"
+#include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -44,56 +43,6 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
     record.error = error.what();
     Log(LogLevel::kWarning, record.error + "; writing what there is so far");
   }
-}
-
-std::string MostFrequent(const std::map<std::string, std::int64_t>& reasons) {
-  std::string most;
-  std::int64_t count = 0;
-  for (const auto& [reason, times] : reasons) {
-    if (times > count) most = reason;
-    count = std::max(count, times);
-  }
-  return most;
-}
-
-void PrintSummary(const Reconstruction& result, const RunRecord& record,
-                  const std::filesystem::path& model_path) {
-  const PipelineCounts& counts = result.counts;
-  std::size_t num_tracked = 0;
-  for (const MapReconstruction& map : result.maps) num_tracked += map.trajectory.size();
-  std::printf("frames %lld  tracked %zu  keyframes %lld  bundles %lld  depth maps fused %lld\n",
-              static_cast<long long>(counts.num_frames), num_tracked,
-              static_cast<long long>(counts.num_keyframes),
-              static_cast<long long>(counts.num_bundles), static_cast<long long>(counts.num_fused));
-  if (record.num_skipped_images > 0) {
-    std::printf("unreadable images skipped %lld\n",
-                static_cast<long long>(record.num_skipped_images));
-  }
-  if (result.maps.size() > 1) {
-    std::printf("tracking was lost and started again: %zu maps, the longest one is the model\n",
-                result.maps.size());
-  }
-  std::printf("time %.1f s (processor %.1f s), peak memory %lld MB\n", record.wall_s, record.cpu_s,
-              static_cast<long long>(PeakMemoryBytes() / 1'000'000));
-  if (!result.maps.empty() && !result.maps[0].model.empty()) {
-    std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
-                record.end == RunEnd::kStopped ? "  (stopped before the end of the input)" : "");
-  }
-}
-
-// Why there is no model; empty when there is one.
-std::string WhyNoModel(const Reconstruction& result) {
-  if (result.maps.empty()) {
-    return "no model: tracking never started; most frequent reason: " +
-           MostFrequent(result.counts.untracked_frames);
-  }
-  if (!result.maps[0].model.empty()) return {};
-  if (result.counts.num_bundles == 0) {
-    return "no model: no five keyframes with enough baseline between them (--keyframes.*)";
-  }
-  std::string reason = MostFrequent(result.counts.rejected_bundles);
-  if (reason.empty()) reason = MostFrequent(result.counts.rejected_depth_maps);
-  return "no model: no depth map was fused; most frequent reason: " + reason;
 }
 
 int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options) {

@@ -258,7 +258,7 @@ TEST_F(FrameSourceTest, RefusesBadOptions) {
       {{.fps = -1}, "--fps: option out of range (expected 0 or more, found -1)"},
       {{.stride = 0}, "--stride: option out of range (expected 1 or more, found 0)"},
       {{.start = -1}, "--start: option out of range"},
-      {{.max_frames = -1}, "option out of range"},
+      {{.max_frames = -1}, "--max-frames: option out of range"},
       {{.resize = "640"}, "--resize: bad size (expected WIDTHxHEIGHT or calibration, found 640)"},
       {{.resize = "640x"}, "--resize: bad size"},
       {{.resize = "0x480"}, "--resize: bad size"},

@@ -129,6 +129,27 @@ TEST_F(BadInput, TextFileNamedJpg) {
   EXPECT_THAT(result.errors, HasSubstr("not one image can be read"));
 }
 
+TEST_F(BadInput, TextFileNamedMp4) {
+  std::filesystem::remove_all(images());
+  WriteText(images(), "I am no video.\n");
+  ExpectError(Reconstruct(), kFailure, "cannot open the video", "FFmpeg");
+}
+
+TEST_F(BadInput, UnreadableImageForTheDepthTool) {
+  WriteText(images() / "3.png", "I am no image.\n");
+  ExpectError(Depth(images().string()), kFailure, "3.png: not an image", "");
+}
+
+TEST_F(BadInput, UnknownNameInAConfigFile) {
+  WriteText(folder_ / "options.txt", "[keyframes]\nno_such_option = 3\n");
+  ExpectError(Reconstruct("--config " + (folder_ / "options.txt").string()), kWrongUsage,
+              "keyframes.no_such_option", "");
+}
+
+TEST_F(BadInput, MissingConfigFile) {
+  ExpectError(Reconstruct("--config none.txt"), kWrongUsage, "none.txt", "");
+}
+
 TEST_F(BadInput, ImagesOfTwoSizesForTheDepthTool) {
   WriteImage("3.png", 32);
   ExpectError(Depth(images().string()), kFailure, "3.png", "found 32x48");
@@ -145,6 +166,12 @@ TEST_F(BadInput, ImagesOfTwoSizesKeepWhatIsThereSoFar) {
 TEST_F(BadInput, FourImagesForTheDepthTool) {
   std::filesystem::remove(images() / "4.png");
   ExpectError(Depth(images().string()), kWrongUsage, "expected 5", "found 4");
+}
+
+TEST_F(BadInput, FourNamedImagesForTheDepthTool) {
+  std::string names;
+  for (int i = 0; i < 4; ++i) names += (images() / (std::to_string(i) + ".png ")).string();
+  ExpectError(Depth(names), kWrongUsage, "expected 5", "found 4");
 }
 
 TEST_F(BadInput, WrongNumberOfPoses) {

@@ -143,13 +143,16 @@ TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
 }
 
 TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {
-  WriteText(folder_ / "options.txt", "max-frames = 8\nkeyframes.max_rotation_deg = 3\n");
+  WriteText(folder_ / "options.txt",
+            "max-frames = 8\nkeyframes.max_rotation_deg = 3\n"
+            "[tracking.features]\nnum_levels = 7\n");
   const CommandResult result = RunCommand(
       Command(folder_ / "out", " --config " + (folder_ / "options.txt").string()), folder_);
   EXPECT_EQ(result.exit_status, 1) << "eight frames hold no bundle";
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
   EXPECT_EQ(record["counts"]["frames"], 8);
   EXPECT_EQ(record["options"]["keyframes.max_rotation_deg"], 3.0);
+  EXPECT_EQ(record["options"]["tracking.features.num_levels"], 7);
 }
 
 // Every third of the first images, with their true poses, for mono3d-depth.

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <utility>
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -47,6 +49,24 @@ void SendLogToStderr(const std::string& name, bool verbose) {
   });
 }
 
+// The names of our options have dots. "[depth.sgm]" and "p1 = 10" below it say "depth.sgm.p1 = 10":
+// CLI11 would look for subcommands of these names.
+class DottedConfig : public CLI::ConfigBase {
+ public:
+  DottedConfig() { parentSeparator('\0'); }
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    std::vector<CLI::ConfigItem> options;
+    for (CLI::ConfigItem& item : CLI::ConfigBase::from_config(input)) {
+      if (item.name == "++" || item.name == "--") continue;  // a section begins or ends
+      if (!item.parents.empty()) item.name = CLI::detail::join(item.parents, ".") + "." + item.name;
+      item.parents.clear();
+      options.push_back(std::move(item));
+    }
+    return options;
+  }
+};
+
 void PrintDevices() {
   for (const DeviceInfo& device : ListDevices()) {
     std::printf("%d  %s (%s, %s)\n", device.index, device.name.c_str(), device.type.c_str(),
@@ -60,8 +80,8 @@ Tool::Tool(const std::string& name, const std::string& description)
     : name_(name), app_(description, name) {
   app_.set_version_flag("--version", std::string("mono3d ") + Version());
   app_.set_config("--config", "", "read options from a file of lines \"name = value\"");
-  // Option names have dots of their own; a config file names them as the command line does.
-  app_.get_config_formatter_base()->parentSeparator('/');
+  app_.config_formatter(std::make_shared<DottedConfig>());
+  app_.allow_config_extras(CLI::config_extras_mode::error);
   app_.add_option("--device", common_.device.device,
                   "Vulkan device: its index or part of its name (see --list-devices)");
   app_.add_flag("--list-devices", common_.list_devices, "list the Vulkan devices and end");
@@ -97,6 +117,8 @@ int Tool::PrintError(const std::string& message, int status) const {
 int Tool::Run(int argc, const char* const* argv, const std::function<int()>& body) {
   // --list-devices needs none of the required arguments.
   for (int i = 1; i < argc; ++i) common_.list_devices |= std::string(argv[i]) == "--list-devices";
+  // FFmpeg would print lines of its own beside ours: -8 is its AV_LOG_QUIET.
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   try {
     SendLogToStderr(name_, false);
     if (common_.list_devices) {

@@ -135,7 +135,7 @@ void FrameSourceOptions::Validate() const {
   RequireOption(std::isfinite(fps) && fps >= 0, "fps", "0 or more", fps);
   RequireOption(stride >= 1, "stride", "1 or more", stride);
   RequireOption(start >= 0, "start", "0 or more", start);
-  RequireOption(max_frames >= 0, "max_frames", "0 or more", max_frames);
+  RequireOption(max_frames >= 0, "max-frames", "0 or more", max_frames);
   if (resize.empty() || resize == kToCalibration || ParseSize(resize)) return;
   throw UsageError(ErrorParts{.what = "bad size",
                               .where = "--resize",

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "mono3d/pipeline/pipeline.h"
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d::tools {
+
+// Prints on stdout what a run did and where its model is.
+void PrintSummary(const Reconstruction& result, const RunRecord& record,
+                  const std::filesystem::path& model_path);
+
+// Why there is no model; empty when there is one.
+std::string WhyNoModel(const Reconstruction& result);
+
+}  // namespace mono3d::tools
