@@ -5,23 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
+#include "evaluation/median.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
-namespace {
-
-double Median(std::span<const double> errors) {
-  std::vector<double> sorted(errors.begin(), errors.end());
-  const auto upper = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), upper, sorted.end());
-  if (sorted.size() % 2 == 1) return *upper;
-  return (*std::max_element(sorted.begin(), upper) + *upper) / 2;
-}
-
-}  // namespace
-
 ErrorStatistics ComputeStatistics(std::span<const double> errors) {
   ErrorStatistics statistics;
   if (errors.empty()) return statistics;
@@ -41,7 +29,7 @@ ErrorStatistics ComputeStatistics(std::span<const double> errors) {
     sum_of_square_deviations += (error - statistics.mean) * (error - statistics.mean);
   }
   statistics.sigma = std::sqrt(sum_of_square_deviations / count);
-  statistics.median = Median(errors);
+  statistics.median = Median({errors.begin(), errors.end()});
   const auto [min, max] = std::minmax_element(errors.begin(), errors.end());
   statistics.min = *min;
   statistics.max = *max;

@@ -14,8 +14,7 @@ struct ErrorStatistics {
   double rmse = 0;    // root of the mean square
   double mean = 0;    // of the errors as they are; of distances this is the paper's MAE
   double median = 0;  // of an even number: the mean of the two in the middle
-  double sigma =
-      0;  // standard deviation around the mean, over all (divided by count), as evo has it
+  double sigma = 0;   // standard deviation over all (divided by count), as evo has it
   double min = 0;
   double max = 0;
 };

@@ -6,14 +6,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/stamped_pose.h"
 
 namespace mono3d {
-
-struct StampedPose {
-  double timestamp_s = 0;
-  Pose T_world_cam;
-};
 
 // The form of the TUM RGB-D benchmark: a line "timestamp tx ty tz qx qy qz qw" for each pose,
 // camera to world; lines that begin with # are comments. Throws Error with file and line when a
