@@ -11,20 +11,12 @@
 
 #include "mono3d/core/error.h"
 #include "synthetic/noise.h"
+#include "synthetic/shading.h"
 
 namespace mono3d::synthetic {
 namespace {
 
 using Eigen::Vector3f;
-
-// From the south-west, 43 degrees high: long enough shadows, no wall wholly lost in them.
-const Vector3f kToSun = Vector3f(-0.62F, -0.38F, 0.68F).normalized();
-const Vector3f kSunLight(2.35F, 2.2F, 1.95F);
-const Vector3f kSkyLight(0.5F, 0.6F, 0.78F);
-const Vector3f kSky(0.55F, 0.7F, 0.95F);
-// Shadow rays start this far off the surface: far above the rounding of coordinates of some 100 m
-// in single precision (1e-5 m), far below anything that throws a shadow of a pixel.
-constexpr float kShadowOffset_m = 2e-3F;
 
 // The camera's rays in the world.
 struct View {
@@ -34,43 +26,22 @@ struct View {
 
   Ray At(double x, double y) const {
     const Vector3f direction_cam = camera.Unproject({x, y}).cast<float>();
-    return {origin, R_world_cam * direction_cam};  // z = 1: the hit's distance is the depth
+    return {origin, R_world_cam * direction_cam, 0};  // z = 1: the hit's distance is the depth
   }
 };
-
-Vector3f Shade(const Scene& scene, const Hit& hit, const Ray& ray, float focal_px) {
-  const float slant = std::max(-hit.normal.dot(ray.direction.normalized()), 0.1F);
-  const float footprint_m = hit.distance / (focal_px * std::sqrt(slant));
-  const Vector3f albedo = Albedo(*hit.surface, &scene.ground(), hit.p, footprint_m);
-  Vector3f light = kSkyLight * (0.62F + 0.38F * hit.normal.z());
-  const float sun = hit.normal.dot(kToSun);
-  if (sun > 0 && !scene.IsOccluded({hit.p + kShadowOffset_m * hit.normal, kToSun})) {
-    light += sun * kSunLight;
-  }
-  return albedo.cwiseProduct(light);
-}
-
-Vector3f Radiance(const Scene& scene, const Ray& ray, float focal_px) {
-  const std::optional<Hit> hit = scene.Intersect(ray);
-  if (!hit) {
-    const float height = std::clamp(ray.direction.normalized().z(), 0.0F, 1.0F);
-    return kSky + (1 - height) * Vector3f(0.25F, 0.15F, 0);
-  }
-  return Shade(scene, *hit, ray, focal_px);
-}
 
 // Mean over a lattice of samples, turned against the pixel so that no two share a row or a column,
 // and centred on it, so that edges are not shifted.
 Vector3f PixelRadiance(const Scene& scene, const View& view, cv::Point pixel,
                        int samples_per_side) {
-  const auto focal_px = static_cast<float>(view.camera.fx);
+  const auto pixel_width = static_cast<float>(1 / view.camera.fx);
   Vector3f sum = Vector3f::Zero();
   for (int j = 0; j < samples_per_side; ++j) {
     for (int i = 0; i < samples_per_side; ++i) {
       const double n = samples_per_side;
       const double a = (i + 0.5) / n - 0.5;
       const double b = (j + 0.5) / n - 0.5;
-      sum += Radiance(scene, view.At(pixel.x + a + b / n, pixel.y + b - a / n), focal_px);
+      sum += Radiance(scene, view.At(pixel.x + a + b / n, pixel.y + b - a / n), pixel_width);
     }
   }
   return sum / static_cast<float>(samples_per_side * samples_per_side);

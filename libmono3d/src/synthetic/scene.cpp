@@ -5,8 +5,8 @@
 
 #include <embree3/rtcore.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -16,14 +16,36 @@
 namespace mono3d::synthetic {
 namespace {
 
+using Eigen::Isometry3f;
+using Eigen::Vector3f;
+
 struct ReleaseDevice {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
 };
 struct ReleaseScene {
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
 };
+struct ReleaseGeometry {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using DevicePtr = std::unique_ptr<RTCDeviceTy, ReleaseDevice>;
+using ScenePtr = std::unique_ptr<RTCSceneTy, ReleaseScene>;
+using GeometryPtr = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
 
-RTCRay ToEmbree(const Ray& ray) {
+// A mesh on its way from one pose to another, in the time from 0 to 1.
+struct Mover {
+  MovingObject object;
+  ScenePtr tree;
+  GeometryPtr instance;
+  Eigen::Affine3f begin = Eigen::Affine3f::Identity();
+  Eigen::Affine3f end = Eigen::Affine3f::Identity();
+
+  Eigen::Affine3f At(float time) const {
+    return Eigen::Affine3f((1 - time) * begin.matrix() + time * end.matrix());
+  }
+};
+
+RTCRay ToEmbree(const Ray& ray, float time) {
   RTCRay out{};
   out.org_x = ray.origin.x();
   out.org_y = ray.origin.y();
@@ -32,6 +54,7 @@ RTCRay ToEmbree(const Ray& ray) {
   out.dir_y = ray.direction.y();
   out.dir_z = ray.direction.z();
   out.tfar = std::numeric_limits<float>::infinity();
+  out.time = time;
   out.mask = ~0U;
   return out;
 }
@@ -43,24 +66,47 @@ void ThrowOnEmbreeError(RTCDevice device) {
   }
 }
 
-void AttachTriangles(RTCDevice device, RTCScene scene, const Mesh& mesh) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                                               mesh.vertices.size()));
+ScenePtr NewScene(RTCDevice device) {
+  ScenePtr scene(rtcNewScene(device));
+  // Robust: no ray slips through between two triangles.
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  return scene;
+}
+
+ScenePtr BuildTree(RTCDevice device, const Mesh& mesh) {
+  ScenePtr scene = NewScene(device);
+  const GeometryPtr geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              3 * sizeof(float), mesh.vertices.size()));
   auto* indices = static_cast<std::uint32_t*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+      rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), mesh.triangles.size()));
   ThrowOnEmbreeError(device);
-  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+  for (const Vector3f& vertex : mesh.vertices) {
     vertices = std::copy_n(vertex.data(), 3, vertices);
   }
   for (const auto& triangle : mesh.triangles) {
     indices = std::copy_n(triangle.data(), 3, indices);
   }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometry(scene.get(), geometry.get());
+  rtcCommitScene(scene.get());
+  ThrowOnEmbreeError(device);
+  return scene;
+}
+
+// The shaded surface's normal at a hit, not yet of unit length; it leaves the side that the ray
+// comes from.
+Vector3f NormalAt(const Mesh& mesh, const RTCHit& hit, const Vector3f& direction) {
+  Vector3f flat(hit.Ng_x, hit.Ng_y, hit.Ng_z);
+  if (flat.dot(direction) > 0) flat = -flat;
+  if (!mesh.surfaces[mesh.triangle_surfaces[hit.primID]].is_smooth) return flat;
+  const auto& [a, b, c] = mesh.triangles[hit.primID];
+  const Vector3f smooth =
+      (1 - hit.u - hit.v) * mesh.normals[a] + hit.u * mesh.normals[b] + hit.v * mesh.normals[c];
+  if (smooth.isZero()) return flat;
+  return smooth.dot(flat) < 0 ? Vector3f(-smooth) : smooth;
 }
 
 }  // namespace
@@ -68,62 +114,123 @@ void AttachTriangles(RTCDevice device, RTCScene scene, const Mesh& mesh) {
 struct Scene::Impl {
   Mesh mesh;
   GroundMap ground;
-  std::unique_ptr<RTCDeviceTy, ReleaseDevice> device;
-  std::unique_ptr<RTCSceneTy, ReleaseScene> scene;
+  Light light;
+  DevicePtr device;  // released last
+  ScenePtr still;
+  std::vector<Mover> movers;
+  ScenePtr moving;  // one instance per mover, its geometry's number that of the mover
+  double begin_s = 0;
+  double end_s = 0;
+
+  void AddMover(MovingObject object);
+  float TimeOf(const Ray& ray) const;
 };
 
-Scene::Scene(Mesh mesh, GroundMap ground) : impl_(std::make_unique<Impl>()) {
+void Scene::Impl::AddMover(MovingObject object) {
+  Mover mover;
+  mover.tree = BuildTree(device.get(), object.mesh);
+  mover.object = std::move(object);
+  mover.instance.reset(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+  rtcSetGeometryInstancedScene(mover.instance.get(), mover.tree.get());
+  rtcSetGeometryTimeStepCount(mover.instance.get(), 2);
+  rtcAttachGeometryByID(moving.get(), mover.instance.get(),
+                        static_cast<unsigned int>(movers.size()));
+  movers.push_back(std::move(mover));
+}
+
+float Scene::Impl::TimeOf(const Ray& ray) const {
+  if (end_s <= begin_s) return 0;
+  const double share = (static_cast<double>(ray.time_s) - begin_s) / (end_s - begin_s);
+  return static_cast<float>(std::clamp(share, 0.0, 1.0));
+}
+
+Scene::Scene(Mesh mesh, GroundMap ground, std::vector<MovingObject> moving)
+    : impl_(std::make_unique<Impl>()) {
   impl_->mesh = std::move(mesh);
   impl_->ground = std::move(ground);
   // One thread builds the tree, so that it is the same tree each time.
   impl_->device.reset(rtcNewDevice("threads=1"));
   if (!impl_->device) throw Error("Embree cannot be started on this machine");
-  impl_->scene.reset(rtcNewScene(impl_->device.get()));
-  // Robust: no ray slips through between two triangles.
-  rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);
-  AttachTriangles(impl_->device.get(), impl_->scene.get(), impl_->mesh);
-  rtcCommitScene(impl_->scene.get());
-  ThrowOnEmbreeError(impl_->device.get());
+  impl_->still = BuildTree(impl_->device.get(), impl_->mesh);
+  impl_->moving = NewScene(impl_->device.get());
+  for (MovingObject& object : moving) impl_->AddMover(std::move(object));
+  SetTimeSpan(0, 0);
 }
 
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
+void Scene::SetTimeSpan(double begin_s, double end_s) {
+  if (!std::isfinite(begin_s) || !std::isfinite(end_s) || end_s < begin_s) {
+    throw Error("the time span of a scene must be finite and not end before it begins; found " +
+                std::to_string(begin_s) + " to " + std::to_string(end_s) + " s");
+  }
+  impl_->begin_s = begin_s;
+  impl_->end_s = end_s;
+  if (impl_->movers.empty()) return;
+  for (Mover& mover : impl_->movers) {
+    mover.begin = mover.object.T_world_object(begin_s);
+    mover.end = mover.object.T_world_object(end_s);
+    for (const unsigned int step : {0U, 1U}) {
+      const Eigen::Affine3f& pose = step == 0 ? mover.begin : mover.end;
+      rtcSetGeometryTransform(mover.instance.get(), step, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                              pose.matrix().data());
+    }
+    rtcCommitGeometry(mover.instance.get());
+  }
+  rtcCommitScene(impl_->moving.get());
+  ThrowOnEmbreeError(impl_->device.get());
+}
+
 std::optional<Hit> Scene::Intersect(const Ray& ray) const {
+  const float time = impl_->TimeOf(ray);
   RTCRayHit query{};
-  query.ray = ToEmbree(ray);
+  query.ray = ToEmbree(ray, time);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect1(impl_->scene.get(), &context, &query);
+  rtcIntersect1(impl_->still.get(), &context, &query);
+  if (HasMovingObjects()) rtcIntersect1(impl_->moving.get(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
-  const Mesh& mesh = impl_->mesh;
-  const Surface& surface = mesh.surfaces[mesh.triangle_surfaces[query.hit.primID]];
-  Eigen::Vector3f normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
-  if (normal.dot(ray.direction) > 0) normal = -normal;
-  if (surface.is_smooth) {
-    const auto& [a, b, c] = mesh.triangles[query.hit.primID];
-    const Eigen::Vector3f smooth = (1 - query.hit.u - query.hit.v) * mesh.normals[a] +
-                                   query.hit.u * mesh.normals[b] + query.hit.v * mesh.normals[c];
-    if (!smooth.isZero()) normal = smooth.dot(normal) < 0 ? Eigen::Vector3f(-smooth) : smooth;
+  Hit hit;
+  hit.distance = query.ray.tfar;
+  hit.p = ray.origin + query.ray.tfar * ray.direction;
+  hit.is_moving = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  const Mesh& mesh = hit.is_moving ? impl_->movers[query.hit.instID[0]].object.mesh : impl_->mesh;
+  hit.surface = &mesh.surfaces[mesh.triangle_surfaces[query.hit.primID]];
+  if (hit.is_moving) {
+    const Eigen::Affine3f T_world_object = impl_->movers[query.hit.instID[0]].At(time);
+    const Eigen::Affine3f T_object_world = T_world_object.inverse();
+    hit.p_surface = T_object_world * hit.p;
+    const Vector3f direction_object = T_object_world.linear() * ray.direction;
+    hit.normal = T_world_object.linear() * NormalAt(mesh, query.hit, direction_object);
+  } else {
+    hit.p_surface = hit.p;
+    hit.normal = NormalAt(mesh, query.hit, ray.direction);
   }
-  return Hit{query.ray.tfar, ray.origin + query.ray.tfar * ray.direction, normal.normalized(),
-             &surface};
+  hit.normal.normalize();
+  return hit;
 }
 
 bool Scene::IsOccluded(const Ray& ray) const {
-  RTCRay query = ToEmbree(ray);
+  const float time = impl_->TimeOf(ray);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcOccluded1(impl_->scene.get(), &context, &query);
+  RTCRay query = ToEmbree(ray, time);
+  rtcOccluded1(impl_->still.get(), &context, &query);
+  if (query.tfar >= 0 && HasMovingObjects()) rtcOccluded1(impl_->moving.get(), &context, &query);
   return query.tfar < 0;
 }
 
 const Mesh& Scene::mesh() const { return impl_->mesh; }
 const GroundMap& Scene::ground() const { return impl_->ground; }
+bool Scene::HasMovingObjects() const { return !impl_->movers.empty(); }
+const Light& Scene::light() const { return impl_->light; }
+void Scene::set_light(const Light& light) { impl_->light = light; }
 
 }  // namespace mono3d::synthetic
