@@ -50,7 +50,12 @@ bool IsCompleteJpeg(std::string_view bytes) {
   return false;
 }
 
-// Do the chunks of the PNG go on to the last one?
+[[noreturn]] void ThrowUnreadable(const std::filesystem::path& path, const std::string& what) {
+  throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
+}
+
+}  // namespace
+
 bool IsCompletePng(std::string_view bytes) {
   constexpr std::size_t kAroundData = 12;  // length, type, checksum
   std::size_t position = kPngBegin.size();
@@ -61,12 +66,6 @@ bool IsCompletePng(std::string_view bytes) {
   }
   return false;
 }
-
-[[noreturn]] void ThrowUnreadable(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
-}
-
-}  // namespace
 
 cv::Mat ReadImage(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <string_view>
 
 namespace mono3d {
 
@@ -13,5 +14,8 @@ namespace mono3d {
 // pixels as they are stored). Throws Error when the file cannot be decoded to its end; OpenCV
 // itself returns a truncated JPEG as an image that is grey from some row on.
 cv::Mat ReadImage(const std::filesystem::path& path);
+
+// Do the chunks of the PNG file with these bytes go on to the last one?
+bool IsCompletePng(std::string_view bytes);
 
 }  // namespace mono3d

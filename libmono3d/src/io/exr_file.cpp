@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "io/exr_file.h"
+
+#include <ImathBox.h>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+
+#include <exception>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+std::string Names(const Imf::ChannelList& channels) {
+  std::string names;
+  for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+    names += (names.empty() ? "" : " ") + std::string(channel.name());
+  }
+  return names;
+}
+
+// By preference: Z, a layer's Z, Y, a layer's Y, ...; the only channel whatever its name.
+std::string DepthChannel(const Imf::ChannelList& channels, const std::filesystem::path& path) {
+  for (const std::string wanted : {"Z", "Y", "R", "V"}) {
+    if (channels.findChannel(wanted) != nullptr) return wanted;
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+      if (std::string_view(channel.name()).ends_with("." + wanted)) return channel.name();
+    }
+  }
+  auto only = channels.begin();
+  if (only != channels.end()) {
+    const std::string name = only.name();
+    if (++only == channels.end()) return name;
+  }
+  throw Error(ErrorParts{.what = "no channel for depth",
+                         .where = path,
+                         .expected = "Z, Y, R or V, or one channel",
+                         .found = Names(channels)});
+}
+
+cv::Rect ToRect(const Imath::Box2i& window, const std::filesystem::path& path) {
+  constexpr int kMaxSize = std::numeric_limits<std::int16_t>::max();
+  // In 64 bits, as a broken header may hold anything.
+  const auto width = static_cast<std::int64_t>(window.max.x) - window.min.x + 1;
+  const auto height = static_cast<std::int64_t>(window.max.y) - window.min.y + 1;
+  if (width < 1 || height < 1 || width > kMaxSize || height > kMaxSize) {
+    throw Error(ErrorParts{.what = "bad image size in the header",
+                           .where = path,
+                           .expected = "1 to 32767",
+                           .found = std::to_string(width) + "x" + std::to_string(height)});
+  }
+  return {window.min.x, window.min.y, static_cast<int>(width), static_cast<int>(height)};
+}
+
+cv::Mat ReadChannel(Imf::InputFile& file, const std::filesystem::path& path) {
+  const Imf::ChannelList& channels = file.header().channels();
+  const std::string name = DepthChannel(channels, path);
+  const Imf::Channel& channel = channels[name];
+  if (channel.xSampling != 1 || channel.ySampling != 1) {
+    throw Error(ErrorParts{.what = "channel " + name + " is not of full size",
+                           .where = path,
+                           .expected = "sampling 1",
+                           .found = std::to_string(channel.xSampling)});
+  }
+  const Imath::Box2i& window = file.header().dataWindow();
+  const cv::Rect data = ToRect(window, path);
+  const cv::Rect display = ToRect(file.header().displayWindow(), path);
+  cv::Mat values(data.size(), CV_32FC1, cv::Scalar(0));
+  Imf::FrameBuffer buffer;
+  buffer.insert(name,
+                Imf::Slice::Make(Imf::FLOAT, values.data, window, sizeof(float), values.step));
+  file.setFrameBuffer(buffer);
+  file.readPixels(window.min.y, window.max.y);
+  if (data == display) return values;
+  cv::Mat image(display.size(), CV_32FC1, cv::Scalar(0));
+  const cv::Rect shared = data & display;
+  if (!shared.empty()) values(shared - data.tl()).copyTo(image(shared - display.tl()));
+  return image;
+}
+
+}  // namespace
+
+bool IsExr(std::string_view bytes) { return bytes.starts_with("\x76\x2F\x31\x01"); }
+
+cv::Mat ReadExrDepth(const std::filesystem::path& path) {
+  try {
+    Imf::InputFile file(path.c_str());
+    return ReadChannel(file, path);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {
+    throw Error(
+        ErrorParts{.what = std::string("cannot read the OpenEXR image: ") + exception.what(),
+                   .where = path,
+                   .expected = {},
+                   .found = {}});
+  }
+}
+
+}  // namespace mono3d
