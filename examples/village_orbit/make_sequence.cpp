@@ -15,7 +15,7 @@
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/pfm_file.h"
 #include "mono3d/io/trajectory_file.h"
-#include "synthetic/flight.h"
+#include "synthetic/frame_flights.h"
 #include "synthetic/render.h"
 #include "synthetic/village.h"
 
@@ -51,10 +51,11 @@ void MakeSequence(const fs::path& folder, bool with_depth) {
   for (int frame = 0; frame < static_cast<int>(flight.size()); ++frame) {
     const Pose& T_world_cam = flight[static_cast<std::size_t>(frame)];
     synthetic::RenderOptions options;
-    options.noise_grey_levels = 1;  // of a good camera in daylight
-    options.noise_seed = frame;
+    options.sensor.shot_noise = 0.008;  // of a good camera in daylight: about one grey level
     options.with_depth = with_depth && frame % kDepthStride == 0;
-    const synthetic::Rendering rendering = synthetic::Render(scene, kCamera, T_world_cam, options);
+    const synthetic::Shot shot{[&](double) { return T_world_cam; }, frame / kFramesPerSecond,
+                               frame};
+    const synthetic::Rendering rendering = synthetic::Render(scene, kCamera, shot, options);
     const fs::path image = images / (FrameName(frame) + ".jpg");
     if (!cv::imwrite(image.string(), rendering.bgr, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality})) {
       throw Error({"cannot write the image", image.string(), {}, {}});

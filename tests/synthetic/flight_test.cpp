@@ -9,6 +9,7 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/camera_model.h"
+#include "synthetic/frame_flights.h"
 
 namespace mono3d::synthetic {
 namespace {

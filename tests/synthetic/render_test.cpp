@@ -81,7 +81,7 @@ TEST(Render, SkyHasDepthZero) {
 TEST(Render, SameSeedSameBytesOnAnyNumberOfThreads) {
   const Pose T_world_cam = LookAt({10, -30, 40}, {0, 0, 0});
   RenderOptions options;
-  options.noise_grey_levels = 2;
+  options.sensor.read_noise = 0.01;
   const Rendering a = Render(BuildPlaneAndBox(), kCamera, T_world_cam, options);
   const int num_threads = cv::getNumThreads();
   cv::setNumThreads(1);
@@ -89,19 +89,17 @@ TEST(Render, SameSeedSameBytesOnAnyNumberOfThreads) {
   cv::setNumThreads(num_threads);
   EXPECT_EQ(CountDifferentBytes(a.bgr, b.bgr), 0);
   EXPECT_EQ(cv::countNonZero(a.depth != b.depth), 0);
-  options.noise_seed = 1;
+  options.sensor.seed = 2;
   const Rendering c = Render(BuildPlaneAndBox(), kCamera, T_world_cam, options);
   EXPECT_GT(CountDifferentBytes(a.bgr, c.bgr), 0);
 }
 
-TEST(Render, RefusesDistortionAndBadOptions) {
-  CameraModel distorted = kCamera;
-  distorted.distortion[0] = 0.1;
+TEST(Render, RefusesBadOptions) {
   const Scene scene = BuildPlane();
-  EXPECT_THROW(Render(scene, distorted, Pose()), Error);
   RenderOptions options;
   options.samples_per_side = 0;
   EXPECT_THROW(Render(scene, kCamera, Pose(), options), UsageError);
+  EXPECT_THROW(Render(scene, kCamera, Shot{}), Error);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
-#include "synthetic/flight.h"
+#include "synthetic/frame_flights.h"
 #include "synthetic/render.h"
 #include "synthetic/village.h"
 

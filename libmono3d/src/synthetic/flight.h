@@ -4,7 +4,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
 
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/pose.h"
@@ -15,43 +18,73 @@ namespace mono3d::synthetic {
 // sight must not be vertical; throws Error otherwise.
 Pose LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
 
-// How far a hand-flown camera strays from its path: smooth, seeded, some frames long each swing.
+// How far a hand-flown camera strays from its path: smooth, seeded, without swings slower or faster
+// than the band.
 struct UnsteadinessOptions {
-  double position_m = 0.25;   // standard deviation, each axis
-  double rotation_deg = 0.3;  // standard deviation, each axis
+  double position_m = 0;    // standard deviation, each axis of the camera
+  double rotation_deg = 0;  // standard deviation, each axis of the camera
+  double lowest_hz = 0.05;  // of the swings
+  double highest_hz = 0.8;
   int seed = 1;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };
 
-// On a circle around `target`, looking at it.
-struct OrbitOptions {
-  Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  int num_frames = 90;
-  double radius_m = 68;    // in the horizontal plane
-  double height_m = 46;    // above the target
-  double start_deg = 0;    // of the camera's place, from the world's x axis towards y
-  double step_deg = 0.95;  // per frame
+// What a flight can be.
+//   orbit          on a circle around the target, looking at it
+//   lawnmower      straight rows to and fro, looking ahead and down; the turns are half circles
+//   cruise         straight on, looking ahead and down
+//   lateral        straight on, looking to the left and down
+//   take_off       straight up over the target from take_off_height_m; the view pitches down from
+//                  the horizon to pitch_deg on the way
+//   stop_and_turn  a cruise that stops in the middle, yaws in place by turn_deg and flies on where
+//                  it looks then
+inline constexpr std::array<const char*, 6> kFlightKinds = {
+    "orbit", "lawnmower", "cruise", "lateral", "take_off", "stop_and_turn"};
+
+struct FlightOptions {
+  std::string kind = "orbit";  // one of kFlightKinds
+  // Of what the flight is about: the middle of an orbit or a take-off; of the others, the mean of
+  // the places on the ground that the camera looks at.
+  double target_x_m = 0;
+  double target_y_m = 0;
+  double height_m = 71;        // above the mean ground below the flight (orbit: at the target)
+  double speed_m_per_s = 1.4;  // along the path, once under way
+  double duration_s = 120;     // from standstill to standstill
+  double ramp_s = 3;           // that speeding up takes, and slowing down; at most half of the rest
+  double heading_deg = 0;      // of the flight, from the world's x axis towards y
+  double pitch_deg = 40;       // of the view below the horizon, 0 to 90; not for an orbit
+  double radius_m = 80;        // orbit: in the horizontal plane
+  double start_deg = 0;        // orbit: of the camera's place, from the world's x axis towards y
+  bool full_circle = false;    // orbit: fly once round, end where it began; duration_s is ignored
+  double row_length_m = 80;    // lawnmower
+  double row_spacing_m = 25;   // lawnmower
+  double take_off_height_m = 5;  // above the ground
+  double turn_deg = 60;          // stop_and_turn, left positive
+  double turn_deg_per_s = 8;     // stop_and_turn: yaw rate
   UnsteadinessOptions unsteadiness;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };
-std::vector<Pose> OrbitFlight(const OrbitOptions& options);
 
-// On a straight line, looking to its left and down.
-struct LateralOptions {
-  Eigen::Vector3d start = Eigen::Vector3d::Zero();
-  int num_frames = 90;
-  double heading_deg = 0;  // of the flight, from the world's x axis towards y
-  double step_m = 1;       // per frame
-  double pitch_deg = 35;   // of the view below the horizon, under 90
-  UnsteadinessOptions unsteadiness;
+// Height of the ground in metres at a place of the horizontal plane.
+using GroundHeightFunction = std::function<double(const Eigen::Vector2d& p_m)>;
 
-  void Visit(OptionVisitor& visit);
-  void Validate() const;  // throws UsageError
+// Where a camera is at each time. A value; PoseAt is thread-safe and smooth in time.
+class Flight {
+ public:
+  // Without a ground height the ground is at 0. Throws UsageError on bad options.
+  explicit Flight(const FlightOptions& options, const GroundHeightFunction& ground_height = {});
+
+  double duration_s() const;
+  // T_world_cam. Before 0 and after the duration the path stands still (the hand does not).
+  Pose PoseAt(double t_s) const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
 };
-std::vector<Pose> LateralFlight(const LateralOptions& options);
 
 }  // namespace mono3d::synthetic

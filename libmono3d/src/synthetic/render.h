@@ -3,25 +3,34 @@
 
 #pragma once
 
-#include <cstdint>
+#include <functional>
 #include <opencv2/core/mat.hpp>
 
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
 #include "synthetic/scene.h"
+#include "synthetic/sensor.h"
 
 namespace mono3d::synthetic {
 
 struct RenderOptions {
-  int samples_per_side = 2;      // samples a pixel, squared
-  double exposure = 1;           // brightness factor
-  double noise_grey_levels = 0;  // standard deviation of the image noise, 0 to 255
-  int noise_seed = 0;            // one for each image, else all have the same noise
+  int samples_per_side = 2;  // samples a pixel, squared; motion blur takes more as it needs them
   bool with_depth = true;
+  SensorOptions sensor;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
+};
+
+// Pose T_world_cam at each time. Called from one thread.
+using CameraMotion = std::function<Pose(double t_s)>;
+
+// One release of the shutter.
+struct Shot {
+  CameraMotion motion;  // about t_s, as far as shutter and readout reach
+  double t_s = 0;       // the middle of the exposure of the middle row: the time of the true pose
+  int frame = 0;        // each frame has noise of its own
 };
 
 struct Rendering {
@@ -29,9 +38,28 @@ struct Rendering {
   cv::Mat depth;  // CV_32FC1, z-depth in metres on the ray of the pixel's centre; 0: sky
 };
 
-// What a camera without distortion sees: matt surfaces under sun and sky. The same arguments give
-// the same bytes, on any number of threads.
+// What the camera sees. The image has the camera's distortion, rolling shutter, blur and noise; the
+// depth has none of them: it is that of DepthCamera(camera) at the pose of t_s. The same arguments
+// give the same bytes, on any number of threads.
+Rendering Render(const Scene& scene, const CameraModel& camera, const Shot& shot,
+                 const RenderOptions& options = {});
+// By a camera that stands still, at time 0.
 Rendering Render(const Scene& scene, const CameraModel& camera, const Pose& T_world_cam,
                  const RenderOptions& options = {});
+
+// Linear light, CV_32FC3 (blue, green, red), before the sensor's exposure, noise and gamma.
+cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot& shot,
+                       const RenderOptions& options = {});
+
+// The camera without distortion to which the Undistorter takes the images of `camera`: the camera
+// itself when it has no distortion. True depth belongs to its pixels.
+CameraModel DepthCamera(const CameraModel& camera);
+
+// When the shutter of any row is open, for Scene::SetTimeSpan.
+struct TimeSpan {
+  double begin_s = 0;
+  double end_s = 0;
+};
+TimeSpan ShutterSpan(const SensorOptions& options, double t_s);
 
 }  // namespace mono3d::synthetic

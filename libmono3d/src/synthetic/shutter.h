@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "synthetic/render.h"
+
+namespace mono3d::synthetic {
+
+// Where the camera is at one moment.
+struct Instant {
+  Eigen::Vector3f origin;
+  Eigen::Matrix3f R_world_cam;
+  float t_s = 0;
+};
+Instant InstantOf(const Pose& T_world_cam, double t_s);
+
+// A ray of a pixel: where in the pixel, when in the exposure, and its share of the pixel's light.
+struct PixelSample {
+  Eigen::Vector2f shift_px;  // from the pixel's centre
+  int slice = 0;             // of the exposure
+  float weight = 0;
+};
+
+// The rays of each pixel, spread over the pixel's area and over the time that the shutter is open.
+// Both spreads are centred and independent of each other, so that nothing is shifted.
+struct ShutterPlan {
+  int num_slices = 1;
+  std::vector<PixelSample> samples;
+  std::vector<Instant> instants;  // of each row, `num_slices` each; rows all alike have one
+
+  const Instant& At(int y, int slice) const {
+    const std::size_t row = has_rows ? static_cast<std::size_t>(y) : 0;
+    return instants[row * static_cast<std::size_t>(num_slices) + static_cast<std::size_t>(slice)];
+  }
+  bool has_rows = false;  // rolling shutter
+};
+ShutterPlan PlanShutter(const Scene& scene, const CameraModel& camera, const Shot& shot,
+                        const RenderOptions& options);
+
+}  // namespace mono3d::synthetic
