@@ -21,7 +21,7 @@ constexpr int kCoarseShare = 8;            // the first pass has one point in so
 constexpr double kTukeySigmas = 4.685;     // 95 % efficiency for Gaussian errors
 constexpr double kSigmasPerMad = 1.4826;   // of a Gaussian
 constexpr double kCoarseTolerance = 1e-4;  // motion that ends a pass, over the cloud's radius
-constexpr double kFineTolerance = 1e-6;
+constexpr double kFineTolerance = 1e-5;    // below it pairs may change for ever, to and fro
 constexpr double kMaxOffset = 0.1;     // first quartile of the distances over the truth's radius
 constexpr std::size_t kMinPairs = 12;  // some more than the seven unknowns
 

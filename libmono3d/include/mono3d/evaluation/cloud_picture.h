@@ -35,18 +35,18 @@ std::vector<CloudView> StandardCloudViews(const PointCloud& cloud, int width_px 
 
 // A cloud to draw and how.
 struct CloudLayer {
-  const PointCloud* cloud = nullptr;
+  const PointCloud* cloud = nullptr;  // not null
   // One colour for all points (blue, green, red); without it the colours of the cloud, or light
   // grey.
-  std::optional<cv::Vec3b> colour;
+  std::optional<cv::Vec3b> colour = {};
   // One value for each point, shown by colour from 0 to max_value; goes before `colour`.
   std::span<const double> values = {};
   double max_value = 1;
 };
 
-// Splats with a z-buffer, as large as the points' radii or, without, their spacing; shaded by the
-// surface that they form. White where nothing is. CV_8UC3, size of the view, no text. Throws Error
-// when `values` has another length than the cloud.
+// Splats with a z-buffer, as large as the points' radii or, without, as their neighbours are far;
+// shaded by the surface that they form. White where nothing is. CV_8UC3, size of the view, no text.
+// Throws Error when `values` has another length than the cloud.
 cv::Mat RenderClouds(std::span<const CloudLayer> layers, const CloudView& view);
 
 // One row per view: the estimate on the left, the truth on the right, each in its own colours, with
