@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "synthetic/flight_legs.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace mono3d::synthetic {
+namespace {
+
+using Eigen::Vector2d;
+using std::numbers::pi;
+
+double Radians(double degrees) { return degrees * pi / 180; }
+
+double SmoothStep(double x) { return x * x * (3 - 2 * x); }
+// Integral of SmoothStep from 0: 1/2 at 1.
+double SmoothStepIntegral(double x) { return x * x * x * (1 - x / 2); }
+
+// The distance that is flown in `duration_s` from rest to rest.
+double DistanceIn(double duration_s, const FlightOptions& options) {
+  return options.speed_m_per_s * (duration_s - options.ramp_s);
+}
+
+SmoothWay WayOf(double distance_m, const FlightOptions& options) {
+  return {distance_m, options.speed_m_per_s, options.ramp_s};
+}
+
+Leg Orbit(const FlightOptions& options) {
+  const double radius_m = options.radius_m;
+  const double circle_m = 2 * pi * radius_m;
+  const double distance_m =
+      options.full_circle ? circle_m : DistanceIn(options.duration_s, options);
+  const SmoothWay way = WayOf(distance_m, options);
+  const double start_rad = Radians(options.start_deg);
+  const double height_m = options.height_m;
+  const auto aim = [=](double t_s) {
+    const double angle = start_rad + way.At(t_s) / radius_m;
+    return Aim{{radius_m * std::cos(angle), radius_m * std::sin(angle), height_m},
+               angle + pi,
+               std::atan2(height_m, radius_m)};
+  };
+  return {way.duration_s(), aim};
+}
+
+// Straight on from `from`, where it looks, for a time; the view may be turned against the flight.
+Leg Straight(const FlightOptions& options, const Aim& from, double duration_s, double view_rad) {
+  const SmoothWay way = WayOf(DistanceIn(duration_s, options), options);
+  const auto aim = [=](double t_s) {
+    Aim now = from;
+    now.eye.x() += way.At(t_s) * std::cos(from.yaw_rad);
+    now.eye.y() += way.At(t_s) * std::sin(from.yaw_rad);
+    now.yaw_rad += view_rad;
+    return now;
+  };
+  return {way.duration_s(), aim};
+}
+
+// Rows along x, each to the left of the one before, joined by half circles. The camera yaws through
+// a turn with a smooth rate.
+Leg Lawnmower(const FlightOptions& options) {
+  const double row_m = options.row_length_m;
+  const double radius_m = options.row_spacing_m / 2;
+  const double turn_m = pi * radius_m;
+  const double height_m = options.height_m;
+  const double pitch_rad = Radians(options.pitch_deg);
+  const SmoothWay way = WayOf(DistanceIn(options.duration_s, options), options);
+  const auto aim = [=](double t_s) {
+    const double s = way.At(t_s);
+    const double row = std::floor(s / (row_m + turn_m));
+    const double along_m = s - row * (row_m + turn_m);
+    const double turned = std::max(along_m - row_m, 0.0) / turn_m;  // 0 to 1
+    double x = std::min(along_m, row_m) + radius_m * std::sin(pi * turned);
+    const double y = 2 * radius_m * row + radius_m * (1 - std::cos(pi * turned));
+    double yaw = pi * SmoothStep(turned);
+    if (std::fmod(row, 2) != 0) {
+      x = row_m - x;
+      yaw = pi - yaw;
+    }
+    return Aim{{x, y, height_m}, yaw, pitch_rad};
+  };
+  return {way.duration_s(), aim};
+}
+
+Legs StraightFlight(const FlightOptions& options, double view_rad) {
+  const Aim start{{0, 0, options.height_m}, 0, Radians(options.pitch_deg)};
+  return {Straight(options, start, options.duration_s, view_rad)};
+}
+
+// A climb, then a cruise for what is left of the time.
+Legs TakeOff(const FlightOptions& options) {
+  const double low_m = options.take_off_height_m;
+  const double climb_m =
+      std::min(options.height_m - low_m, DistanceIn(options.duration_s, options));
+  const SmoothWay way = WayOf(climb_m, options);
+  const double pitch_rad = Radians(options.pitch_deg);
+  const auto climb = [=](double t_s) {
+    const double z = way.At(t_s);
+    return Aim{{0, 0, low_m + z}, 0, pitch_rad * z / climb_m};
+  };
+  Legs legs = {{way.duration_s(), climb}};
+  const double rest_s = options.duration_s - way.duration_s();
+  if (rest_s > 2 * options.ramp_s) {
+    legs.push_back(Straight(options, climb(way.duration_s()), rest_s, 0));
+  }
+  return legs;
+}
+
+Legs StopAndTurn(const FlightOptions& options) {
+  const double turn_rad = Radians(options.turn_deg);
+  const SmoothWay turn(std::abs(turn_rad), Radians(options.turn_deg_per_s), options.ramp_s);
+  const double cruise_s = (options.duration_s - turn.duration_s()) / 2;
+  const Aim start{{0, 0, options.height_m}, 0, Radians(options.pitch_deg)};
+  Legs legs = {Straight(options, start, cruise_s, 0)};
+  const Aim stop = legs[0].aim(cruise_s);
+  const double sign = turn_rad < 0 ? -1 : 1;
+  const auto aim = [=](double t_s) {
+    return Aim{stop.eye, stop.yaw_rad + sign * turn.At(t_s), stop.pitch_rad};
+  };
+  legs.push_back({turn.duration_s(), aim});
+  legs.push_back(Straight(options, aim(turn.duration_s()), cruise_s, 0));
+  return legs;
+}
+
+}  // namespace
+
+SmoothWay::SmoothWay(double distance, double speed, double ramp_s)
+    : distance_(distance), speed_(speed), ramp_s_(ramp_s) {
+  if (distance_ < speed_ * ramp_s_) speed_ = distance_ / ramp_s_;
+  duration_s_ = speed_ > 0 ? distance_ / speed_ + ramp_s_ : 0;
+}
+
+double SmoothWay::At(double t_s) const {
+  if (t_s <= 0) return 0;
+  if (t_s >= duration_s_) return distance_;
+  const double rest_s = duration_s_ - t_s;
+  if (t_s < ramp_s_) return speed_ * ramp_s_ * SmoothStepIntegral(t_s / ramp_s_);
+  if (rest_s < ramp_s_) {
+    return distance_ - speed_ * ramp_s_ * SmoothStepIntegral(rest_s / ramp_s_);
+  }
+  return speed_ * (t_s - ramp_s_ / 2);
+}
+
+Legs LegsOf(const FlightOptions& options) {
+  if (options.kind == "lawnmower") return {Lawnmower(options)};
+  if (options.kind == "cruise") return StraightFlight(options, 0);
+  if (options.kind == "lateral") return StraightFlight(options, pi / 2);
+  if (options.kind == "take_off") return TakeOff(options);
+  if (options.kind == "stop_and_turn") return StopAndTurn(options);
+  return {Orbit(options)};
+}
+
+double Duration(const Legs& legs) {
+  double duration_s = 0;
+  for (const Leg& leg : legs) duration_s += leg.duration_s;
+  return duration_s;
+}
+
+Aim AimAt(const Legs& legs, double t_s) {
+  for (const Leg& leg : legs) {
+    if (t_s < leg.duration_s) return leg.aim(std::max(t_s, 0.0));
+    t_s -= leg.duration_s;
+  }
+  return legs.back().aim(legs.back().duration_s);
+}
+
+}  // namespace mono3d::synthetic
