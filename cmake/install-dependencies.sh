@@ -13,7 +13,7 @@ packages="
   libembree-dev libopenexr-dev
   libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers glslang-tools
   libspirv-cross-c-shared-dev
-  libcli11-dev libspdlog-dev
+  libcli11-dev libspdlog-dev libexif-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   clang-format clang-tidy doxygen
 "
