@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "evaluation/chart.h"
 #include "evaluation/trajectory_alignment.h"
 #include "evaluation/trajectory_association.h"
 #include "mono3d/core/error.h"
@@ -25,7 +26,7 @@ std::vector<PosePair> Associate(std::span<const StampedPose> estimate,
     throw Error(ErrorParts{.what = "too few poses with a true pose of the same time",
                            .where = {},
                            .expected = std::to_string(needed) + " or more within " +
-                                       std::to_string(options.max_time_difference_s) + " s",
+                                       ShortText(options.max_time_difference_s) + " s",
                            .found = std::to_string(pairs.size()) + " of " +
                                     std::to_string(estimate.size()) + " estimated and " +
                                     std::to_string(truth.size()) + " true poses"});
