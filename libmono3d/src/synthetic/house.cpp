@@ -7,12 +7,13 @@
 #include <array>
 #include <cmath>
 
+#include "synthetic/facade.h"
+
 namespace mono3d::synthetic {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kStorey_m = 2.8F;
 constexpr float kFoundation_m = 3;  // the walls go on below the floor, so that slopes leave no gap
 constexpr float kOverhang_m = 0.55F;
 constexpr float kRoofThickness_m = 0.18F;
@@ -27,14 +28,6 @@ struct Axes {
   Vector3f At(float px, float py, float pz) const { return base + px * x + py * y + pz * z; }
 };
 
-// One upright wall: its lower left corner at floor level as seen from outside, and its directions.
-struct Wall {
-  Vector3f corner;
-  Vector3f along;
-  Vector3f outwards;
-  float length_m;
-};
-
 std::array<Wall, 4> WallsOf(const Axes& axes, const HouseOptions& house) {
   const float hx = house.length_m / 2;
   const float hy = house.width_m / 2;
@@ -42,45 +35,6 @@ std::array<Wall, 4> WallsOf(const Axes& axes, const HouseOptions& house) {
            {axes.At(hx, -hy, 0), axes.y, axes.x, house.width_m},
            {axes.At(hx, hy, 0), -axes.x, axes.y, house.length_m},
            {axes.At(-hx, hy, 0), -axes.y, -axes.x, house.width_m}}};
-}
-
-struct Opening {
-  float along_m;   // of its middle
-  float height_m;  // of its middle
-  float width_m;
-  float tall_m;
-};
-
-// A slab that lies on the wall.
-void AddSlab(Mesh& mesh, const Wall& wall, const Opening& opening, float thickness_m,
-             const Finish& finish) {
-  const Vector3f up = Vector3f::UnitZ();
-  const Vector3f centre = wall.corner + opening.along_m * wall.along + opening.height_m * up +
-                          thickness_m / 2 * wall.outwards;
-  AddBlock(mesh,
-           CentredBlock(centre, opening.width_m * wall.along, thickness_m * -wall.outwards,
-                        opening.tall_m * up),
-           finish);
-}
-
-void AddWindow(Mesh& mesh, const Wall& wall, const Opening& pane, const Finish& shutter,
-               RandomNumbers& random) {
-  const Finish frame{Material::kPaint, Vector3f(0.68F, 0.67F, 0.63F), 0};
-  const Finish glass{Material::kGlass, Vector3f(0.05F, 0.06F, 0.075F), random.Bits()};
-  AddSlab(mesh, wall, {pane.along_m, pane.height_m, pane.width_m + 0.24F, pane.tall_m + 0.24F},
-          0.05F, frame);
-  AddSlab(mesh, wall, pane, 0.07F, glass);
-  AddSlab(mesh, wall, {pane.along_m, pane.height_m, 0.09F, pane.tall_m}, 0.1F, frame);
-  AddSlab(mesh, wall,
-          {pane.along_m, pane.height_m - pane.tall_m / 2 - 0.1F, pane.width_m + 0.4F, 0.1F}, 0.2F,
-          frame);
-  if (!random.Chance(0.7)) return;
-  const float shutter_width_m = pane.width_m / 2;
-  for (const float side : {-1.0F, 1.0F}) {
-    const float along_m = pane.along_m + side * (pane.width_m / 2 + shutter_width_m / 2 + 0.13F);
-    AddSlab(mesh, wall, {along_m, pane.height_m, shutter_width_m, pane.tall_m + 0.1F}, 0.08F,
-            shutter);
-  }
 }
 
 void AddWindowsAndDoor(Mesh& mesh, const Wall& wall, const HouseOptions& house, bool has_door,
@@ -96,8 +50,11 @@ void AddWindowsAndDoor(Mesh& mesh, const Wall& wall, const HouseOptions& house, 
                 {Material::kPaint, Vector3f(0.5F, 0.48F, 0.44F), 0});
         AddSlab(mesh, wall, {along_m, 1.02F, 1.0F, 2.05F}, 0.09F,
                 {Material::kWood, shutter.colour, random.Bits()});
-      } else if (random.Chance(0.88)) {
-        AddWindow(mesh, wall, {along_m, floor_m + 1.6F, 1.0F, 1.3F}, shutter, random);
+      } else if (random.Chance(house.window_share)) {
+        AddWindow(mesh, wall, {along_m, floor_m + 1.6F, 1.0F, 1.3F}, random);
+        if (random.Chance(house.shutter_share)) {
+          AddShutters(mesh, wall, {along_m, floor_m + 1.6F, 1.0F, 1.3F}, shutter);
+        }
       }
     }
   }
@@ -105,7 +62,7 @@ void AddWindowsAndDoor(Mesh& mesh, const Wall& wall, const HouseOptions& house, 
 
 // One side of the roof; `side` is -1 or 1 along y.
 void AddRoofSide(Mesh& mesh, const Axes& axes, const HouseOptions& house, float side) {
-  const float hx = house.length_m / 2 + kOverhang_m;
+  const float hx = house.length_m / 2 + house.gable_overhang_m;
   const float run = house.width_m / 2 + kOverhang_m;
   const float eave = static_cast<float>(house.num_storeys) * kStorey_m;
   const float ridge = eave + house.roof_slope * house.width_m / 2;
@@ -177,14 +134,16 @@ void AddHouse(Mesh& mesh, const HouseOptions& house, RandomNumbers& random) {
                      {wall.corner - kFoundation_m * axes.z, wall.length_m * wall.along,
                       (eave + kFoundation_m) * axes.z},
                      house.wall);
-    AddWindowsAndDoor(mesh, wall, house, index == 0, shutter, random);
+    if (house.has_gable_windows || index % 2 == 0) {
+      AddWindowsAndDoor(mesh, wall, house, index == 0, shutter, random);
+    }
     ++index;
   }
   AddGables(mesh, axes, house);
   AddRoofSide(mesh, axes, house, -1);
   AddRoofSide(mesh, axes, house, 1);
   AddChimney(mesh, axes, house, random);
-  if (random.Chance(0.6)) AddRoofPanels(mesh, axes, house, random);
+  if (random.Chance(house.panel_share)) AddRoofPanels(mesh, axes, house, random);
 }
 
 HouseOptions RandomHouse(RandomNumbers& random) {

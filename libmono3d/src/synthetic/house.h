@@ -17,7 +17,12 @@ struct HouseOptions {
   float length_m = 11;                             // along the ridge
   float width_m = 8.5F;
   int num_storeys = 2;
-  float roof_slope = 0.85F;  // rise over run
+  float roof_slope = 0.85F;        // rise over run
+  float gable_overhang_m = 0.55F;  // of the roof; 0 in a row of houses
+  bool has_gable_windows = true;
+  double window_share = 0.88;  // of the places for one
+  double shutter_share = 0.7;  // of the windows
+  double panel_share = 0.6;    // probability of roof windows or solar panels
   Finish wall;
   Finish roof;
 };

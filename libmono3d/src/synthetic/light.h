@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "mono3d/core/options.h"
+
 namespace mono3d::synthetic {
 
 // What lights a scene, and the air in it. Colours are linear: red, green, blue.
@@ -20,6 +22,19 @@ struct Light {
   // At this distance haze leaves 2 % of the contrast (Koschmieder 1924).
   float visibility_m = std::numeric_limits<float>::infinity();
 };
+
+struct LightOptions {
+  double sun_azimuth_deg = 211.5;  // of the sun's place, from the world's x axis towards y
+  double sun_elevation_deg = 43;   // 3 to 90; a low sun is redder and throws long hard shadows
+  double overcast = 0;             // 0: clear sky; 1: no sun comes through, no shadow
+  double visibility_m = 0;         // haze: 2 % of the contrast is left there; 0: clear air
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// The light of a sun and a sky like these.
+Light MakeLight(const LightOptions& options);
 
 // Radiance of the open sky in a direction of unit length.
 Eigen::Vector3f SkyRadiance(const Light& light, const Eigen::Vector3f& direction);

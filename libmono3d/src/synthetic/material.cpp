@@ -91,7 +91,7 @@ Vector3f RoofTiles(const Surface& surface, const Place& place) {
 }
 
 Vector3f Glass(const Surface& surface, const Place& place) {
-  // Curtains and what is behind the pane; no reflection, which would not stay on the surface.
+  // Curtains and what is behind the pane; reflection, where there is any, is shading.
   const float behind = FractalNoise(place.uv, {0.7F, 0, 0.8F, surface.seed}, place.footprint_m);
   return Modulated(surface.colour, 0.8F * behind);
 }
@@ -123,6 +123,11 @@ Vector3f Soil(const Surface& surface, const Place& place) {
 Vector3f Gravel(const Vector3f& colour, const Place& place, std::uint32_t seed) {
   const float stones = FractalNoise(place.uv, {3, 0, 1, seed}, place.footprint_m);
   return Modulated(colour, 0.33F * stones);
+}
+
+Vector3f BareWall(const Surface& surface, const Place& place) {
+  const float stain = FractalNoise(place.uv, {9, 1, 0.7F, surface.seed}, place.footprint_m);
+  return Modulated(surface.colour, 0.02F * stain);
 }
 
 Vector3f Asphalt(const Place& place, std::uint32_t seed) {
@@ -199,11 +204,17 @@ Vector3f Unbounded(const Surface& surface, const GroundMap* ground, const Place&
     case Material::kGravel:
       return Gravel(surface.colour, place, surface.seed);
     case Material::kGlass:
+    case Material::kMirrorGlass:
       return Glass(surface, place);
     case Material::kWood:
       return Wood(surface, place);
     case Material::kPaint:
+    case Material::kWater:
       return surface.colour;
+    case Material::kBareWall:
+      return BareWall(surface, place);
+    case Material::kAsphalt:
+      return Asphalt(place, surface.seed);
     case Material::kFoliage:
       return Foliage(surface, place);
     case Material::kSoil:
@@ -213,6 +224,21 @@ Vector3f Unbounded(const Surface& surface, const GroundMap* ground, const Place&
 }
 
 }  // namespace
+
+float Reflectance(Material material, float cosine) {
+  // At a right angle: water 2 %; panes have two faces, and often a coating.
+  const float facing =
+      material == Material::kWater ? 0.02F : (material == Material::kMirrorGlass ? 0.14F : 0.0F);
+  if (facing == 0) return 0;
+  const float t = std::clamp(1 - cosine, 0.0F, 1.0F);
+  return facing + (1 - facing) * t * t * t * t * t;  // Schlick 1994
+}
+
+Eigen::Vector2f RippleSlope(const Surface& surface, const Eigen::Vector2f& p_m, float footprint_m) {
+  const FractalOptions ripples{2.5F, 0.15F, 0.6F, surface.seed};
+  return 0.05F * Vector2f(FractalNoise(p_m, ripples, footprint_m),
+                          FractalNoise(Vector2f(p_m + Vector2f(91, 37)), ripples, footprint_m));
+}
 
 Eigen::Vector3f Albedo(const Surface& surface, const GroundMap* ground,
                        const Eigen::Vector3f& p_world, float footprint_m) {

@@ -17,7 +17,11 @@ enum class Material {
   kStone,
   kRoofTiles,
   kGravel,
-  kGlass,
+  kGlass,        // matt: what is behind the pane
+  kMirrorGlass,  // mirrors, the more the flatter one looks at it
+  kWater,        // mirrors, with ripples that stand still
+  kBareWall,     // hardly any texture
+  kAsphalt,
   kWood,
   kPaint,
   kFoliage,
@@ -35,6 +39,13 @@ struct Surface {
   std::uint32_t seed = 0;
   bool is_smooth = false;  // shaded with the vertices' normals
 };
+
+// Share of light that comes from the mirrored direction, for a ray that makes an angle of this
+// cosine with the surface's normal.
+float Reflectance(Material material, float cosine);
+
+// Slope of the ripples on water, along the world's x and y.
+Eigen::Vector2f RippleSlope(const Surface& surface, const Eigen::Vector2f& p_m, float footprint_m);
 
 // Albedo (red, green, blue, linear, 0 to 1) of the surface at a place that a pixel sees with the
 // given footprint. Free of detail finer than the footprint. `ground` may be null unless the

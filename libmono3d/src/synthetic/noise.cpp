@@ -12,7 +12,33 @@ namespace {
 
 float Fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
+// Without SSE4.1 std::floor is a call.
+float Floor(float x) {
+  const auto truncated = static_cast<float>(static_cast<int>(x));
+  return truncated > x ? truncated - 1 : truncated;
+}
+
 float Mix(float a, float b, float t) { return a + t * (b - a); }
+
+// Bits of a lattice point, of which only the top ones are well mixed: all that a gradient needs.
+// One multiplication a corner, since the sums of neighbours differ by a constant.
+struct LatticeHash {
+  std::uint32_t base;
+
+  LatticeHash(int x, int y, int z, std::uint32_t seed)
+      : base(static_cast<std::uint32_t>(x) * kX + static_cast<std::uint32_t>(y) * kY +
+             static_cast<std::uint32_t>(z) * kZ + (seed + 1) * 0x68E31DA4U) {}
+
+  std::uint32_t TopBits(int dx, int dy, int dz) const {
+    std::uint32_t h = base + (dx != 0 ? kX : 0U) + (dy != 0 ? kY : 0U) + (dz != 0 ? kZ : 0U);
+    h = (h ^ (h >> 15U)) * 0x2C1B3C6DU;
+    return (h ^ (h >> 13U)) * 0x9E3779B1U;
+  }
+
+  static constexpr std::uint32_t kX = 0x9E3779B1U;
+  static constexpr std::uint32_t kY = 0x85EBCA77U;
+  static constexpr std::uint32_t kZ = 0xC2B2AE3DU;
+};
 
 // Dot product of a hashed gradient of unit length with the offset from its lattice point.
 float Gradient(std::uint32_t bits, float x, float y) {
@@ -25,13 +51,13 @@ float Gradient(std::uint32_t bits, float x, float y) {
                                                                        {-kDiagonal, kDiagonal},
                                                                        {kDiagonal, -kDiagonal},
                                                                        {-kDiagonal, -kDiagonal}}};
-  const auto& direction = kDirections[bits & 7U];
+  const auto& direction = kDirections[bits >> 29U];
   return direction[0] * x + direction[1] * y;
 }
 
 // The twelve cube edges, four of them twice (Perlin 2002).
 float Gradient(std::uint32_t bits, float x, float y, float z) {
-  const std::uint32_t h = bits & 15U;
+  const std::uint32_t h = bits >> 28U;
   const float u = h < 8 ? x : y;
   const float v = h < 4 ? y : (h == 12 || h == 14 ? x : z);
   return ((h & 1U) != 0 ? -u : u) + ((h & 2U) != 0 ? -v : v);
@@ -82,14 +108,15 @@ float HashUnit(int x, int y, int z, std::uint32_t seed) {
 }
 
 float GradientNoise(const Eigen::Vector2f& p, std::uint32_t seed) {
-  const float floor_x = std::floor(p.x());
-  const float floor_y = std::floor(p.y());
+  const float floor_x = Floor(p.x());
+  const float floor_y = Floor(p.y());
   const int ix = static_cast<int>(floor_x);
   const int iy = static_cast<int>(floor_y);
   const float x = p.x() - floor_x;
   const float y = p.y() - floor_y;
+  const LatticeHash hash(ix, iy, 0, seed);
   const auto corner = [&](int dx, int dy) {
-    return Gradient(HashBits(ix + dx, iy + dy, 0, seed), x - static_cast<float>(dx),
+    return Gradient(hash.TopBits(dx, dy, 0), x - static_cast<float>(dx),
                     y - static_cast<float>(dy));
   };
   const float u = Fade(x);
@@ -97,13 +124,13 @@ float GradientNoise(const Eigen::Vector2f& p, std::uint32_t seed) {
 }
 
 float GradientNoise(const Eigen::Vector3f& p, std::uint32_t seed) {
-  const Eigen::Vector3f floor(std::floor(p.x()), std::floor(p.y()), std::floor(p.z()));
+  const Eigen::Vector3f floor(Floor(p.x()), Floor(p.y()), Floor(p.z()));
   const Eigen::Vector3i i = floor.cast<int>();
   const Eigen::Vector3f f = p - floor;
+  const LatticeHash hash(i.x(), i.y(), i.z(), seed);
   const auto corner = [&](int dx, int dy, int dz) {
-    return Gradient(HashBits(i.x() + dx, i.y() + dy, i.z() + dz, seed),
-                    f.x() - static_cast<float>(dx), f.y() - static_cast<float>(dy),
-                    f.z() - static_cast<float>(dz));
+    return Gradient(hash.TopBits(dx, dy, dz), f.x() - static_cast<float>(dx),
+                    f.y() - static_cast<float>(dy), f.z() - static_cast<float>(dz));
   };
   const float u = Fade(f.x());
   const float v = Fade(f.y());

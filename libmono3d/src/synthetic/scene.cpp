@@ -32,6 +32,8 @@ using DevicePtr = std::unique_ptr<RTCDeviceTy, ReleaseDevice>;
 using ScenePtr = std::unique_ptr<RTCSceneTy, ReleaseScene>;
 using GeometryPtr = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
 
+constexpr float kJump_m = 50;
+
 // A mesh on its way from one pose to another, in the time from 0 to 1.
 struct Mover {
   MovingObject object;
@@ -57,6 +59,48 @@ RTCRay ToEmbree(const Ray& ray, float time) {
   out.time = time;
   out.mask = ~0U;
   return out;
+}
+
+RTCIntersectContext CoherentContext() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
+}
+
+constexpr std::size_t kPacketSize = 16;
+
+struct PacketMask {
+  alignas(64) int valid[kPacketSize];  // -1: there is a ray
+};
+
+void SetRay(RTCRay16& packet, std::size_t i, const Ray& ray, float time) {
+  packet.org_x[i] = ray.origin.x();
+  packet.org_y[i] = ray.origin.y();
+  packet.org_z[i] = ray.origin.z();
+  packet.dir_x[i] = ray.direction.x();
+  packet.dir_y[i] = ray.direction.y();
+  packet.dir_z[i] = ray.direction.z();
+  packet.tfar[i] = std::numeric_limits<float>::infinity();
+  packet.time[i] = time;
+  packet.mask[i] = ~0U;
+}
+
+RTCHit HitInPacket(const RTCHit16& hits, std::size_t i) {
+  RTCHit hit{};
+  hit.Ng_x = hits.Ng_x[i];
+  hit.Ng_y = hits.Ng_y[i];
+  hit.Ng_z = hits.Ng_z[i];
+  hit.u = hits.u[i];
+  hit.v = hits.v[i];
+  hit.primID = hits.primID[i];
+  hit.geomID = hits.geomID[i];
+  hit.instID[0] = hits.instID[0][i];
+  return hit;
+}
+
+void RequireSameLength(std::size_t num_rays, std::size_t num_answers) {
+  if (num_rays != num_answers) throw Error("a list of rays needs a list of answers of its length");
 }
 
 void ThrowOnEmbreeError(RTCDevice device) {
@@ -124,6 +168,7 @@ struct Scene::Impl {
 
   void AddMover(MovingObject object);
   float TimeOf(const Ray& ray) const;
+  Hit HitOf(const Ray& ray, float distance, const RTCHit& query) const;
 };
 
 void Scene::Impl::AddMover(MovingObject object) {
@@ -142,6 +187,27 @@ float Scene::Impl::TimeOf(const Ray& ray) const {
   if (end_s <= begin_s) return 0;
   const double share = (static_cast<double>(ray.time_s) - begin_s) / (end_s - begin_s);
   return static_cast<float>(std::clamp(share, 0.0, 1.0));
+}
+
+Hit Scene::Impl::HitOf(const Ray& ray, float distance, const RTCHit& query) const {
+  Hit hit;
+  hit.distance = distance;
+  hit.p = ray.origin + distance * ray.direction;
+  hit.is_moving = query.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  const Mesh& seen = hit.is_moving ? movers[query.instID[0]].object.mesh : mesh;
+  hit.surface = &seen.surfaces[seen.triangle_surfaces[query.primID]];
+  if (hit.is_moving) {
+    const Eigen::Affine3f T_world_object = movers[query.instID[0]].At(TimeOf(ray));
+    const Eigen::Affine3f T_object_world = T_world_object.inverse();
+    hit.p_surface = T_object_world * hit.p;
+    const Vector3f direction_object = T_object_world.linear() * ray.direction;
+    hit.normal = T_world_object.linear() * NormalAt(seen, query, direction_object);
+  } else {
+    hit.p_surface = hit.p;
+    hit.normal = NormalAt(seen, query, ray.direction);
+  }
+  hit.normal.normalize();
+  return hit;
 }
 
 Scene::Scene(Mesh mesh, GroundMap ground, std::vector<MovingObject> moving)
@@ -172,6 +238,10 @@ void Scene::SetTimeSpan(double begin_s, double end_s) {
   for (Mover& mover : impl_->movers) {
     mover.begin = mover.object.T_world_object(begin_s);
     mover.end = mover.object.T_world_object(end_s);
+    // One that is put elsewhere, to begin its way again, does not fly there.
+    if ((mover.end.translation() - mover.begin.translation()).norm() > kJump_m) {
+      mover.end = mover.begin;
+    }
     for (const unsigned int step : {0U, 1U}) {
       const Eigen::Affine3f& pose = step == 0 ? mover.begin : mover.end;
       rtcSetGeometryTransform(mover.instance.get(), step, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
@@ -189,38 +259,59 @@ std::optional<Hit> Scene::Intersect(const Ray& ray) const {
   query.ray = ToEmbree(ray, time);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  RTCIntersectContext context = CoherentContext();
   rtcIntersect1(impl_->still.get(), &context, &query);
   if (HasMovingObjects()) rtcIntersect1(impl_->moving.get(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return impl_->HitOf(ray, query.ray.tfar, query.hit);
+}
 
-  Hit hit;
-  hit.distance = query.ray.tfar;
-  hit.p = ray.origin + query.ray.tfar * ray.direction;
-  hit.is_moving = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
-  const Mesh& mesh = hit.is_moving ? impl_->movers[query.hit.instID[0]].object.mesh : impl_->mesh;
-  hit.surface = &mesh.surfaces[mesh.triangle_surfaces[query.hit.primID]];
-  if (hit.is_moving) {
-    const Eigen::Affine3f T_world_object = impl_->movers[query.hit.instID[0]].At(time);
-    const Eigen::Affine3f T_object_world = T_world_object.inverse();
-    hit.p_surface = T_object_world * hit.p;
-    const Vector3f direction_object = T_object_world.linear() * ray.direction;
-    hit.normal = T_world_object.linear() * NormalAt(mesh, query.hit, direction_object);
-  } else {
-    hit.p_surface = hit.p;
-    hit.normal = NormalAt(mesh, query.hit, ray.direction);
+void Scene::Intersect(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const {
+  RequireSameLength(rays.size(), hits.size());
+  RTCIntersectContext context = CoherentContext();
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
+    const std::size_t num = std::min(kPacketSize, rays.size() - begin);
+    RTCRayHit16 packet{};
+    PacketMask mask{};
+    for (std::size_t i = 0; i < num; ++i) {
+      mask.valid[i] = -1;
+      SetRay(packet.ray, i, rays[begin + i], impl_->TimeOf(rays[begin + i]));
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect16(mask.valid, impl_->still.get(), &context, &packet);
+    if (HasMovingObjects()) rtcIntersect16(mask.valid, impl_->moving.get(), &context, &packet);
+    for (std::size_t i = 0; i < num; ++i) {
+      hits[begin + i].reset();
+      if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      hits[begin + i] =
+          impl_->HitOf(rays[begin + i], packet.ray.tfar[i], HitInPacket(packet.hit, i));
+    }
   }
-  hit.normal.normalize();
-  return hit;
+}
+
+void Scene::AreOccluded(std::span<const Ray> rays, std::span<char> occluded) const {
+  RequireSameLength(rays.size(), occluded.size());
+  RTCIntersectContext context = CoherentContext();
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
+    const std::size_t num = std::min(kPacketSize, rays.size() - begin);
+    RTCRay16 packet{};
+    PacketMask mask{};
+    for (std::size_t i = 0; i < num; ++i) {
+      mask.valid[i] = -1;
+      SetRay(packet, i, rays[begin + i], impl_->TimeOf(rays[begin + i]));
+    }
+    rtcOccluded16(mask.valid, impl_->still.get(), &context, &packet);
+    if (HasMovingObjects()) rtcOccluded16(mask.valid, impl_->moving.get(), &context, &packet);
+    for (std::size_t i = 0; i < num; ++i) {
+      occluded[begin + i] = packet.tfar[i] < 0 ? 1 : 0;
+    }
+  }
 }
 
 bool Scene::IsOccluded(const Ray& ray) const {
   const float time = impl_->TimeOf(ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  RTCIntersectContext context = CoherentContext();
   RTCRay query = ToEmbree(ray, time);
   rtcOccluded1(impl_->still.get(), &context, &query);
   if (query.tfar >= 0 && HasMovingObjects()) rtcOccluded1(impl_->moving.get(), &context, &query);

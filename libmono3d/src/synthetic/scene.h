@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "synthetic/ground_map.h"
@@ -31,6 +32,7 @@ struct Hit {
   Eigen::Vector3f normal;     // unit length, of the shaded surface, towards the ray's origin
   const Surface* surface = nullptr;
   bool is_moving = false;  // part of a moving object
+  std::optional<bool> is_sunlit;  // unset: not yet found out; Intersect leaves it unset
 };
 
 // A rigid object that goes its own way, a car for example.
@@ -50,13 +52,18 @@ class Scene {
   Scene& operator=(Scene&&) noexcept;
 
   // Places the moving objects for rays of begin_s to end_s, seconds: while a shutter is open, a
-  // fraction of a second, in which they go straight on. Cheap; nothing to do in a scene that stands
+  // fraction of a second, in which they go straight on (one that is 50 m away at
+  // the end has jumped, and stays until then). Cheap; nothing to do in a scene that stands
   // still. A new scene is at time 0. Throws Error when the span is not finite or ends before it
   // begins.
   void SetTimeSpan(double begin_s, double end_s);
 
   std::optional<Hit> Intersect(const Ray& ray) const;
   bool IsOccluded(const Ray& ray) const;  // anything between 0 and infinity
+  // The same for many rays, in packets: faster when neighbours go much the same way. Throws Error
+  // unless both lists have the same length.
+  void Intersect(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const;
+  void AreOccluded(std::span<const Ray> rays, std::span<char> occluded) const;  // 0 or 1
 
   const Mesh& mesh() const;  // what stands still
   const GroundMap& ground() const;

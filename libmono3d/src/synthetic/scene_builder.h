@@ -22,19 +22,6 @@ namespace mono3d::synthetic {
 inline constexpr std::array<const char*, 7> kSceneKinds = {
     "village", "town", "mansion", "church", "warehouse", "fields", "hills"};
 
-struct LightOptions {
-  double sun_azimuth_deg = 211.5;  // of the sun's place, from the world's x axis towards y
-  double sun_elevation_deg = 43;   // 3 to 90; a low sun is redder and throws long hard shadows
-  double overcast = 0;             // 0: clear sky; 1: no sun comes through, no shadow
-  double visibility_m = 0;         // haze: 2 % of the contrast is left there; 0: clear air
-
-  void Visit(OptionVisitor& visit);
-  void Validate() const;  // throws UsageError
-};
-
-// The light of a sun and a sky like these.
-Light MakeLight(const LightOptions& options);
-
 struct SceneOptions {
   std::string kind = "village";  // one of kSceneKinds
   int seed = 1;                  // one scene for each

@@ -4,7 +4,10 @@
 #pragma once
 
 #include "mono3d/core/options.h"
+#include "synthetic/planting.h"
 #include "synthetic/scene.h"
+#include "synthetic/settlement.h"
+#include "synthetic/site.h"
 
 namespace mono3d::synthetic {
 
@@ -22,5 +25,13 @@ struct VillageOptions {
 // Houses with gardens along three streets on hilly ground, trees, hedges, cars and fields. The
 // streets meet near the origin.
 Scene BuildVillage(const VillageOptions& options = {});
+
+// The two halves of it: streets, plots and paths; then, once water is laid, the ground and what
+// stands on it.
+struct VillagePlan {
+  std::vector<PlacedHouse> houses;
+};
+VillagePlan LayVillage(Site& site);
+void AddVillage(Site& site, const VillagePlan& plan, const PlantingOptions& plants);
 
 }  // namespace mono3d::synthetic
