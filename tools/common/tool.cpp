@@ -76,9 +76,11 @@ void PrintDevices() {
 
 }  // namespace
 
-Tool::Tool(const std::string& name, const std::string& description)
-    : name_(name), app_(description, name) {
+Tool::Tool(const std::string& name, const std::string& description, ToolKind kind)
+    : name_(name), app_(description, name), kind_(kind) {
   app_.set_version_flag("--version", std::string("mono3d ") + Version());
+  app_.add_flag("--verbose", common_.verbose, "tell more on stderr");
+  if (kind == ToolKind::kPlain) return;
   app_.set_config("--config", "", "read options from a file of lines \"name = value\"");
   app_.config_formatter(std::make_shared<DottedConfig>());
   app_.allow_config_extras(CLI::config_extras_mode::error);
@@ -87,7 +89,6 @@ Tool::Tool(const std::string& name, const std::string& description)
   app_.add_flag("--list-devices", common_.list_devices, "list the Vulkan devices and end");
   app_.add_flag("--validation", common_.device.validation,
                 "run with the Khronos validation layer (for developers)");
-  app_.add_flag("--verbose", common_.verbose, "tell more on stderr");
 }
 
 void Tool::AddOptions(const std::vector<OptionField>& fields, const std::string& prefix) {
@@ -116,7 +117,9 @@ int Tool::PrintError(const std::string& message, int status) const {
 
 int Tool::Run(int argc, const char* const* argv, const std::function<int()>& body) {
   // --list-devices needs none of the required arguments.
-  for (int i = 1; i < argc; ++i) common_.list_devices |= std::string(argv[i]) == "--list-devices";
+  for (int i = 1; i < argc && kind_ == ToolKind::kOfTheChain; ++i) {
+    common_.list_devices |= std::string(argv[i]) == "--list-devices";
+  }
   // FFmpeg would print lines of its own beside ours: -8 is its AV_LOG_QUIET.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   try {

@@ -22,10 +22,15 @@ struct CommonArguments {
   bool verbose = false;
 };
 
+// Does the tool compute on a Vulkan device, and read options from a file? If not, it has --version
+// and --verbose alone.
+enum class ToolKind { kOfTheChain, kPlain };
+
 // One tool: its name, its arguments and what it does with them.
 class Tool {
  public:
-  Tool(const std::string& name, const std::string& description);
+  Tool(const std::string& name, const std::string& description,
+       ToolKind kind = ToolKind::kOfTheChain);
 
   CLI::App& app() { return app_; }
   const CommonArguments& common() const { return common_; }
@@ -43,6 +48,7 @@ class Tool {
 
   std::string name_;
   CLI::App app_;
+  ToolKind kind_;
   CommonArguments common_;
 };
 

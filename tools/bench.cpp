@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables.
+
+#include <cstdio>
+#include <filesystem>
+
+#include "bench/suite.h"
+#include "bench/suite_page.h"
+#include "common/tool.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/options.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d::tools {
+namespace {
+
+struct Arguments {
+  SuiteOptions suite;
+  std::string markdown;  // empty: nowhere
+  std::string json;
+  std::string report;
+};
+
+std::string NameOf(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+void WriteResults(const Arguments& arguments, const std::vector<SequenceResult>& results) {
+  const std::filesystem::path output = arguments.suite.output;
+  const std::string name = NameOf(arguments.suite.folder);
+  const Page page = SuitePage(results, name, output);
+  const std::filesystem::path json =
+      arguments.json.empty() ? output / "bench.json" : std::filesystem::path(arguments.json);
+  const std::filesystem::path report =
+      arguments.report.empty() ? output / "index.html" : std::filesystem::path(arguments.report);
+  WriteFileAtomically(
+      json, ToJson(results, name).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  WriteFileAtomically(report, ToHtml(page));
+  if (!arguments.markdown.empty()) WriteFileAtomically(arguments.markdown, ToMarkdown(page));
+  for (const Table& table : page.sections[0].tables) {
+    std::printf("%s\n", ToText(table).c_str());
+  }
+  std::printf("report %s\n", report.c_str());
+}
+
+int RunBench(const Arguments& arguments) {
+  RequireOption(arguments.suite.time_limit_s >= 0, "--time-limit", "seconds, 0: none",
+                arguments.suite.time_limit_s);
+  RequireOption(arguments.suite.max_depth_m >= 0, "--max-depth", "a depth in metres, 0: no bound",
+                arguments.suite.max_depth_m);
+  CreateOutputFolder(arguments.suite.output);
+  CatchStopSignals();
+  const std::vector<SequenceResult> results =
+      RunSuite(arguments.suite, [](const SequenceResult& result) {
+        std::fprintf(stderr, "%s: %s\n", result.name.c_str(),
+                     result.is_success ? "success" : result.reason.c_str());
+      });
+  if (results.empty()) throw Error("stopped before the first sequence was done");
+  WriteResults(arguments, results);
+  return 0;
+}
+
+}  // namespace
+}  // namespace mono3d::tools
+
+int main(int argc, char** argv) {
+  using namespace mono3d::tools;
+  Tool tool("mono3d-bench",
+            "Reconstructs and evaluates many sequences and sets the figures beside the paper's.\n"
+            "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
+            ToolKind::kPlain);
+  tool.app().require_subcommand(1);
+  CLI::App& app = *tool.app().add_subcommand("suite", "all sequences of a folder");
+  Arguments arguments;
+  SuiteOptions& suite = arguments.suite;
+  app.add_option("DIR", suite.folder, "folder of sequence folders")->required();
+  app.add_option("-o,--output", suite.output, "folder for the runs, bench.json and index.html")
+      ->capture_default_str();
+  app.add_option("--only", suite.only, "pattern of the sequences' names: \"hut_*\"");
+  app.add_flag("--resume", suite.resume, "keep what earlier calls with the same options made");
+  app.add_option("--time-limit", suite.time_limit_s, "for each program, in seconds; 0: none")
+      ->capture_default_str();
+  app.add_option("--max-depth", suite.max_depth_m,
+                 "leave out true depths beyond, in metres (the paper: 300); 0: none")
+      ->capture_default_str();
+  app.add_option("--markdown", arguments.markdown, "write the tables as Markdown");
+  app.add_option("--json", arguments.json, "default: bench.json in the output folder");
+  app.add_option("--report", arguments.report, "default: index.html in the output folder");
+  app.add_option("OPTIONS", suite.reconstruct_arguments,
+                 "after --: options for mono3d-reconstruct");
+  return tool.Run(argc, argv, [&] { return RunBench(arguments); });
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "evaluate/evaluation.h"
+
+#include <cstdio>
+
+#include "mono3d/core/version.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d::tools {
+
+void WriteEvaluation(const Evaluation& evaluation, const EvaluationOutput& output) {
+  std::fputs(ToText(evaluation.page).c_str(), stdout);
+  if (!output.json.empty()) {
+    // Invalid UTF-8 in a path must not cost the user the record.
+    WriteFileAtomically(output.json,
+                        evaluation.json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  }
+  if (!output.pictures.empty()) WritePictures(output.pictures, evaluation.page);
+  if (!output.report.empty()) {
+    WriteFileAtomically(output.report, ToHtml(evaluation.page));
+    std::printf("\nreport %s\n", output.report.c_str());
+  }
+}
+
+Json RecordOf(const std::string& command, const std::string& estimate, const std::string& truth) {
+  return {{"mono3d", Version()}, {"command", command}, {"estimate", estimate}, {"truth", truth}};
+}
+
+Json ToJson(const ErrorStatistics& statistics) {
+  return {{"count", statistics.count},   {"rmse", statistics.rmse},   {"mean", statistics.mean},
+          {"median", statistics.median}, {"sigma", statistics.sigma}, {"min", statistics.min},
+          {"max", statistics.max}};
+}
+
+Json ToJson(const Similarity& similarity) {
+  const Eigen::Vector3d& translation = similarity.pose().translation();
+  const Eigen::Quaterniond& rotation = similarity.pose().rotation();
+  return {{"scale", similarity.scale()},
+          {"rotation", {rotation.x(), rotation.y(), rotation.z(), rotation.w()}},
+          {"translation", {translation.x(), translation.y(), translation.z()}}};
+}
+
+std::string FormatLength(double length_m, std::optional<double> mean_depth_m) {
+  std::string text = FormatNumber(length_m);
+  if (mean_depth_m) text += " (" + FormatPercent(length_m / *mean_depth_m, 3) + ")";
+  return text;
+}
+
+}  // namespace mono3d::tools
