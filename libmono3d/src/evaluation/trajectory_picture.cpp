@@ -18,7 +18,7 @@ namespace mono3d {
 namespace {
 
 constexpr int kErrorMap = cv::COLORMAP_TURBO;
-const cv::Scalar kTruth(150, 150, 150);
+const cv::Scalar kTruth(130, 130, 130);
 const cv::Scalar kFrame(120, 120, 120);
 
 // Around the plot, px.
@@ -184,10 +184,10 @@ void DrawEstimate(cv::Mat& picture, const Plot& plot, const TopView& view,
     if (i > 0 && std::abs(steps[i]) <= most) {
       const double error = (poses[i].position_error + poses[i - 1].position_error) / 2;
       DrawLine(picture, plot(view(poses[i - 1].T_truth_cam_estimated.translation())), at,
-               ErrorColour(error, max_error), 3);
+               ErrorColour(error, max_error), 6);
     }
     if (poses.size() <= kFew) {
-      DrawLine(picture, at, at, ErrorColour(poses[i].position_error, max_error), 7);
+      DrawLine(picture, at, at, ErrorColour(poses[i].position_error, max_error), 10);
     }
   }
 }
@@ -216,7 +216,7 @@ void DrawLegend(cv::Mat& picture, const TrajectoryError& error,
     if (name == "truth") DrawDashed(picture, {{x, 18}, {x + 32, 18}});
     if (name == "start") DrawStart(picture, {x + 22, 18});
     for (int i = 0; name == "estimate" && i < 32; ++i) {
-      DrawLine(picture, {x + i, 18}, {x + i + 1, 18}, ErrorColour(i, 31), 3);
+      DrawLine(picture, {x + i, 18}, {x + i + 1, 18}, ErrorColour(i, 31), 6);
     }
     x -= 18;
   }
