@@ -7,13 +7,14 @@ find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio featu
 find_package(Ceres 2.1 REQUIRED)
 find_package(Vulkan REQUIRED COMPONENTS glslangValidator)
 find_package(nlohmann_json 3.11 REQUIRED)
-find_package(OpenEXR 3.1 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spirv-cross REQUIRED IMPORTED_TARGET spirv-cross-c-shared)
 # FLANN's headers call LZ4, which its CMake package does not name.
 find_package(flann 1.9 REQUIRED)
 pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
+# Not through its CMake package: that of Debian 12 speaks of a file it does not install.
+pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
 if(MONO3D_BUILD_SYNTHETIC)
   find_package(embree 3 REQUIRED)
 endif()
