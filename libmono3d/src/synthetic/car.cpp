@@ -4,6 +4,7 @@
 #include "synthetic/car.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -60,11 +61,18 @@ void AddCar(Mesh& mesh, const CarPlace& place, RandomNumbers& random) {
   const Vector3f z = Vector3f::UnitZ();
   const Vector3f y = z.cross(x);
   const Vector3f& base = place.base;
-  const auto grey = static_cast<float>(random.Uniform(0.05, 0.6));
-  const auto red = static_cast<float>(random.Uniform(0.5, 1.3));
-  const auto green = static_cast<float>(random.Uniform(0.5, 1.1));
-  const Vector3f tint(red, green, static_cast<float>(random.Uniform(0.5, 1.3)));
-  const Finish paint{Material::kPaint, (grey * tint).cwiseMin(0.75F), 0};
+  // As on a car park: mostly grey, now and then a colour.
+  static constexpr std::array<std::array<float, 3>, 8> kPaints = {{{0.62F, 0.62F, 0.6F},
+                                                                   {0.3F, 0.31F, 0.33F},
+                                                                   {0.05F, 0.05F, 0.055F},
+                                                                   {0.12F, 0.125F, 0.13F},
+                                                                   {0.4F, 0.05F, 0.04F},
+                                                                   {0.06F, 0.12F, 0.3F},
+                                                                   {0.1F, 0.2F, 0.13F},
+                                                                   {0.45F, 0.38F, 0.24F}}};
+  const auto& colour = kPaints[random.Bits() % kPaints.size()];
+  const auto bright = static_cast<float>(random.Uniform(0.8, 1.2));
+  const Finish paint{Material::kPaint, bright * Vector3f(colour[0], colour[1], colour[2]), 0};
   const Finish glass{Material::kGlass, Vector3f(0.05F, 0.06F, 0.07F), random.Bits()};
   const Finish tyre{Material::kPaint, Vector3f::Constant(0.03F), 0};
   for (const float along : {-1.35F, 1.35F}) {
@@ -87,10 +95,8 @@ void AddParkedCars(Site& site, double share) {
       const Vector2f along = (street[i + 1] - street[i - 1]).normalized();
       const float side = site.random.Chance(0.5) ? 1.0F : -1.0F;
       const Vector2f place = street[i] + side * 1.8F * Left(along);
-      if (!site.ground.water.IsEmpty() &&
-          site.ground.water.At(place) < site.ground.water_half_width_m + 12) {
-        continue;
-      }
+      // Neither on a crossing nor on a bridge.
+      if (site.ground.streets.At(place) < 1.6F || IsAtWater(site.ground, place, 12)) continue;
       AddCar(site.mesh, {site.At(place), Horizontal(along)}, site.random);
     }
   }

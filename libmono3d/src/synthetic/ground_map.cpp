@@ -75,4 +75,8 @@ float Grid::At(const Eigen::Vector2f& p_m) const {
   return top + fy * (bottom - top);
 }
 
+bool IsAtWater(const GroundMap& ground, const Eigen::Vector2f& p_m, float within_m) {
+  return !ground.water.IsEmpty() && ground.water.At(p_m) < ground.water_half_width_m + within_m;
+}
+
 }  // namespace mono3d::synthetic

@@ -47,9 +47,13 @@ struct GroundMap {
   DistanceField water;    // from the middle line of the river or pond; empty: none
   float water_half_width_m = 0;
   float water_level_m = 0;
-  Grid heights;  // of the terrain, metres
+  float lawn_radius_m = 0;  // no fields this close to the origin
+  Grid heights;             // of the terrain, metres
   std::uint32_t seed = 0;
 };
+
+// Whether a place is in the water or nearer to it than this.
+bool IsAtWater(const GroundMap& ground, const Eigen::Vector2f& p_m, float within_m);
 
 inline constexpr float kStreetHalfWidth_m = 2.8F;
 inline constexpr float kPavementWidth_m = 1.3F;

@@ -177,8 +177,8 @@ void AddWarehouse(Site& site, const Vector3f& base) {
   hall.width_m = 38;
   hall.num_storeys = 4;
   hall.has_windows = false;
-  hall.wall = {Material::kBareWall, Vector3f(0.58F, 0.58F, 0.56F), site.random.Bits()};
-  hall.roof = {Material::kBareWall, Vector3f(0.36F, 0.36F, 0.37F), site.random.Bits()};
+  hall.wall = {Material::kBareWall, Vector3f(0.33F, 0.34F, 0.34F), site.random.Bits()};
+  hall.roof = {Material::kBareWall, Vector3f(0.19F, 0.19F, 0.2F), site.random.Bits()};
   AddBuilding(site.mesh, hall, site.random);
   const Wall front{hall.base + Vector3f(-32, -19, 0), Vector3f::UnitX(), -Vector3f::UnitY(), 64};
   const Finish gate{Material::kPaint, Vector3f(0.12F, 0.2F, 0.32F), 0};
@@ -205,6 +205,7 @@ void AddWarehouse(Site& site, const Vector3f& base) {
 std::vector<PlacedHouse> LayLandmark(Site& site, Landmark landmark) {
   const auto reach_m = static_cast<float>(site.terrain.half_extent_m);
   site.terrain.flat_radius_m = kKeepFree_m + 16;
+  site.ground.lawn_radius_m = 95;
   LayStreets(site,
              {Winding({{0, -88}, 0, reach_m, 5}), Winding({{92, 0}, 1.5707963F, reach_m, 6})});
   site.routes = site.streets;

@@ -172,8 +172,8 @@ Vector3f Ground(const GroundMap& ground, const Place& place) {
   const float width_m = std::max(place.footprint_m / 2, 0.02F);
   if (street_m < kStreetHalfWidth_m - width_m) return Asphalt(place, ground.seed + 40);
   const float field_edge_m = 32 + 6 * GradientNoise(Vector2f(place.uv / 25), ground.seed + 61);
-  Vector3f colour =
-      street_m > field_edge_m ? Field(place, ground.seed + 10) : Meadow(place, ground.seed + 11);
+  const bool is_field = street_m > field_edge_m && place.uv.norm() > ground.lawn_radius_m;
+  Vector3f colour = is_field ? Field(place, ground.seed + 10) : Meadow(place, ground.seed + 11);
   const float path_share = 1 - Step(path_m - kPathHalfWidth_m, 2 * width_m);
   if (path_share > 0) {
     colour = Mix(colour, Gravel({0.3F, 0.27F, 0.22F}, place, ground.seed + 12), path_share);

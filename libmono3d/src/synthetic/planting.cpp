@@ -41,6 +41,7 @@ void AddHedge(Site& site, const Vector2f& from, const Vector2f& to) {
     const float t = (static_cast<float>(i) + 0.5F) / static_cast<float>(num_pieces);
     const Vector2f middle = from + t * step;
     if (site.ground.streets.At(middle) < kStreetHalfWidth_m + kPavementWidth_m) continue;
+    if (IsAtWater(site.ground, middle, 2)) continue;
     const Vector3f along = Horizontal(step.normalized());
     const float length_m = 1.05F * step.norm() / static_cast<float>(num_pieces);
     const float height_m = 1.5F + site.Random(-0.2, 0.2);

@@ -28,6 +28,7 @@ void AddGarden(Site& site, const PlacedHouse& placed) {
   for (int i = 0; i < 3; ++i) {
     if (!site.random.Chance(0.55)) continue;
     const Vector2f middle = behind + (4.5F * static_cast<float>(i) - 4.5F) * aside;
+    if (IsAtWater(site.ground, middle, 3)) continue;
     AddBlock(site.mesh,
              CentredBlock(site.At(middle), 3.2F * Horizontal(aside), 4 * Horizontal(Left(aside)),
                           0.7F * Vector3f::UnitZ()),

@@ -17,10 +17,7 @@ bool Site::IsFree(const Plot& plot) const {
   for (const Plot& other : plots) {
     if ((other.middle - plot.middle).norm() < other.radius_m + plot.radius_m) return false;
   }
-  if (!ground.water.IsEmpty() &&
-      ground.water.At(plot.middle) < ground.water_half_width_m + 2 + plot.radius_m) {
-    return false;
-  }
+  if (IsAtWater(ground, plot.middle, 2 + plot.radius_m)) return false;
   return ground.streets.At(plot.middle) > kStreetHalfWidth_m + 0.6F * plot.radius_m;
 }
 

@@ -65,10 +65,7 @@ void AddRow(Site& site, const TownBlock& block, float side) {
         (static_cast<float>(i) - static_cast<float>(num_houses - 1) / 2) * kHouseLength_m;
     const Vector2f middle = block.At(u_m, v_m);
     const Plot plot{middle, kHouseDepth_m / 2};
-    if (!site.ground.water.IsEmpty() &&
-        site.ground.water.At(middle) < site.ground.water_half_width_m + 9) {
-      continue;
-    }
+    if (IsAtWater(site.ground, middle, 9)) continue;
     site.plots.push_back(plot);
     HouseOptions house = row.house;
     house.base = site.At(middle) + 0.3F * Vector3f::UnitZ();
