@@ -18,8 +18,6 @@ using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr int kCoarseShare = 8;            // the first pass has one point in so many
-constexpr double kTukeySigmas = 4.685;     // 95 % efficiency for Gaussian errors
-constexpr double kSigmasPerMad = 1.4826;   // of a Gaussian
 constexpr double kCoarseTolerance = 1e-4;  // motion that ends a pass, over the cloud's radius
 constexpr double kFineTolerance = 1e-5;    // below it pairs may change for ever, to and fro
 constexpr double kMaxOffset = 0.1;     // first quartile of the distances over the truth's radius
@@ -54,10 +52,14 @@ double Radius(std::span<const Eigen::Vector3d> points) {
   return std::sqrt(sum_of_squares / static_cast<double>(points.size()));
 }
 
-// The pairs that count. Empty when the clouds do not lie on each other.
-std::vector<Pair> FindPairs(const IcpPoints& estimate, const CloudSurface& truth,
-                            double truth_radius, const Similarity& S_truth_estimate,
-                            const CloudRegistrationOptions& options) {
+struct Pairs {
+  std::vector<Pair> list;  // those that count; empty when the clouds do not lie on each other
+  double max_distance = 0;
+};
+
+Pairs FindPairs(const IcpPoints& estimate, const CloudSurface& truth, double truth_radius,
+                const Similarity& S_truth_estimate, double max_distance_in_quartiles,
+                const CloudRegistrationOptions& options) {
   const std::size_t size = estimate.points.size();
   std::vector<Eigen::Vector3d> points(size);
   std::ranges::transform(estimate.points, points.begin(),
@@ -70,11 +72,11 @@ std::vector<Pair> FindPairs(const IcpPoints& estimate, const CloudSurface& truth
   std::vector<double> sorted = distances;
   const double quartile = Quantile(sorted, 0.25);
   if (!(quartile <= kMaxOffset * truth_radius)) return {};
-  const double max_distance = options.max_distance_in_quartiles * quartile;
+  const double max_distance = max_distance_in_quartiles * quartile;
 
   const Eigen::Quaterniond& R_truth_estimate = S_truth_estimate.pose().rotation();
   const double min_cosine = std::cos(options.max_normal_angle_deg * std::numbers::pi / 180);
-  std::vector<Pair> pairs;
+  Pairs pairs{{}, max_distance};
   for (std::size_t i = 0; i < size; ++i) {
     if (distances[i] > max_distance) continue;
     const Eigen::Vector3d normal = truth.normals()[nearest[i]].cast<double>();
@@ -83,20 +85,19 @@ std::vector<Pair> FindPairs(const IcpPoints& estimate, const CloudSurface& truth
       const double cosine = normal.dot(R_truth_estimate * estimate.normals[i].cast<double>());
       if ((truth.has_outward_normals() ? cosine : std::abs(cosine)) < min_cosine) continue;
     }
-    pairs.push_back({points[i], normal, normal.dot(points[i] - truth.points()[nearest[i]])});
+    pairs.list.push_back({points[i], normal, normal.dot(points[i] - truth.points()[nearest[i]])});
   }
   return pairs;
 }
 
-// Tukey's weights, for a sigma taken from the residuals themselves.
-std::vector<double> TukeyWeights(const std::vector<Pair>& pairs) {
-  std::vector<double> sizes(pairs.size());
-  std::ranges::transform(pairs, sizes.begin(), [](const Pair& p) { return std::abs(p.residual); });
-  const double cut = kTukeySigmas * kSigmasPerMad * Quantile(sizes, 0.5);
-  std::vector<double> weights(pairs.size(), 1.0);
-  if (!(cut > 0)) return weights;  // half of the pairs lie exactly in their planes
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double ratio = std::min(1.0, std::abs(pairs[i].residual) / cut);
+// Tukey's weights, which fall to 0 at the limit to pairs. Not at a share of the residuals' own
+// spread: where most points lie in one plane that is next to nothing, and all others would be cast
+// out.
+std::vector<double> TukeyWeights(const Pairs& pairs) {
+  std::vector<double> weights(pairs.list.size(), 1.0);
+  if (!(pairs.max_distance > 0)) return weights;  // a quarter of the points lies on the truth's
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double ratio = std::min(1.0, std::abs(pairs.list[i].residual) / pairs.max_distance);
     weights[i] = (1 - ratio * ratio) * (1 - ratio * ratio);
   }
   return weights;
@@ -105,8 +106,9 @@ std::vector<double> TukeyWeights(const std::vector<Pair>& pairs) {
 // Gauss-Newton on the weighted sum of squared residuals, around the pairs' centre. The unknowns are
 // made lengths over the pairs' radius: rotation, translation and, with seven, scale. Motions that
 // the planes do not resist stay out.
-Step SolveStep(const std::vector<Pair>& pairs, bool with_scale, double min_stiffness) {
-  const std::vector<double> weights = TukeyWeights(pairs);
+Step SolveStep(const Pairs& all_pairs, bool with_scale, double min_stiffness) {
+  const std::vector<double> weights = TukeyWeights(all_pairs);
+  const std::vector<Pair>& pairs = all_pairs.list;
   std::vector<Eigen::Vector3d> points(pairs.size());
   std::ranges::transform(pairs, points.begin(), [](const Pair& pair) { return pair.point; });
   const double radius = Radius(points);
@@ -159,11 +161,11 @@ bool RunPass(const IcpPoints& estimate, const CloudSurface& truth, double truth_
   registration.status = CloudRegistrationStatus::kNotConverged;
   registration.num_points = static_cast<std::int64_t>(estimate.points.size());
   for (int i = 0; i < options.max_iterations; ++i) {
-    const std::vector<Pair> pairs =
-        FindPairs(estimate, truth, truth_radius, registration.S_truth_estimate, options);
+    const Pairs pairs = FindPairs(estimate, truth, truth_radius, registration.S_truth_estimate,
+                                  options.max_distance_in_quartiles, options);
     registration.inlier_share =
-        static_cast<double>(pairs.size()) / static_cast<double>(estimate.points.size());
-    if (pairs.size() < kMinPairs) return false;
+        static_cast<double>(pairs.list.size()) / static_cast<double>(estimate.points.size());
+    if (pairs.list.size() < kMinPairs) return false;
     const Step step = SolveStep(pairs, with_scale, options.min_stiffness);
     registration.S_truth_estimate = step.motion * registration.S_truth_estimate;
     registration.residual_m = step.residual;
