@@ -7,6 +7,7 @@
 
 #include <random>
 
+#include "tracking/dense_bundle.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -127,6 +128,75 @@ TEST(AdjustBundle, ReportsPointsBehindACameraAsOutliers) {
     }
   }
   EXPECT_LT(report.final_cost, report.initial_cost);
+}
+
+double SquaredError(const BundleProblem& problem) {
+  double sum = 0;
+  for (const BundleObservation& o : problem.observations) {
+    const Eigen::Vector3d p_cam = problem.T_cam_world[o.view] * problem.p_world[o.point];
+    sum += (problem.camera.Project(p_cam) - o.pixel).squaredNorm();
+  }
+  return sum;
+}
+
+TEST(MinimiseDensely, EndsWhereNoStepLowersTheCost) {
+  std::mt19937 random(SeedFromTestName());
+  BundleProblem problem = MakeWorld(1, random).problem;
+  const std::vector<char> none(problem.observations.size(), 0);
+  // It stops when a step gains less than 1e-4 of the cost: once more from there, and again.
+  for (int i = 0; i < 3; ++i) MinimiseDensely(problem, none, false, 30);
+  const double cost = SquaredError(problem);
+  const auto moved_cost = [&](std::size_t view, const Eigen::Vector3d& turn,
+                              const Eigen::Vector3d& shift) {
+    BundleProblem moved = problem;
+    Pose& T = moved.T_cam_world[view];
+    T = Pose(RotationExp(turn) * T.rotation(), T.translation() + shift);
+    return SquaredError(moved);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
+    for (const double sign : {-1.0, 1.0}) {
+      for (std::size_t view = 2; view < 6; ++view) {
+        EXPECT_GT(moved_cost(view, sign * 1e-3 * unit, {0, 0, 0}), cost);
+        EXPECT_GT(moved_cost(view, {0, 0, 0}, sign * 1e-2 * unit), cost);
+      }
+      BundleProblem moved = problem;
+      moved.p_world[11] += sign * 0.1 * unit;
+      EXPECT_GT(SquaredError(moved), cost);
+    }
+  }
+}
+
+TEST(MinimiseDensely, LeavesFixedViewsAndUnseenPointsAlone) {
+  std::mt19937 random(SeedFromTestName());
+  BundleProblem problem = MakeWorld(1, random).problem;
+  problem.p_world.emplace_back(1, 2, 3);
+  const BundleProblem before = problem;
+  MinimiseDensely(problem, std::vector<char>(problem.observations.size(), 0), true, 5);
+  EXPECT_EQ(problem.T_cam_world[0].Matrix(), before.T_cam_world[0].Matrix());
+  EXPECT_EQ(problem.T_cam_world[1].Matrix(), before.T_cam_world[1].Matrix());
+  EXPECT_NE(problem.T_cam_world[2].Matrix(), before.T_cam_world[2].Matrix());
+  EXPECT_EQ(problem.p_world.back(), before.p_world.back());
+}
+
+// Enough free views for the sparse solver: it must come to the same result as the dense one.
+TEST(AdjustBundle, GivesTheSameWithManyViewsAsWithFew) {
+  std::mt19937 random(SeedFromTestName());
+  BundleProblem few = MakeWorld(1, random).problem;
+  BundleProblem many = few;
+  for (int i = 0; i < 50; ++i) {  // views that see nothing only make it large
+    many.T_cam_world.emplace_back();
+    many.is_fixed.push_back(0);
+  }
+  constexpr int kSteps = 50;
+  AdjustBundle(few, {kSteps, kSteps});
+  AdjustBundle(many, {kSteps, kSteps});
+  for (std::size_t i = 0; i < few.T_cam_world.size(); ++i) {
+    const Pose difference = few.T_cam_world[i] * many.T_cam_world[i].Inverse();
+    // Both stop when the cost stands still, short of the very minimum.
+    EXPECT_LT(difference.translation().norm(), 1e-2) << i;
+    EXPECT_LT(difference.RotationAngle(), 1e-3) << i;
+  }
 }
 
 }  // namespace

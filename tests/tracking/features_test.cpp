@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
@@ -54,6 +55,33 @@ TEST(ExtractFeatures, KeepsCloseToNothingTwice) {
     ASSERT_TRUE(a.pixel.x() >= 0 && a.pixel.x() < kWidth);
     ASSERT_TRUE(a.pixel.y() >= 0 && a.pixel.y() < kHeight);
   }
+}
+
+TEST(ExtractFeatures, KeepsKnownFeaturesFirstAndOthersAway) {
+  const cv::Mat picture = TexturedPicture(kWidth, kHeight, SeedFromTestName());
+  std::vector<Feature> known;
+  for (const Feature& feature : Extract(picture)) {
+    if (known.size() < 100 && feature.level < 3) known.push_back(feature);
+  }
+  const Descriptor before = known[0].descriptor;
+  for (Feature& feature : known) {
+    feature.pixel += Eigen::Vector2d(0.2, -0.1);  // less than half a pixel of its level
+    feature.descriptor = {};
+    feature.sigma_px = 0.3;
+  }
+  const std::vector<Feature> features = ExtractFeatures(picture, {}, 1000, known);
+  ASSERT_GT(features.size(), 800U);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    EXPECT_EQ(features[i].pixel, known[i].pixel);
+    EXPECT_EQ(features[i].level, known[i].level);
+    EXPECT_EQ(features[i].sigma_px, 0.3);
+    EXPECT_NE(features[i].descriptor, Descriptor{});
+    for (std::size_t k = known.size(); k < features.size(); ++k) {
+      EXPECT_GT((features[k].pixel - known[i].pixel).lpNorm<Eigen::Infinity>(), 4);
+    }
+  }
+  EXPECT_EQ(features[0].descriptor, before);
+  EXPECT_EQ(features.back().sigma_px, std::pow(1.2, features.back().level));
 }
 
 TEST(ExtractFeatures, FindsNothingInAnEmptyOrTinyPicture) {

@@ -118,8 +118,7 @@ TEST(ChooseMotion, TellsTheTwoMotionsOverAPlaneApartByAThirdView) {
   StartAttempt attempt = Start(views, MatchAll());
   ASSERT_GE(attempt.candidates.size(), 1U) << attempt.reason;
   const std::vector<BetweenView> between = {{&views[1], 0.5, MatchAll()}};
-  const auto chosen = ChooseMotion(attempt.candidates, views[0], views[2], between, SmallCamera(),
-                                   PyramidScales(FeatureOptions{}));
+  const auto chosen = ChooseMotion(attempt.candidates, views[0], views[2], between, SmallCamera());
   ASSERT_TRUE(chosen.has_value());
   ExpectMotion(chosen->T_b_a, Motion(1.5));
 }
@@ -129,11 +128,9 @@ TEST(ChooseMotion, TakesTheOnlyOneAndNoneWithoutAThirdView) {
   const auto views = MakeViews(false, {Pose(), Motion(1)}, random);
   const StartAttempt attempt = Start(views, MatchAll());
   ASSERT_EQ(attempt.candidates.size(), 1U);
-  const PyramidScales scales(FeatureOptions{});
-  EXPECT_TRUE(
-      ChooseMotion(attempt.candidates, views[0], views[1], {}, SmallCamera(), scales).has_value());
+  EXPECT_TRUE(ChooseMotion(attempt.candidates, views[0], views[1], {}, SmallCamera()).has_value());
   const std::vector<TwoViewStart> twice = {attempt.candidates[0], attempt.candidates[0]};
-  EXPECT_FALSE(ChooseMotion(twice, views[0], views[1], {}, SmallCamera(), scales).has_value());
+  EXPECT_FALSE(ChooseMotion(twice, views[0], views[1], {}, SmallCamera()).has_value());
 }
 
 TEST(Initialiser, WaitsForParallaxAndHandsTheViewsBetweenOn) {
@@ -141,7 +138,7 @@ TEST(Initialiser, WaitsForParallaxAndHandsTheViewsBetweenOn) {
   std::vector<Pose> poses;
   for (int i = 0; i <= 10; ++i) poses.push_back(Motion(0.05 * i));
   const auto views = MakeViews(false, poses, random);
-  Initialiser initialiser({}, FeatureOptions{}, 1);
+  Initialiser initialiser({}, 1);
   std::optional<MapStart> start;
   std::string reason;
   for (const View& view : views) {
@@ -157,7 +154,7 @@ TEST(Initialiser, WaitsForParallaxAndHandsTheViewsBetweenOn) {
 }
 
 TEST(Initialiser, NamesTheLackOfFeatures) {
-  Initialiser initialiser({}, FeatureOptions{}, 1);
+  Initialiser initialiser({}, 1);
   std::string reason;
   EXPECT_FALSE(initialiser.Add(MakeView(SmallCamera(), {{1, 1}}), reason).has_value());
   EXPECT_EQ(reason, "1 features, 100 needed");

@@ -231,7 +231,7 @@ TEST(Tracker, ReportsItsStageTimes) {
   const std::unique_ptr<Tracker> tracker = CreateTracker({}, &times);
   static_cast<void>(tracker->Track(BlackFrame(0)));
   ASSERT_FALSE(times.Snapshot().empty());
-  EXPECT_EQ(times.Snapshot()[0].stage, "tracking/features");
+  EXPECT_EQ(times.Snapshot()[0].stage, "tracking/octaves");
 }
 
 }  // namespace

@@ -5,10 +5,12 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 
+#include "tracking/dense_bundle.h"
 #include "tracking/map.h"
 #include "tracking/pose_optimisation.h"
 
@@ -115,12 +117,9 @@ double RobustCost(const BundleProblem& problem) {
   return cost;
 }
 
-ceres::Solver::Options SolverOptions(const BundleProblem& problem, int num_steps) {
+ceres::Solver::Options SolverOptions(int num_steps) {
   ceres::Solver::Options options;
-  // Up to here a dense matrix of the views is cheaper than looking for its zeros.
-  constexpr std::size_t kMaxDenseViews = 60;
-  options.linear_solver_type =
-      problem.T_cam_world.size() <= kMaxDenseViews ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  options.linear_solver_type = ceres::SPARSE_SCHUR;
   options.max_num_iterations = num_steps;
   options.num_threads = 1;  // sums in one order: same input, same bytes out
   options.logging_type = ceres::SILENT;
@@ -131,6 +130,12 @@ ceres::Solver::Options SolverOptions(const BundleProblem& problem, int num_steps
 // One stage: moves the problem's poses and points, over the observations that are no outliers.
 void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool robust,
               int num_steps) {
+  // Up to here a dense matrix of the views is cheaper than looking for its zeros.
+  constexpr std::ptrdiff_t kMaxDenseViews = 40;
+  if (std::count(problem.is_fixed.begin(), problem.is_fixed.end(), 0) <= kMaxDenseViews) {
+    MinimiseDensely(problem, is_outlier, robust, num_steps);
+    return;
+  }
   std::vector<PoseBlock> poses;
   for (const Pose& pose : problem.T_cam_world) poses.push_back(ToBlock(pose));
   ceres::HuberLoss loss(std::sqrt(kChi2TwoDof));
@@ -156,7 +161,7 @@ void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool 
     is_used[observation.point] = 1;
   }
   if (ceres_problem.NumResidualBlocks() == 0) return;
-  ceres::Solver::Options options = SolverOptions(problem, num_steps);
+  ceres::Solver::Options options = SolverOptions(num_steps);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &ceres_problem, &summary);
@@ -188,7 +193,9 @@ std::vector<char> FindBehind(const BundleProblem& problem) {
 BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options) {
   BundleReport report;
   report.initial_cost = RobustCost(problem);
-  Minimise(problem, FindBehind(problem), true, options.num_robust_steps);
+  if (options.num_robust_steps > 0) {
+    Minimise(problem, FindBehind(problem), true, options.num_robust_steps);
+  }
   if (options.num_steps > 0) Minimise(problem, FindOutliers(problem), false, options.num_steps);
   report.is_outlier = FindOutliers(problem);
   report.final_cost = RobustCost(problem);

@@ -79,8 +79,7 @@ PoseResult RefinePose(const Map& map, View& view) {
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i]) continue;
     const Feature& feature = view.features[i];
-    measurements.push_back(
-        {map.point(*view.points[i]).p_world, feature.pixel, map.scales().Scale(feature.level)});
+    measurements.push_back({map.point(*view.points[i]).p_world, feature.pixel, feature.sigma_px});
     features.push_back(i);
   }
   if (measurements.size() < 4) {

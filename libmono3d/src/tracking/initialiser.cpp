@@ -79,8 +79,7 @@ std::optional<TwoViewStart> Initialiser::Try(std::size_t first, const View& view
         duration_s > 0 ? (middle.frame.timestamp_s - a.frame.timestamp_s) / duration_s : 0.5;
     between.push_back({&middle, progress, Match(a, middle)});
   }
-  std::optional<TwoViewStart> motion =
-      ChooseMotion(attempt.candidates, a, view, between, camera, scales_);
+  std::optional<TwoViewStart> motion = ChooseMotion(attempt.candidates, a, view, between, camera);
   if (!motion) reason = "two motions explain the views equally well";
   return motion;
 }

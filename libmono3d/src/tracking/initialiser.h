@@ -24,8 +24,7 @@ struct MapStart {
 // the most parallax.
 class Initialiser {
  public:
-  Initialiser(const InitialisationOptions& options, const FeatureOptions& features, int seed)
-      : options_(options), scales_(features), seed_(seed) {}
+  Initialiser(const InitialisationOptions& options, int seed) : options_(options), seed_(seed) {}
 
   // The start that the view makes possible, or nothing and a `reason`.
   std::optional<MapStart> Add(View view, std::string& reason);
@@ -36,7 +35,6 @@ class Initialiser {
   void Keep(View view);
 
   InitialisationOptions options_;
-  PyramidScales scales_;
   int seed_;
   std::vector<View> views_;  // by time
 };

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "mono3d/geometry/triangulation.h"
 #include "tracking/bundle_adjustment.h"
+#include "tracking/direct_tracking.h"
 #include "tracking/point_creation.h"
 
 namespace mono3d::tracking {
@@ -47,8 +49,7 @@ MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
         if (!view) continue;
         const Feature& feature =
             map.keyframe(observation.keyframe).view.features[observation.feature];
-        bundle.problem.observations.push_back(
-            {*view, index, feature.pixel, map.scales().Scale(feature.level)});
+        bundle.problem.observations.push_back({*view, index, feature.pixel, feature.sigma_px});
         bundle.observations.push_back(observation);
       }
     }
@@ -71,7 +72,7 @@ void Apply(const MapBundle& bundle, const BundleReport& report, Map& map) {
     map.RemoveObservation(point, bundle.observations[i]);
   }
   for (const PointId point : bundle.points) {
-    if (map.point(point).alive) map.UpdatePoint(point);
+    if (map.point(point).alive) map.UpdateGeometry(point);
   }
 }
 
@@ -122,6 +123,7 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
   {
     const ScopedStageTimer timer(times, "tracking/point_creation");
     CullPoints(map);
+    RenewPatches(map, keyframe);
     CreatePoints(map, keyframe, options);
     FusePoints(map, keyframe, options);
   }
@@ -131,6 +133,28 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
   }
   const ScopedStageTimer timer(times, "tracking/keyframe_culling");
   CullKeyframes(map, keyframe, options);
+  // Images are for new points and patches, which only the newest keyframes get.
+  constexpr KeyframeId kNumWithImages = 20;
+  if (keyframe >= kNumWithImages) map.keyframe(keyframe - kNumWithImages).view.octaves = {};
+}
+
+void RenewPatches(Map& map, KeyframeId keyframe) {
+  constexpr double kMinCosine = 0.985;  // 10 degrees: beyond, the slant of the surface tells
+  constexpr double kMaxScale = 1.3;
+  const View& view = map.keyframe(keyframe).view;
+  const Eigen::Vector3d centre = view.Centre();
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (!view.points[i]) continue;
+    const MapPoint& point = map.point(*view.points[i]);
+    if (point.patch) {
+      const Eigen::Vector3d from = map.T_cam_world(point.patch_keyframe).Inverse().translation();
+      const double before = (from - point.p_world).norm();
+      const double now = (centre - point.p_world).norm();
+      const bool is_near = CosParallax(point.p_world, from, centre) > kMinCosine;
+      if (is_near && now < kMaxScale * before && before < kMaxScale * now) continue;
+    }
+    TakePatchOf(map, *view.points[i], keyframe, view.features[i]);
+  }
 }
 
 void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {

@@ -24,6 +24,10 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
 // Bundle adjustment of everything; only the first keyframe stays.
 void AdjustAll(Map& map);
 
+// Points that the keyframe sees otherwise than their patch shows them, from more than 10 degrees
+// aside or at another scale, get their patch from it.
+void RenewPatches(Map& map, KeyframeId keyframe);
+
 // Points that were rarely found, or that too few keyframes came to see, go.
 void CullPoints(Map& map);
 

@@ -4,6 +4,8 @@
 #include "tracking/map.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <utility>
 
 namespace mono3d::tracking {
@@ -39,6 +41,13 @@ void Map::AddObservation(PointId point, const Observation& observation) {
   });
   observations.insert(at, observation);
   keyframes_[observation.keyframe].view.points[observation.feature] = point;
+}
+
+void Map::AddObservation(PointId point, KeyframeId keyframe, const Feature& feature) {
+  View& view = keyframes_[keyframe].view;
+  view.features.push_back(feature);
+  view.points.emplace_back();
+  AddObservation(point, {keyframe, view.features.size() - 1});
 }
 
 void Map::RemoveObservation(PointId point, const Observation& observation) {
@@ -82,6 +91,7 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
     if (points_[*point].alive) UpdatePoint(*point);
   }
   keyframe.view.features = {};
+  keyframe.view.octaves = {};
   keyframe.view.grid = {};
   keyframe.view.points = {};
 }
@@ -89,14 +99,25 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
 void Map::UpdatePoint(PointId id) {
   MapPoint& point = points_[id];
   if (point.observations.empty()) return;
-  std::vector<Descriptor> descriptors;
+  // The newest ones: how the point looks from where the camera is.
+  constexpr std::size_t kMaxDescriptors = 8;
+  std::array<Descriptor, kMaxDescriptors> descriptors;
+  const std::size_t count = std::min(kMaxDescriptors, point.observations.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Observation& seen = point.observations[point.observations.size() - count + i];
+    descriptors[i] = keyframes_[seen.keyframe].view.features[seen.feature].descriptor;
+  }
+  point.descriptor = descriptors[MostTypical(std::span(descriptors).first(count))];
+  UpdateGeometry(id);
+}
+
+void Map::UpdateGeometry(PointId id) {
+  MapPoint& point = points_[id];
+  if (point.observations.empty()) return;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Observation& observation : point.observations) {
-    const View& view = keyframes_[observation.keyframe].view;
-    descriptors.push_back(view.features[observation.feature].descriptor);
-    sum += (view.Centre() - point.p_world).normalized();
+    sum += (keyframes_[observation.keyframe].view.Centre() - point.p_world).normalized();
   }
-  point.descriptor = descriptors[MostTypical(descriptors)];
   point.towards_cameras = sum.normalized();
   // The scale as the newest keyframe sees it.
   const Observation& newest = point.observations.back();

@@ -13,6 +13,8 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "tracking/features.h"
+#include "tracking/octaves.h"
+#include "tracking/patch_alignment.h"
 
 namespace mono3d::tracking {
 
@@ -29,6 +31,7 @@ struct View {
   Frame frame;
   std::vector<Feature> features;
   FeatureGrid grid;
+  Octaves octaves;                             // empty where they are no longer needed
   std::vector<std::optional<PointId>> points;  // of each feature
   Pose T_cam_world;
 
@@ -48,6 +51,8 @@ struct MapPoint {
   KeyframeId created_at = 0;              // the newest keyframe at that time
   int num_predicted = 1;                  // times it should have been seen
   int num_found = 1;                      // times it was
+  std::optional<Patch> patch;             // how it looks
+  KeyframeId patch_keyframe = 0;          // from where
   // What follows from the observations:
   Descriptor descriptor{};                                    // the most typical one
   Eigen::Vector3d towards_cameras = Eigen::Vector3d::Zero();  // mean direction, unit length
@@ -92,6 +97,8 @@ class Map {
   PointId AddPoint(const Eigen::Vector3d& p_world);
   // The feature must not have a point yet, nor the keyframe see the point.
   void AddObservation(PointId point, const Observation& observation);
+  // The same with a new feature of that keyframe.
+  void AddObservation(PointId point, KeyframeId keyframe, const Feature& feature);
   // A point with fewer than two observations left goes.
   void RemoveObservation(PointId point, const Observation& observation);
   void RemovePoint(PointId point);
@@ -102,6 +109,8 @@ class Map {
 
   // Renews what follows from the observations of a point.
   void UpdatePoint(PointId point);
+  // The same where nothing but poses and the point's position have changed.
+  void UpdateGeometry(PointId point);
   std::optional<std::size_t> FeatureOf(PointId point, KeyframeId keyframe) const;
 
   // Keyframes that share points with `keyframe`, most shared points first.

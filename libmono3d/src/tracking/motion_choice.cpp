@@ -20,7 +20,7 @@ constexpr double kClearCost = 0.9;
 // Adds a view between to the problem, at the pose that suits the points best.
 void AddBetween(const BetweenView& between, const TwoViewStart& start,
                 const std::vector<std::optional<std::size_t>>& point_of_feature,
-                const PyramidScales& scales, BundleProblem& problem) {
+                BundleProblem& problem) {
   const std::size_t view = problem.T_cam_world.size();
   std::vector<PointMeasurement> measurements;
   std::vector<BundleObservation> observations;
@@ -28,9 +28,8 @@ void AddBetween(const BetweenView& between, const TwoViewStart& start,
     const std::optional<std::size_t> point = point_of_feature[match.feature_a];
     if (!point) continue;
     const Feature& feature = between.view->features[match.feature_b];
-    const double sigma_px = scales.Scale(feature.level);
-    measurements.push_back({start.p_a[*point], feature.pixel, sigma_px});
-    observations.push_back({view, *point, feature.pixel, sigma_px});
+    measurements.push_back({start.p_a[*point], feature.pixel, feature.sigma_px});
+    observations.push_back({view, *point, feature.pixel, feature.sigma_px});
   }
   constexpr std::size_t kMinMeasurements = 20;
   if (measurements.size() < kMinMeasurements) return;
@@ -43,7 +42,7 @@ void AddBetween(const BetweenView& between, const TwoViewStart& start,
 // Mean robust error over the measurements; infinite where the views between add nothing.
 double MeanCost(const TwoViewStart& start, const View& a, const View& b,
                 const std::vector<BetweenView>& between, std::size_t num_points,
-                const CameraModel& camera, const PyramidScales& scales) {
+                const CameraModel& camera) {
   BundleProblem problem;
   problem.camera = camera;
   problem.T_cam_world = {Pose(), start.T_b_a};
@@ -53,12 +52,12 @@ double MeanCost(const TwoViewStart& start, const View& a, const View& b,
   for (std::size_t i = 0; i < start.matches.size(); ++i) {
     const Feature& in_a = a.features[start.matches[i].feature_a];
     const Feature& in_b = b.features[start.matches[i].feature_b];
-    problem.observations.push_back({0, i, in_a.pixel, scales.Scale(in_a.level)});
-    problem.observations.push_back({1, i, in_b.pixel, scales.Scale(in_b.level)});
+    problem.observations.push_back({0, i, in_a.pixel, in_a.sigma_px});
+    problem.observations.push_back({1, i, in_b.pixel, in_b.sigma_px});
     point_of_feature[start.matches[i].feature_a] = i;
   }
   for (const BetweenView& view : between) {
-    AddBetween(view, start, point_of_feature, scales, problem);
+    AddBetween(view, start, point_of_feature, problem);
   }
   if (problem.T_cam_world.size() < 3) return HUGE_VAL;
   constexpr int kSteps = 15;
@@ -75,15 +74,14 @@ double MeanCost(const TwoViewStart& start, const View& a, const View& b,
 
 std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
-                                         const CameraModel& camera, const PyramidScales& scales) {
+                                         const CameraModel& camera) {
   if (candidates.empty()) return std::nullopt;
   if (candidates.size() == 1) return candidates.front();
   std::size_t best = 0;
   double best_cost = HUGE_VAL;
   double second_cost = HUGE_VAL;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const double cost =
-        MeanCost(candidates[i], a, b, between, candidates[0].p_a.size(), camera, scales);
+    const double cost = MeanCost(candidates[i], a, b, between, candidates[0].p_a.size(), camera);
     if (cost < best_cost) {
       second_cost = best_cost;
       best_cost = cost;

@@ -21,6 +21,6 @@ struct BetweenView {
 // (bundle adjustment) and must leave clearly less error than the others. Nothing when none does.
 std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
-                                         const CameraModel& camera, const PyramidScales& scales);
+                                         const CameraModel& camera);
 
 }  // namespace mono3d::tracking

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
+#include "tracking/direct_tracking.h"
 #include "tracking/keyframe_insertion.h"
 #include "tracking/local_mapping.h"
 
@@ -24,6 +25,21 @@ TrackingResult NotInitialised(std::string reason) {
   return result;
 }
 
+// Gives a point of the start its patch from the first view and its position in the second to a
+// fraction of a pixel.
+void Sharpen(Map& map, PointId point) {
+  const Observation in_a = map.point(point).observations.front();
+  const Observation in_b = map.point(point).observations.back();
+  Feature& a = map.keyframe(in_a.keyframe).view.features[in_a.feature];
+  Feature& b = map.keyframe(in_b.keyframe).view.features[in_b.feature];
+  if (!TakePatchOf(map, point, in_a.keyframe, a)) return;
+  const auto found = FindPatch(map, point, map.keyframe(in_b.keyframe).view, b.pixel);
+  if (!found) return;
+  b.pixel = found->pixel;
+  b.sigma_px = found->sigma_px;
+  a.sigma_px = found->sigma_px;
+}
+
 // The map of two views, bundle adjusted, with median depth 1.
 void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
   View a = start.first;
@@ -37,6 +53,7 @@ void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
     map.AddObservation(point, {id_a, start.motion.matches[i].feature_a});
     map.AddObservation(point, {id_b, start.motion.matches[i].feature_b});
     map.UpdatePoint(point);
+    Sharpen(map, point);
   }
   AdjustAll(map);
   const float median = Median(map.Depths(map.keyframe(id_a).view));
@@ -46,9 +63,7 @@ void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
 }  // namespace
 
 OrbTracker::OrbTracker(const TrackerOptions& options, StageTimes* times)
-    : options_(options),
-      times_(times),
-      initialiser_(options.initialisation, options.features, options.seed) {
+    : options_(options), times_(times), initialiser_(options.initialisation, options.seed) {
   options_.Validate();
 }
 
@@ -66,17 +81,32 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
 }
 
 View OrbTracker::MakeView(const Frame& frame) const {
-  const ScopedStageTimer timer(times_, "tracking/features");
+  const ScopedStageTimer timer(times_, "tracking/octaves");
   View view;
   view.frame = frame;
-  const int num_features = options_.features.num_features * (has_map_ ? 1 : 2);
-  view.features = ExtractFeatures(ToGrey(frame.bgr), options_.features, num_features);
-  view.grid = FeatureGrid(view.features, frame.camera.width, frame.camera.height);
-  view.points.assign(view.features.size(), std::nullopt);
+  view.octaves = BuildOctaves(ToGrey(frame.bgr));
   return view;
 }
 
+// Features all over the view, besides those that have a point already.
+void OrbTracker::AddFeatures(View& view) const {
+  const ScopedStageTimer timer(times_, "tracking/features");
+  std::vector<Feature> known;
+  std::vector<std::optional<PointId>> points;
+  for (std::size_t i = 0; i < view.features.size(); ++i) {
+    if (!view.points[i]) continue;
+    known.push_back(view.features[i]);
+    points.push_back(view.points[i]);
+  }
+  const int num_features = options_.features.num_features * (has_map_ ? 1 : 2);
+  view.features = ExtractFeatures(view.octaves[0], options_.features, num_features, known);
+  view.grid = FeatureGrid(view.features, view.frame.camera.width, view.frame.camera.height);
+  view.points = std::move(points);
+  view.points.resize(view.features.size());
+}
+
 TrackingResult OrbTracker::Initialise(View view) {
+  AddFeatures(view);
   const ScopedStageTimer timer(times_, "tracking/initialisation");
   std::string reason;
   std::optional<MapStart> start = initialiser_.Add(std::move(view), reason);
@@ -112,30 +142,59 @@ TrackingResult OrbTracker::Initialise(View view) {
 void OrbTracker::FindBetween(View view) {
   view.T_cam_world = PreviousPose();
   const View first = previous_ ? *previous_ : map().keyframe(0).view;
-  const PoseResult pose = TrackFromPrevious(map(), first, view);
+  PoseResult pose = TrackDirectly(map(), first, view);
   if (pose.num_inliers >= options_.min_inliers) Remember(std::move(view));
 }
 
-TrackingResult OrbTracker::Follow(View view) {
+// Directly where the prediction holds, else by features.
+PoseResult OrbTracker::FindPose(View& view) {
+  const ScopedStageTimer timer(times_, "tracking/frame_tracking");
+  // Fewer points than this share of the previous view's: the prediction was wrong.
+  constexpr double kMinKeptShare = 0.4;
   PoseResult pose;
-  {
-    const ScopedStageTimer timer(times_, "tracking/frame_tracking");
-    if (lost_since_s_) {
-      pose = Recover(view);
-    } else {
-      view.T_cam_world = PredictPose(view.frame.timestamp_s);
-      pose = TrackFromPrevious(map(), *previous_, view);
-      if (pose.num_inliers < 10) {
-        view.T_cam_world = PreviousPose();
-        pose = TrackFromKeyframe(map(), reference_, view);
-      }
-      if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
-      if (pose.num_inliers < options_.min_inliers) {
-        const PoseResult recovered = Recover(view);
-        if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
-      }
+  if (!lost_since_s_) {
+    view.T_cam_world = PredictPose(view.frame.timestamp_s);
+    pose = TrackDirectly(map(), *previous_, view);
+    const double num_previous = static_cast<double>(map().Depths(*previous_).size());
+    if (pose.num_inliers >= options_.min_inliers &&
+        pose.num_inliers >= kMinKeptShare * num_previous) {
+      return pose;
     }
   }
+  return FindPoseByFeatures(view);
+}
+
+PoseResult OrbTracker::FindPoseByFeatures(View& view) {
+  view.points.clear();
+  view.features.clear();
+  AddFeatures(view);
+  PoseResult pose;
+  if (lost_since_s_) {
+    pose = Recover(view);
+  } else {
+    view.T_cam_world = PredictPose(view.frame.timestamp_s);
+    pose = TrackFromPrevious(map(), *previous_, view);
+    if (pose.num_inliers < 10) {
+      view.T_cam_world = PreviousPose();
+      pose = TrackFromKeyframe(map(), reference_, view);
+    }
+    if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
+    if (pose.num_inliers < options_.min_inliers) {
+      const PoseResult recovered = Recover(view);
+      if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
+    }
+  }
+  if (pose.num_inliers < options_.min_inliers) return pose;
+  // The patches know better where the points are.
+  View sharpened = view;
+  const PoseResult by_patches = TrackPatches(map(), view, sharpened);
+  if (2 * by_patches.num_inliers < pose.num_inliers) return pose;
+  view = std::move(sharpened);
+  return by_patches;
+}
+
+TrackingResult OrbTracker::Follow(View view) {
+  const PoseResult pose = FindPose(view);
   if (pose.num_inliers < options_.min_inliers) {
     return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
   }
@@ -199,7 +258,7 @@ PoseResult OrbTracker::Recover(View& view) {
   return best;
 }
 
-bool OrbTracker::InsertIfNeeded(const View& view, const PoseResult& pose) {
+bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   InsertionEvidence evidence;
   const Pose T_newest = map().T_cam_world(newest_);
   evidence.T_current_last = view.T_cam_world * T_newest.Inverse();
@@ -208,10 +267,9 @@ bool OrbTracker::InsertIfNeeded(const View& view, const PoseResult& pose) {
   evidence.num_inliers = pose.num_inliers;
   constexpr std::size_t kYoung = 5;  // keyframes
   evidence.is_young = map().keyframes().size() < kYoung;
-  for (const std::optional<PointId>& point : map().keyframe(reference_).view.points) {
-    if (point && map().point(*point).observations.size() >= 3) ++evidence.num_reference_points;
-  }
+  evidence.num_reference_points = CountTrackable(map(), map().keyframe(reference_).view);
   if (!NeedsKeyframe(evidence, options_.insertion)) return false;
+  AddFeatures(view);
   newest_ = map().AddKeyframe(view, next_keyframe_id_++);
   MapKeyframeInto(map(), newest_, options_.mapping, times_);
   reference_ = newest_;

@@ -39,12 +39,15 @@ class OrbTracker final : public Tracker {
   };
 
   View MakeView(const Frame& frame) const;
+  void AddFeatures(View& view) const;
   TrackingResult Initialise(View view);
   void FindBetween(View view);
   TrackingResult Follow(View view);
+  PoseResult FindPose(View& view);
+  PoseResult FindPoseByFeatures(View& view);
   TrackingResult Lose(const View& view, const std::string& reason);
   PoseResult Recover(View& view);
-  bool InsertIfNeeded(const View& view, const PoseResult& pose);
+  bool InsertIfNeeded(View& view, const PoseResult& pose);
   void Remember(View view);
 
   Map& map() { return *maps_.back(); }

@@ -11,6 +11,7 @@
 #include "mono3d/geometry/fundamental.h"
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/image/keyframe.h"
+#include "tracking/direct_tracking.h"
 #include "tracking/matching.h"
 
 namespace mono3d::tracking {
@@ -28,6 +29,7 @@ struct Pair {
   Eigen::Matrix3d F;
   double near_su;  // depths in view of a at which points are searched for
   double far_su;
+  const FeatureGrid& free_b;  // the features of b without a point
 
   const View& view_a() const { return map.keyframe(a).view; }
   const View& view_b() const { return map.keyframe(b).view; }
@@ -35,7 +37,7 @@ struct Pair {
 
 bool Fits(const Map& map, const Eigen::Vector3d& p_cam, const Feature& feature) {
   const double error = (map.camera().Project(p_cam) - feature.pixel).squaredNorm();
-  return error <= kChi2TwoDof * map.scales().Variance(feature.level);
+  return error <= kChi2TwoDof * feature.sigma_px * feature.sigma_px;
 }
 
 // The feature of b along the epipolar line that looks most like feature `i` of a.
@@ -50,15 +52,15 @@ std::optional<std::size_t> SearchEpipolarLine(const Pair& pair, std::size_t i,
   const Eigen::Vector2d first = camera.Project(near_b);
   const Eigen::Vector2d last = camera.Project(far_b);
   // Squares of this half width, side by side along the line.
-  constexpr double kHalfWidth = 8;
+  constexpr double kHalfWidth = 16;
   const int num_squares = static_cast<int>(std::ceil((last - first).norm() / (2 * kHalfWidth))) + 1;
   constexpr int kMaxSquares = 100;  // a line longer than the image says that the depths are off
   if (num_squares > kMaxSquares) return std::nullopt;
   found.clear();
   for (int k = 0; k < num_squares; ++k) {
     const double share = num_squares == 1 ? 0.5 : static_cast<double>(k) / (num_squares - 1);
-    pair.view_b().grid.Find(first + share * (last - first), kHalfWidth, feature.level - 1,
-                            feature.level + 1, found);
+    pair.free_b.Find(first + share * (last - first), kHalfWidth, feature.level - 1,
+                     feature.level + 1, found);
   }
   std::optional<std::size_t> best;
   int best_distance = kCloseDistance + 1;
@@ -97,6 +99,25 @@ std::optional<Eigen::Vector3d> TriangulateChecked(const Pair& pair, const Featur
   return p_a;
 }
 
+// Gives the new point its patch from a and its position in b to a fraction of a pixel. Where the
+// images are there, a point that cannot be aligned is none.
+bool Sharpen(const Pair& pair, PointId point, std::size_t i, std::size_t j, const Pose& T_world_a) {
+  Map& map = pair.map;
+  Feature& in_a = map.keyframe(pair.a).view.features[i];
+  Feature& in_b = map.keyframe(pair.b).view.features[j];
+  if (pair.view_b().octaves.empty() || !TakePatchOf(map, point, pair.a, in_a)) return true;
+  const std::optional<Feature> found = FindPatch(map, point, pair.view_b(), in_b.pixel);
+  if (!found) return false;
+  const std::optional<Eigen::Vector3d> p_a = Triangulate(
+      map.camera().Unproject(in_a.pixel), map.camera().Unproject(found->pixel), pair.T_b_a);
+  if (!p_a) return false;
+  in_b.pixel = found->pixel;
+  in_b.sigma_px = found->sigma_px;
+  in_a.sigma_px = found->sigma_px;
+  map.point(point).p_world = T_world_a * *p_a;
+  return true;
+}
+
 int CreateWithNeighbour(const Pair& pair) {
   Map& map = pair.map;
   int num_created = 0;
@@ -113,7 +134,11 @@ int CreateWithNeighbour(const Pair& pair) {
     map.AddObservation(point, {pair.a, i});
     map.AddObservation(point, {pair.b, *j});
     map.UpdatePoint(point);
-    ++num_created;
+    if (Sharpen(pair, point, i, *j, T_world_a)) {
+      ++num_created;
+    } else {
+      map.RemovePoint(point);
+    }
   }
   return num_created;
 }
@@ -135,6 +160,13 @@ void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
     if (!Fits(map, view.T_cam_world * map.point(match.point).p_world, feature)) continue;
     const std::optional<PointId> present = view.points[match.feature];
     if (!present) {
+      Feature& sharpened = map.keyframe(target).view.features[match.feature];
+      if (const auto aligned = FindPatch(map, match.point, view, sharpened.pixel)) {
+        sharpened.pixel = aligned->pixel;
+        sharpened.sigma_px = aligned->sigma_px;
+      } else if (!view.octaves.empty()) {
+        continue;
+      }
       map.AddObservation(match.point, {target, match.feature});
       map.UpdatePoint(match.point);
       continue;
@@ -177,8 +209,10 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
     if (T_b_a.translation().norm() < options.min_baseline_share * median) continue;
     const Eigen::Matrix3d K = map.camera().Matrix();
     const Eigen::Matrix3d F = FundamentalFromMotion(T_b_a, K, K);
+    const FeatureGrid free_b(b.features, map.camera().width, map.camera().height,
+                             [&](std::size_t i) { return !b.points[i].has_value(); });
     num_created +=
-        CreateWithNeighbour({map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su});
+        CreateWithNeighbour({map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b});
   }
   return num_created;
 }

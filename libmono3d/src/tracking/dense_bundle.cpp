@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/dense_bundle.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <optional>
+
+#include "tracking/map.h"
+
+namespace mono3d::tracking {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+// An observation in use.
+struct Term {
+  Eigen::Vector2d pixel;
+  double inverse_sigma = 1;
+  std::size_t view = 0;
+  std::optional<std::size_t> free_view;  // position among the free ones
+};
+
+struct Camera {
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+};
+
+class DenseBundle {
+ public:
+  DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust);
+
+  void Minimise(int num_steps);
+
+ private:
+  static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
+  double Cost(const std::vector<Camera>& cameras, const std::vector<Eigen::Vector3d>& points) const;
+  void Linearise(const std::vector<Camera>& cameras);
+  void EliminatePoints(double damping);
+  bool Solve(double damping);
+  double Weight(double chi2) const;
+
+  BundleProblem& problem_;
+  bool robust_;
+  std::vector<Term> terms_;              // by point
+  std::vector<std::size_t> first_term_;  // of each point; one more than there are points
+  std::vector<std::size_t> free_views_;
+  // Of the linearised problem:
+  std::vector<Matrix6d> view_hessians_;
+  Eigen::VectorXd view_gradient_;
+  std::vector<Eigen::Matrix3d> point_hessians_;
+  std::vector<Eigen::Vector3d> point_gradients_;
+  std::vector<Matrix63d> mixed_;  // of each term of a free view
+  // Of the solution:
+  std::vector<Eigen::Matrix3d> point_inverses_;
+  Eigen::MatrixXd reduced_;
+  Eigen::VectorXd reduced_gradient_;
+  Eigen::VectorXd view_step_;
+  std::vector<Eigen::Vector3d> point_step_;
+};
+
+DenseBundle::DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust)
+    : problem_(problem), robust_(robust) {
+  std::vector<std::optional<std::size_t>> free_of(problem.T_cam_world.size());
+  for (std::size_t view = 0; view < free_of.size(); ++view) {
+    if (problem.is_fixed[view] != 0) continue;
+    free_of[view] = free_views_.size();
+    free_views_.push_back(view);
+  }
+  first_term_.assign(problem.p_world.size() + 1, 0);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (left_out[i] == 0) ++first_term_[problem.observations[i].point + 1];
+  }
+  for (std::size_t i = 1; i < first_term_.size(); ++i) first_term_[i] += first_term_[i - 1];
+  terms_.resize(first_term_.back());
+  std::vector<std::size_t> next(first_term_.begin(), first_term_.end() - 1);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (left_out[i] != 0) continue;
+    const BundleObservation& o = problem.observations[i];
+    terms_[next[o.point]++] = {o.pixel, 1 / o.sigma_px, o.view, free_of[o.view]};
+  }
+}
+
+std::vector<Camera> DenseBundle::Cameras(const std::vector<Pose>& poses) {
+  std::vector<Camera> cameras;
+  for (const Pose& T : poses) cameras.push_back({T.rotation().toRotationMatrix(), T.translation()});
+  return cameras;
+}
+
+double DenseBundle::Weight(double chi2) const {
+  return robust_ && chi2 > kChi2TwoDof ? std::sqrt(kChi2TwoDof / chi2) : 1;
+}
+
+// Infinite when a point is behind a camera.
+double DenseBundle::Cost(const std::vector<Camera>& cameras,
+                         const std::vector<Eigen::Vector3d>& points) const {
+  double cost = 0;
+  for (std::size_t point = 0; point < points.size(); ++point) {
+    for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {
+      const Term& term = terms_[k];
+      const Camera& camera = cameras[term.view];
+      const Eigen::Vector3d p_cam = camera.R * points[point] + camera.t;
+      if (p_cam.z() <= 0) return HUGE_VAL;
+      const double chi2 = (problem_.camera.Project(p_cam) - term.pixel).squaredNorm() *
+                          term.inverse_sigma * term.inverse_sigma;
+      cost +=
+          !robust_ || chi2 <= kChi2TwoDof ? chi2 : 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
+    }
+  }
+  return cost;
+}
+
+void DenseBundle::Linearise(const std::vector<Camera>& cameras) {
+  view_hessians_.assign(free_views_.size(), Matrix6d::Zero());
+  view_gradient_.setZero(static_cast<Eigen::Index>(6 * free_views_.size()));
+  point_hessians_.assign(problem_.p_world.size(), Eigen::Matrix3d::Zero());
+  point_gradients_.assign(problem_.p_world.size(), Eigen::Vector3d::Zero());
+  mixed_.resize(terms_.size());
+  const CameraModel& model = problem_.camera;
+  for (std::size_t point = 0; point < problem_.p_world.size(); ++point) {
+    for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {
+      const Term& term = terms_[k];
+      const Camera& camera = cameras[term.view];
+      const Eigen::Vector3d rotated = camera.R * problem_.p_world[point];
+      const Eigen::Vector3d p_cam = rotated + camera.t;
+      Eigen::Vector2d error = term.inverse_sigma * (term.pixel - model.Project(p_cam));
+      const double root_weight = std::sqrt(Weight(error.squaredNorm()));
+      error *= root_weight;
+      const double inverse_z = root_weight * term.inverse_sigma / p_cam.z();
+      Eigen::Matrix<double, 2, 3> by_p_cam;
+      by_p_cam << model.fx * inverse_z, 0, -model.fx * p_cam.x() / p_cam.z() * inverse_z,  //
+          0, model.fy * inverse_z, -model.fy * p_cam.y() / p_cam.z() * inverse_z;
+      const Eigen::Matrix<double, 2, 3> by_point = by_p_cam * camera.R;
+      point_hessians_[point].noalias() += by_point.transpose() * by_point;
+      point_gradients_[point].noalias() += by_point.transpose() * error;
+      if (!term.free_view) continue;
+      Eigen::Matrix3d cross;  // d (Exp(omega) r) / d omega = -[r]x
+      cross << 0, rotated.z(), -rotated.y(), -rotated.z(), 0, rotated.x(), rotated.y(),
+          -rotated.x(), 0;
+      Eigen::Matrix<double, 2, 6> by_view;
+      by_view.leftCols<3>().noalias() = by_p_cam * cross;
+      by_view.rightCols<3>() = by_p_cam;
+      view_hessians_[*term.free_view].noalias() += by_view.transpose() * by_view;
+      view_gradient_.segment<6>(static_cast<Eigen::Index>(6 * *term.free_view)).noalias() +=
+          by_view.transpose() * error;
+      mixed_[k].noalias() = by_view.transpose() * by_point;
+    }
+  }
+}
+
+void DenseBundle::EliminatePoints(double damping) {
+  const auto size = static_cast<Eigen::Index>(6 * free_views_.size());
+  reduced_.setZero(size, size);
+  reduced_gradient_ = view_gradient_;
+  point_inverses_.resize(point_hessians_.size());
+  for (std::size_t i = 0; i < free_views_.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(6 * i);
+    reduced_.block<6, 6>(at, at) = view_hessians_[i];
+    reduced_.block<6, 6>(at, at).diagonal() *= 1 + damping;
+  }
+  for (std::size_t point = 0; point < point_hessians_.size(); ++point) {
+    Eigen::Matrix3d hessian = point_hessians_[point];
+    hessian.diagonal() *= 1 + damping;
+    // Without parallax a point is free along its ray: a little damping holds it.
+    hessian.diagonal().array() += 1e-12 * hessian.trace() + 1e-30;
+    point_inverses_[point] = hessian.inverse();
+    for (std::size_t a = first_term_[point]; a < first_term_[point + 1]; ++a) {
+      if (!terms_[a].free_view) continue;
+      const auto row = static_cast<Eigen::Index>(6 * *terms_[a].free_view);
+      const Matrix63d weighted = mixed_[a] * point_inverses_[point];
+      reduced_gradient_.segment<6>(row).noalias() -= weighted * point_gradients_[point];
+      for (std::size_t b = first_term_[point]; b < first_term_[point + 1]; ++b) {
+        if (!terms_[b].free_view || *terms_[b].free_view > *terms_[a].free_view) continue;
+        const auto column = static_cast<Eigen::Index>(6 * *terms_[b].free_view);
+        reduced_.block<6, 6>(row, column).noalias() -= weighted * mixed_[b].transpose();
+      }
+    }
+  }
+}
+
+bool DenseBundle::Solve(double damping) {
+  EliminatePoints(damping);
+  const Eigen::LLT<Eigen::MatrixXd> factors(reduced_);  // reads the lower half
+  if (factors.info() != Eigen::Success) return false;
+  view_step_ = factors.solve(reduced_gradient_);
+  if (!view_step_.allFinite()) return false;
+  point_step_.resize(point_hessians_.size());
+  for (std::size_t point = 0; point < point_hessians_.size(); ++point) {
+    Eigen::Vector3d gradient = point_gradients_[point];
+    for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {
+      if (!terms_[k].free_view) continue;
+      const auto row = static_cast<Eigen::Index>(6 * *terms_[k].free_view);
+      gradient.noalias() -= mixed_[k].transpose() * view_step_.segment<6>(row);
+    }
+    point_step_[point].noalias() = point_inverses_[point] * gradient;
+  }
+  return true;
+}
+
+void DenseBundle::Minimise(int num_steps) {
+  constexpr double kConverged = 1e-4;  // share of the cost: more than the measurements carry
+  std::vector<Camera> cameras = Cameras(problem_.T_cam_world);
+  double cost = Cost(cameras, problem_.p_world);
+  double damping = 1e-5;
+  bool is_linearised = false;
+  for (int i = 0; i < num_steps; ++i) {
+    if (!is_linearised) Linearise(cameras);
+    is_linearised = true;
+    if (!Solve(damping)) {
+      damping = damping * 100 + 1e-4;
+      continue;
+    }
+    std::vector<Pose> poses = problem_.T_cam_world;
+    for (std::size_t k = 0; k < free_views_.size(); ++k) {
+      const Vector6d step = view_step_.segment<6>(static_cast<Eigen::Index>(6 * k));
+      Pose& T = poses[free_views_[k]];
+      T = Pose(RotationExp(step.head<3>()) * T.rotation(), T.translation() + step.tail<3>());
+    }
+    std::vector<Eigen::Vector3d> points = problem_.p_world;
+    for (std::size_t k = 0; k < points.size(); ++k) points[k] += point_step_[k];
+    std::vector<Camera> moved = Cameras(poses);
+    const double new_cost = Cost(moved, points);
+    if (!(new_cost < cost)) {
+      damping = damping * 100 + 1e-4;
+      continue;
+    }
+    const bool converged = cost - new_cost < kConverged * cost;
+    problem_.T_cam_world = std::move(poses);
+    problem_.p_world = std::move(points);
+    cameras = std::move(moved);
+    cost = new_cost;
+    damping *= 0.1;
+    is_linearised = false;
+    if (converged) return;
+  }
+}
+
+}  // namespace
+
+void MinimiseDensely(BundleProblem& problem, const std::vector<char>& left_out, bool robust,
+                     int num_steps) {
+  DenseBundle(problem, left_out, robust).Minimise(num_steps);
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/direct_tracking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tracking/image_alignment.h"
+#include "tracking/matching.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Correlation of a patch with itself seen from elsewhere stays above, with others rarely.
+constexpr double kMinCorrelation = 0.8;
+// px of the octave of alignment: noise of the image and of the bilinear interpolation.
+constexpr double kAlignedSigma = 0.3;
+
+struct Candidate {
+  PointId point = 0;
+  Eigen::Vector2d pixel;
+  int num_observations = 0;
+};
+
+// The points of the keyframes that see what `near` sees.
+std::vector<PointId> PointsAround(const Map& map, const View& near) {
+  constexpr std::size_t kMaxKeyframes = 15;
+  std::vector<PointId> points;
+  std::vector<char> is_listed(map.points().size(), 0);
+  const auto list = [&](const std::vector<std::optional<PointId>>& seen) {
+    for (const std::optional<PointId>& point : seen) {
+      if (!point || is_listed[*point] != 0 || !map.point(*point).alive) continue;
+      is_listed[*point] = 1;
+      points.push_back(*point);
+    }
+  };
+  list(near.points);
+  const std::vector<Covisible> seeing = map.KeyframesSeeing(near.points);
+  for (std::size_t i = 0; i < std::min(seeing.size(), kMaxKeyframes); ++i) {
+    list(map.keyframe(seeing[i].keyframe).view.points);
+  }
+  return points;
+}
+
+// The cells of which each gives one point.
+class Cells {
+ public:
+  explicit Cells(const CameraModel& camera)
+      : num_columns_(camera.width / kCell + 1), num_rows_(camera.height / kCell + 1) {}
+  std::size_t size() const {
+    return static_cast<std::size_t>(num_columns_) * static_cast<std::size_t>(num_rows_);
+  }
+  std::size_t Index(const Eigen::Vector2d& pixel) const {
+    return static_cast<std::size_t>(static_cast<int>(pixel.y()) / kCell * num_columns_ +
+                                    static_cast<int>(pixel.x()) / kCell);
+  }
+
+ private:
+  static constexpr int kCell = 24;  // px: about 600 in an image of 768 x 448
+  int num_columns_;
+  int num_rows_;
+};
+
+std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
+  std::vector<SeenPoint> seen;
+  for (std::size_t i = 0; i < previous.points.size(); ++i) {
+    const std::optional<PointId>& point = previous.points[i];
+    if (!point || !map.point(*point).alive) continue;
+    const Eigen::Vector3d p_cam = previous.T_cam_world * map.point(*point).p_world;
+    if (p_cam.z() > 0) seen.push_back({map.camera().Project(p_cam), p_cam});
+  }
+  return seen;
+}
+
+}  // namespace
+
+bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& feature) {
+  const View& view = map.keyframe(keyframe).view;
+  if (view.octaves.empty()) return false;
+  constexpr double kCoarse = 2;
+  const int octave = map.scales().Scale(feature.level) >= kCoarse ? 1 : 0;
+  std::optional<Patch> patch = TakePatch(view.octaves, feature.pixel, octave);
+  if (!patch) return false;
+  MapPoint& point = map.point(id);
+  point.patch = *std::move(patch);
+  point.patch_keyframe = keyframe;
+  return true;
+}
+
+std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,
+                                 const Eigen::Vector2d& start_px) {
+  const MapPoint& point = map.point(id);
+  if (!point.patch || view.octaves.empty()) return std::nullopt;
+  const Pose T_patch_world = map.T_cam_world(point.patch_keyframe);
+  const Eigen::Vector3d p_patch = T_patch_world * point.p_world;
+  if (p_patch.z() <= 0) return std::nullopt;
+  const std::optional<Eigen::Matrix2d> warp = PatchWarp(
+      map.camera(), view.T_cam_world * T_patch_world.Inverse(), point.patch->pixel, p_patch.z());
+  if (!warp) return std::nullopt;
+  const std::optional<PatchPosition> found =
+      AlignPatch(*point.patch, *warp, view.octaves, start_px);
+  if (!found || found->correlation < kMinCorrelation) return std::nullopt;
+  const Observation& newest = point.observations.back();
+  Feature feature;
+  feature.pixel = found->pixel;
+  feature.level =
+      map.scales().Nearest((view.T_cam_world * point.p_world).norm(), point.max_distance);
+  feature.angle_deg = map.keyframe(newest.keyframe).view.features[newest.feature].angle_deg;
+  feature.descriptor = point.descriptor;
+  feature.sigma_px = kAlignedSigma * std::ldexp(1.0, found->octave);
+  return feature;
+}
+
+PoseResult TrackDirectly(Map& map, const View& previous, View& view) {
+  const Pose T_view_previous = view.T_cam_world * previous.T_cam_world.Inverse();
+  view.T_cam_world = AlignImages(map.camera(), previous.octaves, SeenPoints(map, previous),
+                                 view.octaves, T_view_previous) *
+                     previous.T_cam_world;
+  return TrackPatches(map, previous, view);
+}
+
+int CountTrackable(const Map& map, const View& view) {
+  constexpr std::size_t kMinObservations = 3;
+  const Cells cells(map.camera());
+  std::vector<char> is_filled(cells.size(), 0);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (!view.points[i] || !map.camera().Contains(view.features[i].pixel)) continue;
+    if (map.point(*view.points[i]).observations.size() < kMinObservations) continue;
+    is_filled[cells.Index(view.features[i].pixel)] = 1;
+  }
+  return static_cast<int>(std::count(is_filled.begin(), is_filled.end(), 1));
+}
+
+PoseResult TrackPatches(Map& map, const View& near, View& view) {
+  const Cells cells(map.camera());
+  std::vector<std::vector<Candidate>> candidates(cells.size());
+  for (const PointId point : PointsAround(map, near)) {
+    if (!map.point(point).patch) continue;
+    const std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
+    if (!at) continue;
+    candidates[cells.Index(at->pixel)].push_back(
+        {point, at->pixel, static_cast<int>(map.point(point).observations.size())});
+  }
+  std::vector<Feature> features;
+  std::vector<std::optional<PointId>> points;
+  for (std::vector<Candidate>& cell : candidates) {
+    // Those that most keyframes see first.
+    std::stable_sort(cell.begin(), cell.end(), [](const Candidate& a, const Candidate& b) {
+      return a.num_observations > b.num_observations;
+    });
+    constexpr std::size_t kMaxTries = 3;
+    for (std::size_t i = 0; i < std::min(cell.size(), kMaxTries); ++i) {
+      ++map.point(cell[i].point).num_predicted;
+      const std::optional<Feature> found = FindPatch(map, cell[i].point, view, cell[i].pixel);
+      if (!found) continue;
+      features.push_back(*found);
+      points.emplace_back(cell[i].point);
+      break;
+    }
+  }
+  view.features = std::move(features);
+  view.points = std::move(points);
+  view.grid = FeatureGrid(view.features, map.camera().width, map.camera().height);
+  const PoseResult result = RefinePose(map, view);
+  for (const std::optional<PointId>& point : view.points) {
+    if (point) ++map.point(*point).num_found;
+  }
+  return result;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/image_alignment.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tracking/pose_optimisation.h"
+
+namespace mono3d::tracking {
+namespace {
+
+constexpr int kSide = 4;
+constexpr int kNumPixels = kSide * kSide;
+constexpr float kFirst = -1.5F;  // of the patch's rows and columns about the point
+constexpr int kFinestOctave = 1;
+// Six for the motion, then contrast and brightness.
+using Vector8f = Eigen::Matrix<float, 8, 1>;
+using Matrix8f = Eigen::Matrix<float, 8, 8>;
+
+// The surroundings of a point in image a, and how they change with the unknowns.
+struct Surroundings {
+  Eigen::Vector3d p_a;
+  std::array<float, kNumPixels> grey{};
+  std::array<Vector8f, kNumPixels> jacobian;
+};
+
+bool Contains(const cv::Mat& image, const Eigen::Vector2f& at) {
+  constexpr float kMargin = 3;  // half a patch and the gradient
+  return at.x() >= kMargin && at.y() >= kMargin &&
+         at.x() < static_cast<float>(image.cols) - kMargin - 1 &&
+         at.y() < static_cast<float>(image.rows) - kMargin - 1;
+}
+
+std::vector<Surroundings> Prepare(const CameraModel& camera, const cv::Mat& image, float shrink,
+                                  std::span<const SeenPoint> points) {
+  std::vector<Surroundings> all;
+  all.reserve(points.size());
+  for (const SeenPoint& point : points) {
+    const Eigen::Vector2f at = shrink * point.pixel_a.cast<float>();
+    if (!Contains(image, at)) continue;
+    Surroundings& seen = all.emplace_back();
+    seen.p_a = point.p_a;
+    const Eigen::Matrix<float, 2, 6> by_motion =
+        shrink * ProjectionJacobian(camera, point.p_a, point.p_a).cast<float>();
+    for (int i = 0; i < kNumPixels; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const float x = at.x() + kFirst + static_cast<float>(i % kSide);
+      const float y = at.y() + kFirst + static_cast<float>(i / kSide);
+      seen.grey[k] = Interpolate(image, x, y);
+      const Eigen::RowVector2f gradient(
+          0.5F * (Interpolate(image, x + 1, y) - Interpolate(image, x - 1, y)),
+          0.5F * (Interpolate(image, x, y + 1) - Interpolate(image, x, y - 1)));
+      seen.jacobian[k].head<6>().noalias() = (gradient * by_motion).transpose();
+      seen.jacobian[k][6] = seen.grey[k];
+      seen.jacobian[k][7] = 1;
+    }
+  }
+  return all;
+}
+
+struct Estimate {
+  Pose T_b_a;
+  float contrast = 0;  // b = (1 + contrast) a + brightness
+  float brightness = 0;
+};
+
+struct Normal {
+  Matrix8f hessian = Matrix8f::Zero();
+  Vector8f gradient = Vector8f::Zero();
+  double cost = 0;  // mean over the pixels in view
+  int num_pixels = 0;
+};
+
+Normal Linearise(const CameraModel& camera, const cv::Mat& image, float shrink,
+                 const std::vector<Surroundings>& all, const Estimate& estimate) {
+  constexpr float kHuber = 10;  // grey values: noise and slant stay below, occlusion does not
+  Normal normal;
+  for (const Surroundings& seen : all) {
+    const Eigen::Vector3d p_b = estimate.T_b_a * seen.p_a;
+    if (p_b.z() <= 0) continue;
+    const Eigen::Vector2f at = shrink * camera.Project(p_b).cast<float>();
+    if (!Contains(image, at)) continue;
+    for (int i = 0; i < kNumPixels; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const float found = Interpolate(image, at.x() + kFirst + static_cast<float>(i % kSide),
+                                      at.y() + kFirst + static_cast<float>(i / kSide));
+      const float error = found - (1 + estimate.contrast) * seen.grey[k] - estimate.brightness;
+      const float size = std::abs(error);
+      const float weight = size <= kHuber ? 1 : kHuber / size;
+      normal.cost += size <= kHuber ? 0.5F * error * error : kHuber * (size - 0.5F * kHuber);
+      const Vector8f& J = seen.jacobian[k];
+      for (int column = 0; column < 8; ++column) {
+        normal.hessian.col(column) += (weight * J[column]) * J;
+      }
+      normal.gradient += (weight * error) * J;
+    }
+    normal.num_pixels += kNumPixels;
+  }
+  if (normal.num_pixels > 0) normal.cost /= normal.num_pixels;
+  return normal;
+}
+
+// The unknowns of image a are moved (inverse compositional), so the motion takes the inverse step.
+Estimate Moved(const Estimate& estimate, const Vector8f& step) {
+  const Eigen::Matrix<double, 8, 1> s = step.cast<double>();
+  const Pose a_moved(RotationExp(s.head<3>()), s.segment<3>(3));
+  return {estimate.T_b_a * a_moved.Inverse(), estimate.contrast + step[6],
+          estimate.brightness + step[7]};
+}
+
+void AlignOctave(const CameraModel& camera, const cv::Mat& image, float shrink,
+                 const std::vector<Surroundings>& all, Estimate& estimate) {
+  constexpr int kMaxSteps = 10;
+  constexpr int kMinPoints = 10;
+  constexpr double kConverged = 1e-3;  // share of the cost
+  Normal normal = Linearise(camera, image, shrink, all, estimate);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (normal.num_pixels < kMinPoints * kNumPixels) return;
+    Matrix8f hessian = normal.hessian;
+    hessian.diagonal() *= 1 + 1e-4F;
+    Vector8f step =
+        hessian.cast<double>().ldlt().solve(normal.gradient.cast<double>()).cast<float>();
+    if (!step.allFinite()) return;
+    const Estimate moved = Moved(estimate, step);
+    Normal next = Linearise(camera, image, shrink, all, moved);
+    if (!(next.cost < normal.cost)) return;
+    const bool converged = normal.cost - next.cost < kConverged * normal.cost;
+    estimate = moved;
+    normal = next;
+    if (converged) return;
+  }
+}
+
+}  // namespace
+
+Pose AlignImages(const CameraModel& camera, const Octaves& a, std::span<const SeenPoint> points,
+                 const Octaves& b, const Pose& T_b_a) {
+  Estimate estimate{T_b_a, 0, 0};
+  const auto num_octaves = static_cast<int>(std::min(a.size(), b.size()));
+  for (int octave = num_octaves - 1; octave >= std::min(kFinestOctave, num_octaves - 1); --octave) {
+    const auto index = static_cast<std::size_t>(octave);
+    const float shrink = std::ldexp(1.0F, -octave);
+    AlignOctave(camera, b[index], shrink, Prepare(camera, a[index], shrink, points), estimate);
+  }
+  return estimate.T_b_a;
+}
+
+}  // namespace mono3d::tracking
