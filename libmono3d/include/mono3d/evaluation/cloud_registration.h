@@ -53,11 +53,11 @@ struct CloudRegistration {
 // `S_truth_estimate`: each point of the estimate is drawn to the plane through its nearest
 // neighbour in the truth. RegisterCloudRigidly keeps the start's scale (6 motions), RegisterCloud
 // finds it as well (7). First with an eighth of the points, then with all that take part. The
-// overlap may be partial, down to a quarter of the estimate: pairs much further apart than the
-// closer ones do not count, and residuals beyond 4.685 robust sigmas weigh nothing (Tukey's
-// weights). The same input gives the same result. Normals of the truth are fitted when it has none;
-// those of the estimate are used when they are there. Throws Error when a cloud is empty, holds a
-// coordinate that is not finite, lists of differing lengths or, the truth, fewer than three points.
+// overlap may be partial: pairs much further apart than the closer ones do not count, and the
+// weight of the others falls to 0 at that limit (Tukey's weights). The same input gives the same
+// result. Normals of the truth are fitted when it has none; those of the estimate are used when
+// they are there. Throws Error when a cloud is empty, holds a coordinate that is not finite, lists
+// of differing lengths or, the truth, fewer than three points.
 CloudRegistration RegisterCloudRigidly(const PointCloud& estimate, const PointCloud& truth,
                                        const Similarity& S_truth_estimate,
                                        const CloudRegistrationOptions& options = {});
