@@ -3,15 +3,14 @@
 
 #include "synthetic/render.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <optional>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/image/undistorter.h"
 #include "synthetic/lens.h"
+#include "synthetic/pixel_shader.h"
 #include "synthetic/shading.h"
 #include "synthetic/shutter.h"
 
@@ -19,111 +18,6 @@ namespace mono3d::synthetic {
 namespace {
 
 using Eigen::Vector3f;
-
-// Samples of one pixel that see the same piece of surface, under the same light. It is shaded once,
-// in their middle: detail finer than a pixel is not drawn anyway.
-struct SurfacePatch {
-  Ray ray;  // sums over the samples, by weight
-  Hit hit;
-  Hit first;
-  float reach_m = 0;  // samples beyond it from the first one belong to another patch
-  bool is_sunlit = false;
-  float weight = 0;
-};
-
-constexpr float kSameNormal = 0.95F;  // cosine: 18 degrees
-// How far the samples of a patch may be apart in footprints of a pixel. A surface that is seen
-// under less than some 25 degrees is more than that long within a pixel and gets several patches.
-constexpr float kReach = 1.25F;
-constexpr float kSteepest = 0.1F;         // sine of the angle below which footprints grow no more
-constexpr float kShadowOffset_m = 2e-3F;  // see shading.cpp
-
-bool IsSunlit(const Scene& scene, const Hit& hit, float t_s) {
-  const Vector3f& to_sun = scene.light().to_sun;
-  return hit.normal.dot(to_sun) > 0 &&
-         !scene.IsOccluded({hit.p + kShadowOffset_m * hit.normal, to_sun, t_s});
-}
-
-class PixelShader {
- public:
-  PixelShader(const Scene& scene, float pixel_width) : scene_(scene), pixel_width_(pixel_width) {}
-
-  void Add(const Ray& ray, float weight) {
-    const std::optional<Hit> hit = scene_.Intersect(ray);
-    if (!hit) {
-      sum_ += weight * SkyRadiance(scene_.light(), ray.direction.normalized());
-      return;
-    }
-    const bool is_sunlit = IsSunlit(scene_, *hit, ray.time_s);
-    SurfacePatch* patch = Find(*hit, is_sunlit);
-    if (patch == nullptr) patch = Open(ray, *hit, is_sunlit);
-    patch->weight += weight;
-    patch->ray.origin += weight * ray.origin;
-    patch->ray.direction += weight * ray.direction;
-    patch->ray.time_s += weight * ray.time_s;
-    patch->hit.distance += weight * hit->distance;
-    patch->hit.p += weight * hit->p;
-    patch->hit.p_surface += weight * hit->p_surface;
-    patch->hit.normal += weight * hit->normal;
-  }
-
-  // Of all samples since the last call.
-  Vector3f Radiance() {
-    while (num_patches_ > 0) Shade(patches_[--num_patches_]);
-    const Vector3f radiance = sum_;
-    sum_.setZero();
-    return radiance;
-  }
-
- private:
-  SurfacePatch* Find(const Hit& hit, bool is_sunlit) {
-    for (std::size_t i = 0; i < num_patches_; ++i) {
-      SurfacePatch& patch = patches_[i];
-      const bool is_same =
-          patch.first.surface == hit.surface && patch.is_sunlit == is_sunlit &&
-          patch.first.is_moving == hit.is_moving &&
-          patch.first.normal.dot(hit.normal) > kSameNormal &&
-          (patch.first.p_surface - hit.p_surface).squaredNorm() < patch.reach_m * patch.reach_m;
-      if (is_same) return &patch;
-    }
-    return nullptr;
-  }
-
-  SurfacePatch* Open(const Ray& ray, const Hit& hit, bool is_sunlit) {
-    if (num_patches_ == patches_.size()) Shade(patches_[--num_patches_]);
-    SurfacePatch& patch = patches_[num_patches_++];
-    const float slant = std::max(-hit.normal.dot(ray.direction) / ray.direction.norm(), kSteepest);
-    patch.first = hit;
-    patch.reach_m = kReach * hit.distance * pixel_width_ / std::sqrt(slant);
-    patch.is_sunlit = is_sunlit;
-    patch.weight = 0;
-    patch.ray = {Vector3f::Zero(), Vector3f::Zero(), 0};
-    patch.hit = hit;
-    patch.hit.distance = 0;
-    patch.hit.p.setZero();
-    patch.hit.p_surface.setZero();
-    patch.hit.normal.setZero();
-    return &patch;
-  }
-
-  void Shade(SurfacePatch& patch) {
-    const float scale = 1 / patch.weight;
-    patch.ray.origin *= scale;
-    patch.ray.direction *= scale;
-    patch.ray.time_s *= scale;
-    patch.hit.distance *= scale;
-    patch.hit.p *= scale;
-    patch.hit.p_surface *= scale;
-    patch.hit.normal.normalize();
-    sum_ += patch.weight * SurfaceRadiance(scene_, patch.ray, patch.hit, pixel_width_);
-  }
-
-  const Scene& scene_;
-  float pixel_width_;
-  Vector3f sum_ = Vector3f::Zero();
-  std::array<SurfacePatch, 8> patches_;
-  std::size_t num_patches_ = 0;
-};
 
 // The camera's lines of sight, at z = 1: a hit's distance is then the depth.
 class Sights {
@@ -147,6 +41,42 @@ class Sights {
   std::optional<Lens> lens_;
 };
 
+// What the rays of one row of the image meet, and whether the sun shines there.
+class RowOfRays {
+ public:
+  void Clear() { rays_.clear(); }
+  void Add(const Ray& ray) { rays_.push_back(ray); }
+
+  void Trace(const Scene& scene) {
+    hits_.resize(rays_.size());
+    scene.Intersect(rays_, hits_);
+    shadow_rays_.clear();
+    asked_.clear();
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      if (!hits_[i]) continue;
+      hits_[i]->is_sunlit = hits_[i]->normal.dot(scene.light().to_sun) > 0;
+      if (!*hits_[i]->is_sunlit) continue;
+      asked_.push_back(i);
+      shadow_rays_.push_back(ShadowRay(scene, *hits_[i], rays_[i].time_s));
+    }
+    occluded_.resize(shadow_rays_.size());
+    scene.AreOccluded(shadow_rays_, occluded_);
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      hits_[asked_[k]]->is_sunlit = occluded_[k] == 0;
+    }
+  }
+
+  const Ray& ray(std::size_t i) const { return rays_[i]; }
+  const std::optional<Hit>& hit(std::size_t i) const { return hits_[i]; }
+
+ private:
+  std::vector<Ray> rays_;
+  std::vector<std::optional<Hit>> hits_;
+  std::vector<std::size_t> asked_;  // the hit of each shadow ray
+  std::vector<Ray> shadow_rays_;
+  std::vector<char> occluded_;
+};
+
 void Check(const CameraModel& camera, const Shot& shot, const RenderOptions& options) {
   Validate(camera, "synthetic camera");
   options.Validate();
@@ -158,11 +88,17 @@ cv::Mat RenderDepth(const Scene& scene, const CameraModel& camera, const Shot& s
   const Instant instant = InstantOf(shot.motion(shot.t_s), shot.t_s);
   cv::Mat depth = cv::Mat::zeros(camera.height, camera.width, CV_32FC1);
   cv::parallel_for_(cv::Range(0, camera.height), [&](const cv::Range& rows) {
+    std::vector<Ray> rays(static_cast<std::size_t>(camera.width));
+    std::vector<std::optional<Hit>> hits(rays.size());
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < camera.width; ++x) {
         const Vector3f direction_cam = sights.Direction(x, y, Eigen::Vector2f::Zero());
-        const std::optional<Hit> hit =
-            scene.Intersect({instant.origin, instant.R_world_cam * direction_cam, instant.t_s});
+        rays[static_cast<std::size_t>(x)] = {instant.origin, instant.R_world_cam * direction_cam,
+                                             instant.t_s};
+      }
+      scene.Intersect(rays, hits);
+      for (int x = 0; x < camera.width; ++x) {
+        const std::optional<Hit>& hit = hits[static_cast<std::size_t>(x)];
         if (hit) depth.at<float>(y, x) = hit->distance;
       }
     }
@@ -193,13 +129,22 @@ cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot
   cv::Mat radiance(camera.height, camera.width, CV_32FC3);
   cv::parallel_for_(cv::Range(0, camera.height), [&](const cv::Range& rows) {
     PixelShader shader(scene, pixel_width);
+    RowOfRays row;
     for (int y = rows.start; y < rows.end; ++y) {
+      row.Clear();
       for (int x = 0; x < camera.width; ++x) {
         for (const PixelSample& sample : plan.samples) {
           const Instant& instant = plan.At(y, sample.slice);
           const Vector3f direction_cam = sights.Direction(x, y, sample.shift_px);
-          shader.Add({instant.origin, instant.R_world_cam * direction_cam, instant.t_s},
-                     sample.weight);
+          row.Add({instant.origin, instant.R_world_cam * direction_cam, instant.t_s});
+        }
+      }
+      row.Trace(scene);
+      std::size_t i = 0;
+      for (int x = 0; x < camera.width; ++x) {
+        for (const PixelSample& sample : plan.samples) {
+          shader.Add(row.ray(i), row.hit(i), sample.weight);
+          ++i;
         }
         const Vector3f rgb = shader.Radiance();
         radiance.at<cv::Vec3f>(y, x) = {rgb.z(), rgb.y(), rgb.x()};

@@ -9,7 +9,7 @@
 namespace mono3d::synthetic {
 namespace {
 
-constexpr int kMaxSlices = 32;  // a blur of 16 px is still without gaps
+constexpr int kMaxSlices = 32;  // a blur of 32 px is still without gaps
 
 // The longest way of a seen point over the image while the shutter is open, from a grid of rays.
 double BlurLength_px(const Scene& scene, const CameraModel& camera, const Shot& shot,
@@ -77,10 +77,10 @@ ShutterPlan PlanShutter(const Scene& scene, const CameraModel& camera, const Sho
   const SensorOptions& sensor = options.sensor;
   ShutterPlan plan;
   if (sensor.exposure_s > 0) {
-    // Two slices for each pixel of blur, each with half of the lattice: as many samples as a still
-    // picture has, as long as the blur is below a pixel.
+    // A slice for each pixel of blur, each with half of the lattice: as many samples as a still
+    // picture has, as long as the blur is below two pixels.
     const double blur_px = BlurLength_px(scene, camera, shot, sensor.exposure_s);
-    plan.num_slices = 2 * std::clamp(static_cast<int>(std::ceil(blur_px)), 1, kMaxSlices / 2);
+    plan.num_slices = 2 * std::clamp(static_cast<int>(std::ceil(blur_px / 2)), 1, kMaxSlices / 2);
   }
   plan.samples = PlanSamples(options.samples_per_side, plan.num_slices);
   plan.has_rows = sensor.readout_s > 0;
