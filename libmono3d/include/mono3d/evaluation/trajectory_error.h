@@ -46,9 +46,9 @@ struct TrajectoryError {
   double truth_coverage = 0;          // share of the true poses that have an estimate, 0 to 1
   double path_length = 0;             // of the whole truth, in its unit
 
-  ErrorStatistics position;      // absolute pose error (APE) of the positions, truth's unit
-  // Absolute pose error of the rotations. On a path that is nearly straight, yet not is_straight, the
-  // alignment's turn about it rests on small differences of position, and its error is in here.
+  ErrorStatistics position;  // absolute pose error (APE) of the positions, truth's unit
+  // Absolute pose error of the rotations. On a path that is nearly straight, yet not is_straight,
+  // the alignment's turn about it rests on small differences of position, and its error is in here.
   ErrorStatistics rotation_deg;
   // Relative pose error over segments of the path: error of the motion by the length of the path,
   // a share (metres per metre), and degrees per unit of path. Empty (count 0) when the camera
