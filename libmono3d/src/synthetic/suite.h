@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "synthetic/flight_statistics.h"
+#include "synthetic/sequence.h"
+
+namespace mono3d::synthetic {
+
+// One sequence of a suite. Its name says what it is: suite, number, scene, flight, hard feature.
+struct SuiteSequence {
+  std::string name;
+  SequenceOptions options;
+  int jpeg_quality = 0;  // 0: not compressed
+};
+
+inline constexpr std::array<const char*, 2> kSuites = {"paper51", "quick"};
+
+// paper51: 51 sequences that fly as those of the paper do (its Table 1), about 24,000 images in
+// all. Scene, hard features, light, haze, flight and the camera's imperfections are drawn from the
+// seed.
+// quick: four of 40 images each, of different scenes and flights, for trying things out.
+// Throws UsageError on another name.
+std::vector<SuiteSequence> BuildSuite(const std::string& name, int seed);
+
+// Table 1 of the paper: means, standard deviations and ranges over the frames of all sequences.
+FlightStatistics PaperFlights();
+inline constexpr double kPaperMeanDepth_m = 83.4;  // section 4.1
+inline constexpr int kPaperImages = 24'000;
+
+// The flights of a suite over flat ground at height 0, each frame counted once.
+FlightSamples PlanFlights(const std::vector<SuiteSequence>& suite);
+
+}  // namespace mono3d::synthetic

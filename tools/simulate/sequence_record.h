@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/core/options.h"
+#include "synthetic/flight_statistics.h"
+#include "synthetic/gps.h"
+
+namespace mono3d::tools {
+
+// How the files of a sequence are written.
+struct SequenceFileOptions {
+  int jpeg_quality = 0;             // 1 to 100; 0: PNG
+  std::string depth_form = "auto";  // see ChooseDepthForm
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// What sequence.json says: all options and, once the sequence is complete, what is in it. Nothing
+// that differs from one run to the next.
+using SequenceRecord = nlohmann::ordered_json;
+
+// Of a sequence that begins.
+SequenceRecord OpenRecord(const std::vector<OptionField>& options);
+
+// The record of a sequence of the same options that was begun in the folder before; nothing in a
+// folder without one. Throws Error when another sequence or other images are there.
+std::optional<SequenceRecord> FindRecord(const std::filesystem::path& folder,
+                                         const SequenceRecord& opened);
+
+bool IsComplete(const SequenceRecord& record);
+void WriteRecord(const std::filesystem::path& folder, const SequenceRecord& record);
+
+SequenceRecord ToJson(const synthetic::FlightStatistics& statistics);
+
+// Heights, speeds and rates of the flight of a complete sequence, from its files.
+synthetic::FlightSamples ReadSamples(const std::filesystem::path& folder,
+                                     const SequenceRecord& record);
+
+// The text of gps.txt: "timestamp east north up", and above it origin and noise as comments.
+std::string GpsText(const std::vector<synthetic::GpsFix>& track,
+                    const synthetic::GpsOptions& options);
+// The text of timestamps.txt: one time a line, seconds.
+std::string TimestampsText(const std::vector<double>& timestamps_s);
+
+}  // namespace mono3d::tools
