@@ -5,11 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
+#include <string>
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/camera_model.h"
-#include "synthetic/frame_flights.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -33,51 +34,150 @@ TEST(LookAt, RefusesALineOfSightWithoutHorizon) {
   EXPECT_THROW(LookAt({1, 2, 50}, {1, 2, 0}), Error);
 }
 
-TEST(OrbitFlight, KeepsItsStepAndDistance) {
-  OrbitOptions options;
-  options.num_frames = 10;
-  options.unsteadiness.position_m = 0;
-  options.unsteadiness.rotation_deg = 0;
-  const std::vector<Pose> flight = OrbitFlight(options);
-  ASSERT_EQ(flight.size(), 10U);
-  for (std::size_t i = 1; i < flight.size(); ++i) {
-    const Pose T_before_now = flight[i - 1].Inverse() * flight[i];
-    EXPECT_NEAR(T_before_now.RotationAngle() * 180 / std::numbers::pi, options.step_deg, 1e-6);
-    EXPECT_NEAR(flight[i].translation().head<2>().norm(), options.radius_m, kRounding);
-    EXPECT_GT(flight[i].translation().z(), 0);
+FlightOptions OfKind(const std::string& kind) {
+  FlightOptions options;
+  options.kind = kind;
+  options.duration_s = 90;
+  return options;
+}
+
+Eigen::Vector3d Ahead(const Pose& T_world_cam) {
+  return T_world_cam.rotation() * Eigen::Vector3d::UnitZ();
+}
+
+double Speed(const Flight& flight, double t_s) {
+  constexpr double kStep_s = 1e-3;
+  return (flight.PoseAt(t_s + kStep_s).translation() - flight.PoseAt(t_s - kStep_s).translation())
+             .norm() /
+         (2 * kStep_s);
+}
+
+TEST(Flight, OfEveryKindStartsAndEndsAtRestAndNeverJumps) {
+  for (const char* kind : kFlightKinds) {
+    const Flight flight(OfKind(kind));
+    const double end_s = flight.duration_s();
+    EXPECT_NEAR(end_s, 90, 1e-6) << kind;
+    // A ramp's speed grows with 3 x^2: in the first hundredth of 3 s to 3e-4 of 1.4 m/s.
+    EXPECT_LT(Speed(flight, 0.03), 1e-3) << kind;
+    EXPECT_LT(Speed(flight, end_s - 0.03), 1e-3) << kind;
+    Pose before = flight.PoseAt(0);
+    for (double t_s = 0.1; t_s < end_s; t_s += 0.1) {
+      const Pose now = flight.PoseAt(t_s);
+      const Pose T_before_now = before.Inverse() * now;
+      EXPECT_LT(T_before_now.translation().norm(), 0.1 * 1.4 + kRounding) << kind << t_s;
+      // The fastest is the lawnmower's turn: 1.5 times 1.4 m/s over a radius of 12.5 m.
+      EXPECT_LT(T_before_now.RotationAngle(), 0.1 * 0.17) << kind << t_s;
+      before = now;
+    }
   }
 }
 
-TEST(LateralFlight, MovesToTheRightOfItsView) {
-  LateralOptions options;
-  options.num_frames = 5;
-  options.heading_deg = 30;
-  options.unsteadiness.position_m = 0;
-  options.unsteadiness.rotation_deg = 0;
-  const std::vector<Pose> flight = LateralFlight(options);
-  const Pose T_first_last = flight.front().Inverse() * flight.back();
-  EXPECT_NEAR((T_first_last.translation() - Eigen::Vector3d(4, 0, 0)).norm(), 0, kRounding);
-  EXPECT_NEAR(T_first_last.RotationAngle(), 0, 1e-6);
+TEST(Flight, KeepsItsSpeedAndHeightOnceUnderWay) {
+  const auto ground = [](const Eigen::Vector2d&) { return 7.0; };
+  for (const char* kind : {"orbit", "lawnmower", "cruise", "lateral"}) {
+    const Flight flight(OfKind(kind), ground);
+    EXPECT_NEAR(Speed(flight, 40), 1.4, 1e-5) << kind;
+    EXPECT_NEAR(flight.PoseAt(40).translation().z(), 71 + 7, kRounding) << kind;
+  }
 }
 
-TEST(Unsteadiness, FollowsItsSeed) {
-  OrbitOptions options;
-  options.num_frames = 3;
-  const std::vector<Pose> a = OrbitFlight(options);
-  const std::vector<Pose> b = OrbitFlight(options);
+TEST(Flight, OrbitThatClosesEndsWhereItBeganAndLooksAtItsTarget) {
+  FlightOptions options = OfKind("orbit");
+  options.full_circle = true;
+  options.target_x_m = 12;
+  options.target_y_m = -5;
+  const Flight flight(options);
+  const Pose T_begin_end = flight.PoseAt(0).Inverse() * flight.PoseAt(flight.duration_s());
+  EXPECT_LT(T_begin_end.translation().norm(), 1e-6);
+  EXPECT_LT(T_begin_end.RotationAngle(), 1e-6);
+  EXPECT_NEAR(flight.duration_s(), 2 * std::numbers::pi * 80 / 1.4 + 3, 1e-6);
+  const Pose somewhere = flight.PoseAt(100);
+  const Eigen::Vector3d to_target = Eigen::Vector3d(12, -5, 0) - somewhere.translation();
+  EXPECT_LT((Ahead(somewhere) - to_target.normalized()).norm(), kRounding);
+}
+
+TEST(Flight, CruiseLooksOnAverageAtItsTarget) {
+  FlightOptions options = OfKind("cruise");
+  options.heading_deg = 90;
+  options.target_x_m = 3;
+  const Flight flight(options);
+  const Pose middle = flight.PoseAt(45);  // half-way; the flight is symmetric in time
+  const Eigen::Vector3d ahead = Ahead(middle);
+  const Eigen::Vector3d seen = middle.translation() - middle.translation().z() / ahead.z() * ahead;
+  EXPECT_LT((seen - Eigen::Vector3d(3, 0, 0)).norm(), 1e-6);
+  EXPECT_LT((Ahead(flight.PoseAt(0)) - ahead).norm(), kRounding);
+}
+
+TEST(Flight, LawnmowerTurnsRoundAtTheEndOfEachRow) {
+  FlightOptions options = OfKind("lawnmower");
+  options.row_length_m = 30;
+  const Flight flight(options);
+  // A row of 30 m and a half circle of 39.3 m, 49.5 s, and half of a ramp before.
+  const Eigen::Vector3d first = Ahead(flight.PoseAt(5));
+  const Eigen::Vector3d second = Ahead(flight.PoseAt(55));
+  EXPECT_NEAR(first.head<2>().normalized().dot(second.head<2>().normalized()), -1, kRounding);
+  const Eigen::Vector3d across = flight.PoseAt(55).translation() - flight.PoseAt(5).translation();
+  EXPECT_NEAR(across.y(), options.row_spacing_m, 1e-6);  // to the left of the heading
+}
+
+TEST(Flight, TakeOffRisesFromTheHorizonToItsPitch) {
+  const FlightOptions options = OfKind("take_off");
+  const Flight flight(options);
+  const double climb_s = (71 - 5) / 1.4 + 3;
+  EXPECT_NEAR(flight.PoseAt(0).translation().z(), 5, kRounding);
+  EXPECT_NEAR(Ahead(flight.PoseAt(0)).z(), 0, kRounding);
+  const Pose top = flight.PoseAt(climb_s);
+  EXPECT_LT((top.translation() - Eigen::Vector3d(0, 0, 71)).norm(), 1e-6);
+  EXPECT_NEAR(-Ahead(top).z(), std::sin(40 * std::numbers::pi / 180), 1e-6);
+  EXPECT_GT(flight.PoseAt(90).translation().x(), 10);  // then on ahead
+}
+
+TEST(Flight, StopAndTurnTurnsInPlace) {
+  const Flight flight(OfKind("stop_and_turn"));
+  const double turn_s = 60.0 / 8 + 3;
+  const Pose begin = flight.PoseAt(45 - turn_s / 2);
+  const Pose end = flight.PoseAt(45 + turn_s / 2);
+  EXPECT_LT((begin.translation() - end.translation()).norm(), 1e-6);
+  const Eigen::Vector2d from = Ahead(begin).head<2>().normalized();
+  const Eigen::Vector2d to = Ahead(end).head<2>().normalized();
+  EXPECT_NEAR(from.dot(to), 0.5, 1e-6);                 // cosine of 60 degrees
+  EXPECT_GT(from.x() * to.y() - from.y() * to.x(), 0);  // to the left
+}
+
+TEST(Unsteadiness, HasItsAmplitudeAndFollowsItsSeed) {
+  FlightOptions steady = OfKind("cruise");
+  FlightOptions options = steady;
+  options.unsteadiness.position_m = 0.3;
+  options.unsteadiness.rotation_deg = 0.5;
+  const Flight path(steady);
+  const Flight flight(options);
+  double shift_square = 0;
+  double turn_square = 0;
+  constexpr int kNumTimes = 2000;
+  for (int i = 0; i < kNumTimes; ++i) {
+    const Pose T_path_hand = path.PoseAt(i).Inverse() * flight.PoseAt(i);
+    shift_square += T_path_hand.translation().squaredNorm() / (3 * kNumTimes);
+    turn_square += std::pow(T_path_hand.RotationAngle(), 2) / (3 * kNumTimes);
+  }
+  // Sums of few swings over many of their periods: a few percent.
+  EXPECT_NEAR(std::sqrt(shift_square), 0.3, 0.02);
+  EXPECT_NEAR(std::sqrt(turn_square) * 180 / std::numbers::pi, 0.5, 0.03);
+  EXPECT_EQ(flight.PoseAt(9).translation(), Flight(options).PoseAt(9).translation());
   options.unsteadiness.seed = 2;
-  const std::vector<Pose> c = OrbitFlight(options);
-  EXPECT_EQ(a[2].translation(), b[2].translation());
-  EXPECT_NE(a[2].translation(), c[2].translation());
+  EXPECT_NE(flight.PoseAt(9).translation(), Flight(options).PoseAt(9).translation());
 }
 
-TEST(Flights, RefuseBadOptions) {
-  OrbitOptions orbit;
-  orbit.num_frames = 0;
-  EXPECT_THROW(OrbitFlight(orbit), UsageError);
-  LateralOptions lateral;
-  lateral.pitch_deg = 90;
-  EXPECT_THROW(LateralFlight(lateral), UsageError);
+TEST(Flight, RefusesBadOptions) {
+  EXPECT_THROW(Flight(OfKind("loop")), UsageError);
+  FlightOptions options;
+  options.duration_s = 5;  // less than two ramps
+  EXPECT_THROW(Flight{options}, UsageError);
+  options = OfKind("take_off");
+  options.take_off_height_m = 80;
+  EXPECT_THROW(Flight{options}, UsageError);
+  options = OfKind("stop_and_turn");
+  options.turn_deg = 3600;
+  EXPECT_THROW(Flight{options}, UsageError);
 }
 
 }  // namespace
