@@ -3,6 +3,7 @@
 
 #include "synthetic/town.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -124,7 +125,13 @@ void AddCarPark(Site& site, const TownBlock& block) {
   site.plots.push_back({block.middle, 20});
   const Vector3f along = Horizontal(block.along);
   const Vector3f across = Horizontal(block.across);
-  const Vector3f ground = site.At(block.middle) + 0.35F * Vector3f::UnitZ();
+  // As high as the ground below it is anywhere.
+  Vector3f ground = site.At(block.middle);
+  for (float u_m = -kHalfLength_m; u_m <= kHalfLength_m; u_m += 2) {
+    for (float v_m = -kHalfWidth_m; v_m <= kHalfWidth_m; v_m += 2) {
+      ground.z() = std::max(ground.z(), site.At(block.At(u_m, v_m)).z() + 0.08F);
+    }
+  }
   AddBlock(site.mesh,
            CentredBlock(ground - 2 * Vector3f::UnitZ(), 2 * kHalfLength_m * along,
                         2 * kHalfWidth_m * across, 4 * Vector3f::UnitZ()),
@@ -157,6 +164,7 @@ TownPlan LayTown(Site& site) {
     streets.push_back(Winding({u_m * along, plan.yaw_rad + 1.5707963F, 1.1F * reach_m, 0}));
   }
   LayStreets(site, std::move(streets));
+  site.terrain.bumps_m = 0.2;  // gardens and lawns
   return plan;
 }
 
