@@ -125,7 +125,7 @@ Scene BuildScene(const SceneOptions& options) {
   site.terrain.seed = site.ground.seed;
   std::optional<WaterOptions> water;
   if (options.with_water) {
-    water = kind.has_pond ? Pond({0, kind.water_y_m}) : River(site, kind.water_y_m);
+    water = kind.has_pond ? Pond({28, kind.water_y_m}) : River(site, kind.water_y_m);
     LayWater(site, *water);
   }
   const std::function<void(Site&)> add = kind.lay(site);
