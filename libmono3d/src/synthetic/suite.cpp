@@ -21,25 +21,29 @@ struct KindCount {
   const char* kind;
   int count;
 };
-constexpr std::array<KindCount, 6> kFlightShares = {{{"orbit", 35},
-                                                     {"lateral", 5},
-                                                     {"lawnmower", 4},
-                                                     {"cruise", 3},
+constexpr std::array<KindCount, 6> kFlightShares = {{{"orbit", 31},
+                                                     {"lateral", 8},
+                                                     {"lawnmower", 2},
+                                                     {"cruise", 6},
                                                      {"stop_and_turn", 2},
                                                      {"take_off", 2}}};
 
 // What the flights are drawn from, so that frames of all of them together have the spreads of the
 // paper's table. Angular velocity and speed depend on each other on an orbit: there the speed
 // follows from angular velocity and radius, the radius from height and pitch.
-constexpr Spread kHeights_m{.mean = 71.1, .sigma = 31.5, .min = 23, .max = 134};
+constexpr Spread kHeights_m{.mean = 70, .sigma = 31, .min = 23, .max = 134};
 constexpr Spread kRates_per_s{.mean = 2.33, .sigma = 0.4, .min = 0.45, .max = 3.4};
-constexpr Spread kOrbitTurns_rad_per_s{.mean = 0.0215, .sigma = 0.006, .min = 0.006, .max = 0.05};
-constexpr Spread kStraightSpeeds_m_per_s{.mean = 1.75, .sigma = 0.95, .min = 0.4, .max = 4.77};
-constexpr Spread kPitches_deg{.mean = 52, .sigma = 5, .min = 42, .max = 62};
+constexpr Spread kOrbitTurns_rad_per_s{.mean = 0.0193, .sigma = 0.005, .min = 0.004, .max = 0.05};
+constexpr Spread kStraightSpeeds_m_per_s{.mean = 2.2, .sigma = 0.8, .min = 0.6, .max = 4.7};
+constexpr double kTypicalRadius_m = 64;
+constexpr Spread kPitches_deg{.mean = 49, .sigma = 5, .min = 40, .max = 60};
 constexpr double kRateSigma_per_s = 0.26;  // within one sequence
-constexpr int kImagesPerSequence = 470;
-constexpr double kLongestPath_m = 260;  // of a straight flight: the scene ends somewhere
+constexpr int kImagesPerSequence = 570;
+constexpr double kLongestPath_m = 300;  // of a straight flight: the scene ends somewhere
 constexpr double kFastestTurn_rad_per_s = 0.0935;
+constexpr double kFastestRowTurn_rad_per_s = 0.055;  // half a circle, at full speed
+constexpr double kFastestLawnmower_m_per_s = 1.4;
+constexpr double kClimb_m_per_s = 1;
 
 struct FlightDraw {
   std::string kind;
@@ -59,10 +63,13 @@ std::vector<FlightDraw> DrawFlights(RandomNumbers& random) {
   const int count = static_cast<int>(kinds.size());
   const int num_orbits = kFlightShares[0].count;
   const std::vector<double> heights = DrawSpread(count, kHeights_m, random);
-  const std::vector<double> rates = DrawSpread(count, kRates_per_s, random);
+  std::vector<double> rates = DrawSpread(count, kRates_per_s, random);
   const std::vector<double> pitches = DrawSpread(count, kPitches_deg, random);
   std::vector<double> turns = DrawSpread(num_orbits, kOrbitTurns_rad_per_s, random);
   std::vector<double> speeds = DrawSpread(count - num_orbits, kStraightSpeeds_m_per_s, random);
+  // One flight each at the ends of the paper's ranges, which the middles of slices do not reach.
+  *std::min_element(rates.begin(), rates.end()) = kRates_per_s.min;
+  *std::max_element(speeds.begin(), speeds.end()) = kStraightSpeeds_m_per_s.max;
   std::vector<FlightDraw> draws;
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     FlightDraw draw{kinds[i], heights[i], rates[i], 0, 0, pitches[i]};
@@ -76,17 +83,23 @@ std::vector<FlightDraw> DrawFlights(RandomNumbers& random) {
 
 void SetOrbit(FlightOptions& flight, const FlightDraw& draw, RandomNumbers& random) {
   flight.radius_m = draw.height_m / std::tan(Radians(draw.pitch_deg));
-  flight.speed_m_per_s = draw.turn_rad_per_s * flight.radius_m;
+  // Wide circles are flown faster, but not in proportion.
+  flight.speed_m_per_s =
+      draw.turn_rad_per_s * kTypicalRadius_m * std::pow(flight.radius_m / kTypicalRadius_m, 0.6);
   flight.start_deg = random.Uniform(0, 360);
   // Where the time is enough for a full circle, it is flown and closed.
-  flight.full_circle = draw.turn_rad_per_s * flight.duration_s > 2 * std::numbers::pi;
+  flight.full_circle =
+      flight.speed_m_per_s * flight.duration_s > 2 * std::numbers::pi * flight.radius_m;
 }
 
 void SetStraight(FlightOptions& flight, const FlightDraw& draw, RandomNumbers& random) {
   flight.speed_m_per_s = draw.straight_speed_m_per_s;
   flight.heading_deg = random.Uniform(0, 360);
   flight.pitch_deg = draw.pitch_deg;
-  if (flight.kind != "lawnmower") {
+  if (flight.kind == "lawnmower") {
+    flight.speed_m_per_s = std::min(flight.speed_m_per_s, kFastestLawnmower_m_per_s);
+    flight.row_spacing_m = 2 * flight.speed_m_per_s / kFastestRowTurn_rad_per_s;
+  } else {
     flight.duration_s = std::min(flight.duration_s, kLongestPath_m / flight.speed_m_per_s);
   }
   if (flight.kind == "stop_and_turn") {
@@ -94,8 +107,10 @@ void SetStraight(FlightOptions& flight, const FlightDraw& draw, RandomNumbers& r
   }
   if (flight.kind == "take_off") {
     flight.take_off_height_m = kHeights_m.min;
-    flight.height_m = std::max(flight.height_m, 2 * kHeights_m.min);
-    flight.speed_m_per_s = (flight.height_m - flight.take_off_height_m) / flight.duration_s;
+    flight.height_m = std::max(flight.height_m, 4 * kHeights_m.min);
+    flight.speed_m_per_s = kClimb_m_per_s;
+    flight.duration_s =
+        flight.ramp_s + (flight.height_m - flight.take_off_height_m) / kClimb_m_per_s;
   }
 }
 
@@ -112,7 +127,7 @@ SequenceOptions Fly(const FlightDraw& draw, int seed, RandomNumbers& random) {
   flight.unsteadiness.lowest_hz = 0.02;
   flight.unsteadiness.highest_hz = 0.1;
   flight.unsteadiness.position_m = random.Uniform(0, 0.4);
-  flight.unsteadiness.rotation_deg = random.Uniform(0, 0.8);
+  flight.unsteadiness.rotation_deg = random.Uniform(0, 0.6);
   if (draw.kind == "orbit") {
     SetOrbit(flight, draw, random);
   } else {
