@@ -26,14 +26,17 @@ Json ReadJson(const std::filesystem::path& path) {
   return json.is_object() ? json : Json::object();
 }
 
-// The last line of a log that says something.
-std::string LastLine(const std::filesystem::path& log) {
+// The line of a log that says what went wrong: the last one that calls itself an error, else the
+// last one that says something.
+std::string ReasonIn(const std::filesystem::path& log) {
   std::ifstream file(log);
   std::string last;
+  std::string last_error;
   for (std::string line; std::getline(file, line);) {
+    if (line.find(": error: ") != std::string::npos) last_error = line;
     if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
   }
-  return last;
+  return last_error.empty() ? last : last_error;
 }
 
 struct Commands {
@@ -75,9 +78,9 @@ std::string Run(const std::vector<std::string>& command, const std::filesystem::
                 double time_limit_s) {
   const ProcessResult process = RunProcess(command, log, time_limit_s, StopRequested());
   if (process.exit_status == 0) return {};
-  const std::string last = LastLine(log);
+  const std::string reason = ReasonIn(log);
   const std::string program = std::filesystem::path(command[0]).filename().string();
-  if (process.exit_status > 0 && !last.empty()) return last;
+  if (process.exit_status > 0 && !reason.empty()) return reason;
   return program + ": " + process.ending;
 }
 

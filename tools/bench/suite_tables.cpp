@@ -102,18 +102,18 @@ Table MakeTable(const std::string& title, const Row& columns,
 Table TrajectoryTable(std::span<const SequenceResult> results) {
   Table table =
       MakeTable("Trajectory (the paper's Table 2)",
-                {"sequence", "after registration: RMSE", "MAE", "sigma", "every frame: RMSE", "MAE",
-                 "sigma", "tracked"},
+                {"sequence", "tracked", "after registration: RMSE", "MAE", "sigma",
+                 "every frame: RMSE", "MAE", "sigma"},
                 results, [](const SequenceResult& r) {
-                  return Row{Length(r.model_trajectory.rmse),  Length(r.model_trajectory.mean),
-                             Length(r.model_trajectory.sigma), Length(r.final_trajectory.rmse),
-                             Length(r.final_trajectory.mean),  Length(r.final_trajectory.sigma),
-                             FormatPercent(r.tracked_share)};
+                  return Row{FormatPercent(r.tracked_share),  Length(r.model_trajectory.rmse),
+                             Length(r.model_trajectory.mean), Length(r.model_trajectory.sigma),
+                             Length(r.final_trajectory.rmse), Length(r.final_trajectory.mean),
+                             Length(r.final_trajectory.sigma)};
                 });
   for (const PaperFigures& paper : {kPaperSynthetic, kPaperReal}) {
-    table.rows.push_back({paper.name, PaperLength(paper.trajectory_rmse_m, paper),
+    table.rows.push_back({paper.name, "-", PaperLength(paper.trajectory_rmse_m, paper),
                           PaperLength(paper.trajectory_mae_m, paper),
-                          PaperLength(paper.trajectory_sigma_m, paper), "-", "-", "-", "-"});
+                          PaperLength(paper.trajectory_sigma_m, paper), "-", "-", "-"});
   }
   table.notes = {"Metres at a mean depth of " + FormatNumber(kPaperSynthetic.mean_depth_m, 3) +
                  " m, the paper's (and percent of the mean depth). The paper's real sequences: "

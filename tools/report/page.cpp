@@ -24,11 +24,18 @@ std::string PngDataUri(const Figure& figure) {
   return "data:image/png;base64," + ToBase64(bytes);
 }
 
+// Within a page the name of the SVG language is understood; the page shall name no address.
+std::string WithoutNamespace(std::string svg) {
+  const std::string kNamespace = " xmlns=\"http://www.w3.org/2000/svg\"";
+  const std::size_t at = svg.find(kNamespace);
+  return at == std::string::npos ? svg : svg.erase(at, kNamespace.size());
+}
+
 std::string FigureHtml(const Figure& figure) {
   std::string html = "<figure id=\"" + EscapeHtml(figure.name) + "\">\n";
   if (figure.image.empty()) {
     html += "<div class=\"drawing\" role=\"img\" aria-label=\"" + EscapeHtml(figure.alternative) +
-            "\">" + figure.svg + "</div>\n";
+            "\">" + WithoutNamespace(figure.svg) + "</div>\n";
   } else {
     html += "<img alt=\"" + EscapeHtml(figure.alternative) + "\" width=\"" +
             std::to_string(figure.image.cols) + "\" height=\"" + std::to_string(figure.image.rows) +
@@ -68,7 +75,8 @@ std::string ToText(const Page& page) {
   std::string text = page.title + "\n";
   if (!page.subtitle.empty()) text += page.subtitle + "\n";
   for (const Section& section : page.sections) {
-    for (const std::string& paragraph : section.paragraphs) text += "\n" + paragraph + "\n";
+    if (!section.paragraphs.empty()) text += "\n";
+    for (const std::string& paragraph : section.paragraphs) text += paragraph + "\n";
     for (const Table& table : section.tables) text += "\n" + ToText(table);
   }
   return text;

@@ -9,12 +9,12 @@ namespace mono3d::tools {
 inline constexpr char kStyle[] = R"css(
 :root {
   --ground: #fbfbfa; --card: #ffffff; --text: #22252a; --quiet: #646b75; --line: #e3e4e6;
-  --accent: #1f5fa8; --second: #c2571a; --bad: #b3261e;
+  --accent: #1f5fa8; --second: #c2571a;
 }
 @media (prefers-color-scheme: dark) {
   :root {
     --ground: #16181b; --card: #1e2125; --text: #e3e5e8; --quiet: #9aa1ab; --line: #33373d;
-    --accent: #7ab3f2; --second: #f0a067; --bad: #ff8a80;
+    --accent: #7ab3f2; --second: #f0a067;
   }
 }
 * { box-sizing: border-box; }
@@ -26,7 +26,7 @@ body {
 main { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
 h1 { font-size: 1.8rem; font-weight: 600; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.25rem; font-weight: 600; margin: 3rem 0 .6rem; }
-header p, .note, figcaption, footer, caption, .key dt, .key span { color: var(--quiet); }
+header p, .note, figcaption, footer, .title, .key dt, .key span { color: var(--quiet); }
 header p { margin: 0; overflow-wrap: anywhere; }
 p { max-width: 46rem; }
 .key {
@@ -38,17 +38,16 @@ p { max-width: 46rem; }
 .key dt, .key span { font-size: .82rem; }
 .key dd { margin: 0; }
 .key b { display: block; font-size: 1.45rem; font-weight: 600; line-height: 1.35; }
-.table { overflow-x: auto; margin: 1.2rem 0 .4rem; }
+.title { font-size: .85rem; margin: 1.2rem 0 .2rem; }
+.table { overflow-x: auto; margin: 0 0 .4rem; }
+details > .title { display: none; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
-caption { caption-side: top; text-align: left; padding-bottom: .35rem; font-size: .85rem; }
 th, td { padding: .32rem .85rem .32rem 0; text-align: right; white-space: nowrap;
   border-bottom: 1px solid var(--line); }
 th { font-weight: 400; }
 thead th { color: var(--quiet); font-size: .82rem; vertical-align: bottom; }
 th:first-child { text-align: left; }
-.text td { text-align: left; white-space: normal; }
 .note { font-size: .85rem; margin: .3rem 0; }
-.bad { color: var(--bad); }
 a { color: var(--accent); }
 figure { margin: 1.6rem 0; }
 figure img, .drawing svg { display: block; max-width: 100%; height: auto; }
@@ -57,7 +56,6 @@ figure img { background: #fff; border: 1px solid var(--line); border-radius: 6px
 figcaption { font-size: .88rem; margin-top: .5rem; max-width: 46rem; }
 .curve { fill: none; stroke: var(--accent, #1f5fa8); stroke-width: 2; }
 .curve.oracle { stroke: var(--second, #c2571a); stroke-dasharray: 6 4; }
-.gap { fill: var(--accent, #1f5fa8); opacity: .1; }
 details { margin: 1rem 0; }
 summary { cursor: pointer; color: var(--accent); }
 footer { margin-top: 4rem; padding-top: 1rem; border-top: 1px solid var(--line);

@@ -84,9 +84,11 @@ std::string ToMarkdown(const Table& table) {
 }
 
 std::string ToHtml(const Table& table) {
-  std::string html = "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"" +
-                     EscapeHtml(table.title) + "\">\n<table>\n<caption>" + EscapeHtml(table.title) +
-                     "</caption>\n<thead>\n" + HtmlRow(table.columns, "col") +
+  // The title stays where it is when the table is scrolled.
+  const std::string title = EscapeHtml(table.title);
+  std::string html = "<p class=\"title\">" + title +
+                     "</p>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"" +
+                     title + "\">\n<table>\n<thead>\n" + HtmlRow(table.columns, "col") +
                      "</thead>\n<tbody>\n";
   for (const auto& row : table.rows) html += HtmlRow(row, "");
   html += "</tbody>\n</table>\n</div>\n";

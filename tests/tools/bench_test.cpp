@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// mono3d-bench and mono3d-evaluate on the shipped sequence, and what the bench makes of results.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "bench/process.h"
+#include "bench/suite_page.h"
+#include "tools/command.h"
+
+namespace mono3d::tools {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// Small images and few frames keep the test short; the chain is the same.
+constexpr const char* kSmall =
+    " -- --resize 384x224 --max-frames 40 --tracking.features.num_features 600";
+
+// A suite of the shipped sequence and one that is none, run once for all tests.
+class BenchRun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = std::filesystem::path(testing::TempDir()) / "mono3d_bench_run";
+    std::filesystem::remove_all(folder());
+    std::filesystem::create_directories(folder() / "suite/broken/images");
+    std::filesystem::copy(std::filesystem::path(MONO3D_EXAMPLE) / "camera.yaml",
+                          folder() / "suite/broken");
+    WriteText(folder() / "suite/broken/images/0.jpg", "I am no image.\n");
+    std::filesystem::create_directory_symlink(MONO3D_EXAMPLE, folder() / "suite/village");
+    result() = Bench("--markdown table.md");
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder()); }
+
+  static CommandResult Bench(const std::string& options) {
+    return RunCommand("cd " + folder().string() + " && " + MONO3D_BENCH_TOOL +
+                          " suite suite -o out " + options + kSmall,
+                      folder());
+  }
+  static Json ReadJson(const std::string& name) {
+    return Json::parse(std::ifstream(folder() / name));
+  }
+
+  static std::filesystem::path& folder() {
+    static std::filesystem::path path;
+    return path;
+  }
+  static CommandResult& result() {
+    static CommandResult value;
+    return value;
+  }
+};
+
+TEST_F(BenchRun, GoesOnAfterABrokenSequenceAndSaysWhy) {
+  ASSERT_EQ(result().exit_status, 0) << result().errors;
+  EXPECT_THAT(result().errors, AllOf(HasSubstr("broken: mono3d-reconstruct: error: "),
+                                     HasSubstr("village: success")));
+  const Json json = ReadJson("out/bench.json");
+  ASSERT_EQ(json["sequences"].size(), 2U);
+  EXPECT_EQ(json["sequences"][0]["success"], false);
+  EXPECT_THAT(json["sequences"][0]["reason"].get<std::string>(), HasSubstr("not one image"));
+  EXPECT_EQ(json["sequences"][1]["success"], true);
+  EXPECT_GT(json["sequences"][1]["tracked_share"], 0.9);
+  EXPECT_GT(json["sequences"][1]["share_of_frames_used"], 0);
+}
+
+TEST_F(BenchRun, ThePapersFiguresStandBesideOurs) {
+  const std::string table = ReadText(folder() / "table.md");
+  for (const char* figure : {"| mono3d | 1 | 2 | 50.00 % |", "| paper, synthetic | 47 | 51 |",
+                             "1.48 (1.776 %)", "0.744 (0.892 %)", "0.876", "2.03 %", "village"}) {
+    EXPECT_THAT(table, HasSubstr(figure));
+    if (figure[0] != '|') {
+      EXPECT_THAT(result().output, HasSubstr(figure));
+    }
+  }
+}
+
+TEST_F(BenchRun, TheOverviewNamesNoAddressAndLinksToEveryReport) {
+  const std::string page = ReadText(folder() / "out/index.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("href=\"village/report.html\""), HasSubstr("<img "),
+                          Not(HasSubstr("http:")), Not(HasSubstr("https:"))));
+  EXPECT_TRUE(std::filesystem::exists(folder() / "out/village/report.html"));
+}
+
+TEST_F(BenchRun, TheEvaluationOfTheShippedSequenceIsNearItsTruth) {
+  // 40 frames of a flight at 88 m mean depth: half a percent of that.
+  constexpr double kMaxRmse_m = 0.44;
+  const Json evaluation = ReadJson("out/village/evaluation.json");
+  for (const char* name : {"final", "online", "model"}) {
+    EXPECT_LT(evaluation["trajectory"][name]["position_m"]["rmse"], kMaxRmse_m) << name;
+  }
+  EXPECT_FALSE(evaluation.contains("model")) << "the sequence ships no true cloud";
+  EXPECT_EQ(evaluation["left_out"].size(), 2U);
+}
+
+TEST_F(BenchRun, ResumingKeepsWhatIsThere) {
+  const auto time = std::filesystem::last_write_time(folder() / "out/village/model.ply");
+  const CommandResult again = Bench("--resume --only 'vil*'");
+  ASSERT_EQ(again.exit_status, 0) << again.errors;
+  EXPECT_EQ(std::filesystem::last_write_time(folder() / "out/village/model.ply"), time);
+  EXPECT_THAT(again.output, HasSubstr("100.00 %"));
+}
+
+TEST_F(BenchRun, FoldersWithoutSequencesAreNamed) {
+  const CommandResult other = Bench("--only 'no such*'");
+  EXPECT_EQ(other.exit_status, 1);
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("no such*"), HasSubstr("2 of other names")));
+  const CommandResult empty =
+      RunCommand(std::string(MONO3D_BENCH_TOOL) + " suite " + (folder() / "out").string() + " -o " +
+                     (folder() / "out2").string(),
+                 folder());
+  EXPECT_EQ(empty.exit_status, 1);
+  EXPECT_THAT(empty.errors, HasSubstr("no sequence in the folder"));
+}
+
+// Records of a run without fault at 100 m mean depth.
+Json GoodRun() {
+  return Json::parse(R"({"end": "finished", "counts": {"frames": 200, "depth_maps": 10},
+    "maps": [{"frames": 190, "surfels": 1000}], "times": {"wall_s": 10, "cpu_s": 16},
+    "stages": {"depth/estimate": {"calls": 10, "wall_ms": 2500}}})");
+}
+Json GoodEvaluation(double rmse_m = 1) {
+  Json json = {{"mean_depth_m", 100}};
+  for (const char* name : {"final", "model"}) {
+    json["trajectory"][name]["position_m"] = {{"rmse", rmse_m}, {"mean", 0.8}, {"sigma", 0.6}};
+  }
+  json["depth"]["mean"] = {{"rmse_m", 4}, {"l1_rel", 0.02}, {"delta_1.25", 1}, {"delta_1.05", 0.9}};
+  json["model"]["model"]["error"]["estimate_to_truth_m"] = {{"rmse", 0.5}};
+  return json;
+}
+
+TEST(SequenceResult, TakesItsFiguresFromTheRecords) {
+  const SequenceResult result = ReadSequenceResult("a", GoodRun(), GoodEvaluation());
+  EXPECT_TRUE(result.is_success) << result.reason;
+  EXPECT_DOUBLE_EQ(result.tracked_share, 0.95);
+  EXPECT_DOUBLE_EQ(result.model_trajectory.rmse.value(), 0.01);
+  EXPECT_DOUBLE_EQ(result.depth_rmse.value(), 0.04);
+  EXPECT_DOUBLE_EQ(result.model.rmse.value(), 0.005);
+  EXPECT_DOUBLE_EQ(result.frames_per_s.value(), 20);
+  EXPECT_DOUBLE_EQ(result.cpu_ms_per_frame.value(), 80);
+  EXPECT_DOUBLE_EQ(result.ms_per_depth_map.value(), 250);
+  EXPECT_DOUBLE_EQ(result.share_of_frames_used.value(), 0.05);
+  EXPECT_FALSE(result.density.has_value());
+}
+
+TEST(SequenceResult, FailsByEachPartOfTheRule) {
+  const auto reason = [](const Json& run, const Json& evaluation) {
+    const SequenceResult result = ReadSequenceResult("a", run, evaluation);
+    EXPECT_FALSE(result.is_success);
+    return result.reason;
+  };
+  Json run = GoodRun();
+  run["end"] = "failed";
+  run["error"] = "disk full";
+  EXPECT_THAT(reason(run, GoodEvaluation()), HasSubstr("disk full"));
+  run = GoodRun();
+  run["maps"][0]["frames"] = 99;
+  EXPECT_THAT(reason(run, GoodEvaluation()), HasSubstr("only 49.5 %"));
+  run = GoodRun();
+  run["maps"][0]["surfels"] = 0;
+  EXPECT_EQ(reason(run, GoodEvaluation()), "no model");
+  EXPECT_THAT(reason(GoodRun(), GoodEvaluation(5.1)), HasSubstr("the trajectory is off by 5.1 %"));
+  Json evaluation = GoodEvaluation();
+  evaluation["model"]["model"]["error"]["estimate_to_truth_m"]["rmse"] = 6;
+  EXPECT_THAT(reason(GoodRun(), evaluation), HasSubstr("the model is off by 6.0 %"));
+}
+
+TEST(SuiteTables, FailuresAreCountedAndLeftOutOfTheMeans) {
+  const std::vector<SequenceResult> results = {
+      ReadSequenceResult("a", GoodRun(), GoodEvaluation(1)),
+      ReadSequenceResult("b", GoodRun(), GoodEvaluation(3)),
+      ReadSequenceResult("c", GoodRun(), GoodEvaluation(90)), FailedSequence("d", "crashed")};
+  const auto mean =
+      MeanOverSuccesses(results, &SequenceResult::final_trajectory, &LengthErrors::rmse);
+  ASSERT_TRUE(mean.has_value());
+  EXPECT_EQ(mean->count, 2);
+  EXPECT_DOUBLE_EQ(mean->mean, 0.02);
+  EXPECT_NEAR(mean->sigma, 0.01, 1e-12);
+  const std::vector<Table> tables = SuiteTables(results);
+  const std::string successes = ToText(tables.at(0));
+  EXPECT_THAT(successes, AllOf(HasSubstr("50.00 %"), HasSubstr("Failed: d: crashed"),
+                               HasSubstr("Failed: c: the trajectory is off by 90.0 %")));
+  // 2 % of 83.4 m.
+  EXPECT_THAT(ToText(tables.at(1)), AllOf(HasSubstr("mean of 2"), HasSubstr("1.67 (2.000 %)")));
+}
+
+TEST(Process, ReportsExitSignalAndTimeLimit) {
+  const std::filesystem::path log =
+      std::filesystem::path(testing::TempDir()) / "mono3d_process.log";
+  const std::atomic<bool> stop = false;
+  const ProcessResult exited = RunProcess({"/bin/sh", "-c", "echo words; exit 3"}, log, 0, stop);
+  EXPECT_EQ(exited.exit_status, 3);
+  EXPECT_EQ(ReadText(log), "words\n");
+  const ProcessResult crashed = RunProcess({"/bin/sh", "-c", "kill -SEGV $$"}, log, 0, stop);
+  EXPECT_EQ(crashed.exit_status, -1);
+  EXPECT_THAT(crashed.ending, HasSubstr("signal 11"));
+  const ProcessResult late = RunProcess({"/bin/sleep", "60"}, log, 0.05, stop);
+  EXPECT_EQ(late.exit_status, -1);
+  EXPECT_THAT(late.ending, HasSubstr("time limit"));
+  const std::atomic<bool> stopped = true;
+  EXPECT_EQ(RunProcess({"/bin/sleep", "60"}, log, 0, stopped).ending, "stopped");
+  EXPECT_THROW(RunProcess({"/no/such/program"}, log, 0, stop), std::exception);
+  std::filesystem::remove(log);
+}
+
+}  // namespace
+}  // namespace mono3d::tools
