@@ -23,8 +23,9 @@ class FrameProgress {
   std::string name_;
   bool is_terminal_;
   bool has_shown_ = false;
-  double start_ms_;
-  double last_ms_;
+  double last_ms_;  // shown
+  double last_call_ms_;
+  double mean_ms_ = 0;  // an image
 };
 
 }  // namespace mono3d::tools

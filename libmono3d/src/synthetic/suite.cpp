@@ -35,6 +35,7 @@ constexpr Spread kHeights_m{.mean = 70, .sigma = 31, .min = 23, .max = 134};
 constexpr Spread kRates_per_s{.mean = 2.33, .sigma = 0.4, .min = 0.45, .max = 3.4};
 constexpr Spread kOrbitTurns_rad_per_s{.mean = 0.0193, .sigma = 0.005, .min = 0.004, .max = 0.05};
 constexpr Spread kStraightSpeeds_m_per_s{.mean = 2.2, .sigma = 0.8, .min = 0.6, .max = 4.7};
+constexpr double kStraightPitch_deg = 12;  // steeper than an orbit: nearer to the mean depth
 constexpr double kTypicalRadius_m = 64;
 constexpr Spread kPitches_deg{.mean = 49, .sigma = 5, .min = 40, .max = 60};
 constexpr double kRateSigma_per_s = 0.26;  // within one sequence
@@ -95,7 +96,7 @@ void SetOrbit(FlightOptions& flight, const FlightDraw& draw, RandomNumbers& rand
 void SetStraight(FlightOptions& flight, const FlightDraw& draw, RandomNumbers& random) {
   flight.speed_m_per_s = draw.straight_speed_m_per_s;
   flight.heading_deg = random.Uniform(0, 360);
-  flight.pitch_deg = draw.pitch_deg;
+  flight.pitch_deg = draw.pitch_deg + kStraightPitch_deg;
   if (flight.kind == "lawnmower") {
     flight.speed_m_per_s = std::min(flight.speed_m_per_s, kFastestLawnmower_m_per_s);
     flight.row_spacing_m = 2 * flight.speed_m_per_s / kFastestRowTurn_rad_per_s;
