@@ -3,18 +3,22 @@
 
 #include "mono3d/depth/depth_estimator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "depth/buffers.h"
 #include "depth/dog.h"
+#include "depth/local_matcher.h"
 #include "depth/matcher.h"
 #include "depth/normals.h"
 #include "depth/padded_image.h"
 #include "depth/pyramid.h"
+#include "depth/refiner.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "depth/texture_filter.h"
@@ -31,6 +35,10 @@ constexpr double kLeastMotionPx = 2;
 constexpr double kLeastVisibleShare = 0.1;
 // The sweep that only looks for the range does so on images of a quarter of the size or less.
 constexpr int kRangeSearchLevel = 2;
+// Below this the coarsest level shows too little for windows and paths.
+constexpr std::uint32_t kLeastCoarseSide = 96;
+// detail.comp takes away the images of this level.
+constexpr int kDetailLevel = 2;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.
 constexpr double kLeastDensity = 0.01;
 // Pixels of the census window, 9x7, over which the texture is averaged.
@@ -42,6 +50,25 @@ DepthResult Rejected(std::string reason) {
   DepthResult result;
   result.reason = std::move(reason);
   return result;
+}
+
+// Standard deviation of the noise of an image, grey levels: of what no plane or edge along the axes
+// explains (Immerkaer 1996), by the median, so that texture counts little. Rounding to whole grey
+// levels alone leaves 0.29.
+double NoiseOf(const cv::Mat& grey) {
+  const cv::Mat laplacian = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
+  cv::Mat response;
+  cv::filter2D(grey, response, CV_16S, laplacian);
+  std::vector<int> magnitudes;
+  for (int y = 0; y < response.rows; y += 3) {
+    for (int x = 0; x < response.cols; x += 3)
+      magnitudes.push_back(std::abs(response.at<short>(y, x)));
+  }
+  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  constexpr double kMedianOfNormal = 0.6745;
+  constexpr double kGain = 6;  // root of the sum of the squared weights
+  return std::max(*middle / (kMedianOfNormal * kGain), 0.29);
 }
 
 class VulkanDepthEstimator final : public DepthEstimator {
@@ -58,7 +85,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
                                              const SweepGeometry& geometry);
   std::optional<InverseDepthRange> SearchRange(const SweepGeometry& geometry);
   SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
-  void RecordRefinement(const CameraModel& camera, const SweepPlan& plan);
+  SweepPlan RecordHierarchy(const SweepGeometry& geometry, const InverseDepthRange& range);
+  int FinestLevel(const CameraModel& camera) const;
+  int CoarsestLevel(const CameraModel& camera, int finest) const;
+  void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
 
   std::shared_ptr<Device> device_;
@@ -67,14 +97,20 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Recorder recorder_;
   PyramidStage pyramid_;
   Matcher matcher_;
+  LocalMatcher local_matcher_;
   UpsampleStage upsample_;
+  Refiner refiner_;
   NormalsStage normals_stage_;
   DogStage dog_;
   TextureFilterStage texture_filter_;
   std::vector<Buffer> levels_;  // of the pyramid: five padded images, the reference first
-  Buffer inverse_depth_;        // these at full resolution
-  Buffer confidence_;
+  const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
+  const Buffer* confidence_ = nullptr;
+  Buffer upsampled_depth_;  // these at full resolution
+  Buffer upsampled_confidence_;
   Buffer normals_;
+  const Buffer* final_normals_ = nullptr;
+  double noise_ = 1;  // of the reference, grey levels
   Buffer response_;
   Buffer filtered_depth_;
   Buffer filtered_confidence_;
@@ -88,7 +124,9 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       recorder_(device_),
       pyramid_(device_),
       matcher_(device_, options),
+      local_matcher_(device_, options),
       upsample_(device_),
+      refiner_(device_, options.refinement),
       normals_stage_(device_),
       dog_(device_),
       texture_filter_(device_) {}
@@ -108,11 +146,8 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
       (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
   if (motion_px < kLeastMotionPx) return Rejected("the baseline is too small for the depth");
 
-  const SweepPlan plan = Plan(geometry, *range, options_.pyramid.level);
-  RecordPyramid(SizeAtLevel(geometry.camera(), 0), plan.level);
-  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)]);
-  RecordRefinement(geometry.camera(), plan);
+  const SweepPlan plan = RecordHierarchy(geometry, *range);
+  RecordRefinement(geometry, plan);
   recorder_.Submit(times_);
 
   DepthResult result;
@@ -141,7 +176,9 @@ void VulkanDepthEstimator::Upload(const ImageBundle& bundle) {
   std::size_t source = 1;
   for (std::size_t i = 0; i < kBundleSize; ++i) {
     const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
-    const std::vector<std::uint32_t> words = PackPadded(ToGrey(bundle.keyframes[i].frame.bgr));
+    const cv::Mat grey = ToGrey(bundle.keyframes[i].frame.bgr);
+    const std::vector<std::uint32_t> words = PackPadded(grey);
+    if (slot == 0) noise_ = NoiseOf(grey);
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
   }
 }
@@ -199,7 +236,7 @@ std::optional<InverseDepthRange> VulkanDepthEstimator::SearchRange(const SweepGe
   const SweepPlan plan = Plan(geometry, *widest, kRangeSearchLevel);
   RecordPyramid(SizeAtLevel(geometry.camera(), 0), plan.level);
   matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)]);
+                  levels_[static_cast<std::size_t>(plan.level)], true);
   recorder_.Submit(times_);
   std::vector<float> depths(plan.size.num_pixels());
   matcher_.inverse_depth().Download(std::span<float>(depths));
@@ -207,36 +244,95 @@ std::optional<InverseDepthRange> VulkanDepthEstimator::SearchRange(const SweepGe
   return RangeOfDepths(depths);
 }
 
-void VulkanDepthEstimator::RecordRefinement(const CameraModel& camera, const SweepPlan& plan) {
+// Coarse to fine; returns the plan of the finest level.
+SweepPlan VulkanDepthEstimator::RecordHierarchy(const SweepGeometry& geometry,
+                                                const InverseDepthRange& range) {
+  const CameraModel& camera = geometry.camera();
+  const int finest = FinestLevel(camera);
+  SweepPlan plan = Plan(geometry, range, CoarsestLevel(camera, finest));
+  RecordPyramid(SizeAtLevel(camera, 0), std::max(plan.level, kDetailLevel));
+  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
+                  levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
+  inverse_depth_ = &matcher_.inverse_depth();
+  confidence_ = &matcher_.confidence();
+  while (plan.level > finest) {
+    const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
+    plan = Finer(plan, camera);
+    local_matcher_.Record(
+        recorder_, {.coarse_camera = coarse_camera, .plan = plan, .is_last = plan.level == finest},
+        geometry.Projections(plan.level), levels_[static_cast<std::size_t>(plan.level)],
+        *inverse_depth_);
+    inverse_depth_ = &local_matcher_.inverse_depth();
+    confidence_ = &local_matcher_.confidence();
+  }
+  return plan;
+}
+
+// That of the options, or the first whose volumes fit the device's buffers.
+int VulkanDepthEstimator::FinestLevel(const CameraModel& camera) const {
+  int level = options_.pyramid.level;
+  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level)) >
+         Limits(*device_).max_storage_buffer_bytes) {
+    ++level;
+  }
+  return level;
+}
+
+int VulkanDepthEstimator::CoarsestLevel(const CameraModel& camera, int finest) const {
+  const int num_levels = options_.pyramid.num_levels;
+  int level = finest;
+  while (num_levels == 0 || level - finest + 1 < num_levels) {
+    const LevelSize coarser = SizeAtLevel(camera, level + 1);
+    if (std::min(coarser.width_px, coarser.height_px) < kLeastCoarseSide) break;
+    ++level;
+  }
+  return level;
+}
+
+void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan) {
+  const CameraModel& camera = geometry.camera();
   const LevelSize size = SizeAtLevel(camera, 0);
   const std::size_t map_bytes = sizeof(float) * size.num_pixels();
   Reserve(normals_, device_, 3 * map_bytes, "depth/normals");
   Reserve(response_, device_, 4 * size.num_strided_pixels(), "depth/dog");
   Reserve(filtered_depth_, device_, map_bytes, "depth/texture_filter");
   Reserve(filtered_confidence_, device_, map_bytes, "depth/filtered_confidence");
-  const Buffer* inverse_depth = &matcher_.inverse_depth();
-  const Buffer* confidence = &matcher_.confidence();
+  const Buffer* inverse_depth = inverse_depth_;
+  const Buffer* confidence = confidence_;
   const std::uint32_t factor = 1u << static_cast<unsigned>(plan.level);
   if (plan.level > 0) {
-    Reserve(inverse_depth_, device_, map_bytes, "depth/upsample");
-    Reserve(confidence_, device_, map_bytes, "depth/upsampled_confidence");
+    Reserve(upsampled_depth_, device_, map_bytes, "depth/upsample");
+    Reserve(upsampled_confidence_, device_, map_bytes, "depth/upsampled_confidence");
     // Neighbours on one surface differ by at most a plane each way.
     upsample_.Record(recorder_,
                      {plan.size.width_px, plan.size.height_px, size.width_px, size.height_px,
                       factor, static_cast<float>(2 * plan.step)},
-                     *inverse_depth, *confidence, inverse_depth_, confidence_);
-    inverse_depth = &inverse_depth_;
-    confidence = &confidence_;
+                     *inverse_depth, *confidence, upsampled_depth_, upsampled_confidence_);
+    inverse_depth = &upsampled_depth_;
+    confidence = &upsampled_confidence_;
   }
-  normals_stage_.Record(recorder_,
-                        {.width_px = size.width_px,
-                         .height_px = size.height_px,
-                         .fx = static_cast<float>(camera.fx),
-                         .fy = static_cast<float>(camera.fy),
-                         .cx = static_cast<float>(camera.cx),
-                         .cy = static_cast<float>(camera.cy),
-                         .tolerance = static_cast<float>(plan.step / factor)},
-                        *inverse_depth, normals_);
+  if (options_.refinement.iterations > 0) {
+    refiner_.Record(recorder_, geometry,
+                    {.images = levels_[0],
+                     .quarter = levels_[kDetailLevel],
+                     .inverse_depth = *inverse_depth,
+                     .step = plan.step / factor,
+                     .noise = noise_});
+    inverse_depth = &refiner_.inverse_depth();
+    confidence = &refiner_.confidence();
+    final_normals_ = &refiner_.normals();
+  } else {
+    normals_stage_.Record(recorder_,
+                          {.width_px = size.width_px,
+                           .height_px = size.height_px,
+                           .fx = static_cast<float>(camera.fx),
+                           .fy = static_cast<float>(camera.fy),
+                           .cx = static_cast<float>(camera.cx),
+                           .cy = static_cast<float>(camera.cy),
+                           .tolerance = static_cast<float>(plan.step / factor)},
+                          *inverse_depth, normals_);
+    final_normals_ = &normals_;
+  }
   dog_.Record(recorder_, levels_[0], size, response_);
   const double min_sum = options_.dog.min_response * kDogUnitsPerGrey * kTextureWindow;
   texture_filter_.Record(
@@ -252,7 +348,7 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.normal.create(camera.height, camera.width, CV_32FC3);
   map.confidence.create(camera.height, camera.width, CV_32FC1);
   filtered_depth_.Download(std::span<float>(map.depth.ptr<float>(), map.depth.total()));
-  normals_.Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
+  final_normals_->Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
   filtered_confidence_.Download(
       std::span<float>(map.confidence.ptr<float>(), map.confidence.total()));
   map.normal.setTo(cv::Scalar::all(0), map.depth == 0);

@@ -13,7 +13,8 @@ constexpr int kLargestP2 = 130;
 }  // namespace
 
 void PyramidOptions::Visit(OptionVisitor& visit) {
-  visit("level", level, "halvings of the images before the sweep, 0: full resolution");
+  visit("level", level, "halvings of the images on the finest level, 0: full resolution");
+  visit("num_levels", num_levels, "levels from coarse to fine, 0: from the image size");
 }
 
 void PlaneSweepOptions::Visit(OptionVisitor& visit) {
@@ -28,6 +29,8 @@ void SgmOptions::Visit(OptionVisitor& visit) {
   visit("p2", p2, "penalty for a larger jump where the image is flat");
   visit("min_p2", min_p2, "the same across the strongest image edges");
   visit("gradient", gradient, "grey levels of difference that halve p2");
+  visit("follow_normals", follow_normals,
+        "let steps along the surface of the level above cost nothing");
 }
 
 void WinnerTakesAllOptions::Visit(OptionVisitor& visit) {
@@ -37,6 +40,10 @@ void WinnerTakesAllOptions::Visit(OptionVisitor& visit) {
 
 void MedianOptions::Visit(OptionVisitor& visit) {
   visit("min_support", min_support, "pixels of 25 that must agree with the median");
+}
+
+void RefinementOptions::Visit(OptionVisitor& visit) {
+  visit("iterations", iterations, "photometric steps after the sweep, 0: none");
 }
 
 void DogOptions::Visit(OptionVisitor& visit) {
@@ -49,6 +56,7 @@ void DepthEstimatorOptions::Visit(OptionVisitor& visit) {
   visit.Group("sgm", sgm);
   visit.Group("winner_takes_all", winner_takes_all);
   visit.Group("median", median);
+  visit.Group("refinement", refinement);
   visit.Group("dog", dog);
 }
 
@@ -58,6 +66,7 @@ void DepthEstimatorOptions::Validate() const {
                   std::to_string(least) + " to " + std::to_string(most), value);
   };
   require_int(pyramid.level, 0, 6, "pyramid.level");
+  require_int(pyramid.num_levels, 0, 7, "pyramid.num_levels");
   require_int(plane_sweep.max_planes, 16, 256, "plane_sweep.max_planes");
   RequireOption(plane_sweep.min_depth_su >= 0, "plane_sweep.min_depth_su", "0 or more",
                 plane_sweep.min_depth_su);
@@ -73,6 +82,7 @@ void DepthEstimatorOptions::Validate() const {
                 "winner_takes_all.min_uniqueness", "0 to less than 1",
                 winner_takes_all.min_uniqueness);
   require_int(median.min_support, 1, 25, "median.min_support");
+  require_int(refinement.iterations, 0, 10, "refinement.iterations");
   RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "dog.min_response", "0 to 255",
                 dog.min_response);
 }

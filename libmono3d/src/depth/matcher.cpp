@@ -14,18 +14,6 @@ namespace {
 constexpr std::uint32_t kNumImages = kBundleSize;
 constexpr std::uint32_t kNumHalfPixelImages = 1 + 4 * kNumSources;
 
-using PackedProjections = std::array<float, 12 * kNumSources>;
-
-PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections) {
-  PackedProjections packed{};
-  std::size_t next = 0;
-  for (const SourceProjection& projection : projections) {
-    for (int i = 0; i < 9; ++i) packed[next++] = static_cast<float>(projection.A(i / 3, i % 3));
-    for (int i = 0; i < 3; ++i) packed[next++] = static_cast<float>(projection.b(i));
-  }
-  return packed;
-}
-
 }  // namespace
 
 Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
@@ -72,7 +60,7 @@ void Matcher::RecordSweep(Recorder& recorder, const SweepPlan& plan,
   sgm_.Record(recorder, plan.size, plan.padded_planes, images, costs_, sums_);
 }
 
-void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan) {
+void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_last) {
   const std::size_t map_bytes = sizeof(float) * plan.size.num_pixels();
   Reserve(winner_depth_, device_, map_bytes, "depth/winner_takes_all");
   Reserve(winner_uniqueness_, device_, map_bytes, "depth/uniqueness");
@@ -84,27 +72,29 @@ void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan) {
        .height_px = plan.size.height_px,
        .num_planes = plan.num_planes,
        .padded_planes = plan.padded_planes,
-       .max_cost = static_cast<std::uint32_t>(options_.winner_takes_all.max_cost),
-       .min_uniqueness = static_cast<float>(options_.winner_takes_all.min_uniqueness),
+       .max_cost = is_last ? static_cast<std::uint32_t>(options_.winner_takes_all.max_cost) : 255u,
+       .min_uniqueness =
+           is_last ? static_cast<float>(options_.winner_takes_all.min_uniqueness) : -1.0f,
        .inverse_depth = static_cast<float>(plan.inverse_depth),
        .inverse_depth_step = static_cast<float>(plan.step)},
       sums_, costs_, winner_depth_, winner_uniqueness_);
   // Surfaces steeper than one plane a pixel are hidden from one side or the other; in the window
   // the farthest pixel is 2 px from the middle.
-  median_.Record(recorder,
-                 {.width_px = plan.size.width_px,
-                  .height_px = plan.size.height_px,
-                  .min_support = static_cast<std::uint32_t>(options_.median.min_support),
-                  .tolerance = static_cast<float>(2 * plan.step)},
-                 winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
+  median_.Record(
+      recorder,
+      {.width_px = plan.size.width_px,
+       .height_px = plan.size.height_px,
+       .min_support = is_last ? static_cast<std::uint32_t>(options_.median.min_support) : 1u,
+       .tolerance = static_cast<float>(2 * plan.step)},
+      winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
 }
 
 void Matcher::Record(Recorder& recorder, const SweepPlan& plan,
                      const std::array<SourceProjection, kNumSources>& projections,
-                     const Buffer& images) {
+                     const Buffer& images, bool is_last) {
   RecordCensus(recorder, plan.size, images);
   RecordSweep(recorder, plan, projections, images);
-  RecordChoice(recorder, plan);
+  RecordChoice(recorder, plan, is_last);
 }
 
 }  // namespace mono3d

@@ -30,9 +30,11 @@ class Matcher {
   }
 
   // `images` holds five padded images of plan.size, the reference first. The results are there
-  // after recorder.Submit(), plan.size.num_pixels() floats each.
+  // after recorder.Submit(), plan.size.num_pixels() floats each. Every winner is kept, as a prior,
+  // unless `is_last`.
   void Record(Recorder& recorder, const SweepPlan& plan,
-              const std::array<SourceProjection, kNumSources>& projections, const Buffer& images);
+              const std::array<SourceProjection, kNumSources>& projections, const Buffer& images,
+              bool is_last);
 
   const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
   const Buffer& confidence() const { return median_confidence_; }  // 0 to 1
@@ -42,7 +44,7 @@ class Matcher {
   void RecordSweep(Recorder& recorder, const SweepPlan& plan,
                    const std::array<SourceProjection, kNumSources>& projections,
                    const Buffer& images);
-  void RecordChoice(Recorder& recorder, const SweepPlan& plan);
+  void RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_last);
 
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions options_;

@@ -13,13 +13,6 @@
 #include "gpu/device_handle.h"
 
 namespace mono3d {
-namespace {
-
-// Opposite directions in turn, so that each half of the sums is still in the cache where it can be.
-constexpr std::array<std::array<int, 2>, 8> kDirections = {
-    {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
-
-}  // namespace
 
 std::array<std::uint32_t, 256> JumpPenalties(const SgmOptions& options) {
   std::array<std::uint32_t, 256> penalties{};
@@ -59,7 +52,7 @@ void SgmStage::Record(Recorder& recorder, LevelSize size, std::uint32_t padded_p
                       const Buffer& image, const Buffer& costs, const Buffer& sums) {
   const Kernel& kernel = KernelFor(padded_planes);
   bool is_first = true;
-  for (const auto& [step_x, step_y] : kDirections) {
+  for (const auto& [step_x, step_y] : kPathDirections) {
     const std::uint32_t num_scanlines = step_y == 0 ? size.height_px : size.width_px;
     recorder.Dispatch(
         kernel, {costs, image, jump_penalties_, sums, sums},

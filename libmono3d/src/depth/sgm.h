@@ -15,6 +15,11 @@
 
 namespace mono3d {
 
+// Steps of the eight paths. Opposite directions in turn, so that each half of the sums is still in
+// the cache where it can be.
+inline constexpr std::array<std::array<int, 2>, 8> kPathDirections = {
+    {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
+
 // P2 for each absolute difference of the grey values of neighbours.
 std::array<std::uint32_t, 256> JumpPenalties(const SgmOptions& options);
 

@@ -130,6 +130,16 @@ std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
   return InverseDepthRange{0, nearest};
 }
 
+PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections) {
+  PackedProjections packed{};
+  std::size_t next = 0;
+  for (const SourceProjection& projection : projections) {
+    for (int i = 0; i < 9; ++i) packed[next++] = static_cast<float>(projection.A(i / 3, i % 3));
+    for (int i = 0; i < 3; ++i) packed[next++] = static_cast<float>(projection.b(i));
+  }
+  return packed;
+}
+
 std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_su) {
   std::vector<double> inverse;
   for (const float depth : depths_su) {

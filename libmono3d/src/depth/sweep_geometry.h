@@ -65,6 +65,10 @@ class SweepGeometry {
 // up.
 CameraModel HalvedCamera(CameraModel camera, int level);
 
+// As the kernels read them: per source A in rows, then b.
+using PackedProjections = std::array<float, 12 * kNumSources>;
+PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections);
+
 // Range of inverse depths in which nearly all of the scene lies, from a sample of its depths: their
 // 2 % and 98 % quantiles with a margin. Empty when the sample is too small to have quantiles.
 std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_su);

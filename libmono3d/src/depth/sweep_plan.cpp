@@ -47,4 +47,14 @@ SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& rang
   }
 }
 
+SweepPlan Finer(const SweepPlan& plan, const CameraModel& camera) {
+  SweepPlan finer = plan;
+  --finer.level;
+  finer.size = SizeAtLevel(camera, finer.level);
+  finer.step = 0.5 * plan.step;
+  finer.num_planes = 2 * plan.num_planes - 1;
+  finer.padded_planes = 0;
+  return finer;
+}
+
 }  // namespace mono3d

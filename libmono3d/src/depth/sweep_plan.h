@@ -36,4 +36,7 @@ LevelSize SizeAtLevel(const CameraModel& camera, int level);
 SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& range,
                     const SweepLimits& limits);
 
+// The same grid of planes one level finer, with twice the planes. Requires plan.level > 0.
+SweepPlan Finer(const SweepPlan& plan, const CameraModel& camera);
+
 }  // namespace mono3d

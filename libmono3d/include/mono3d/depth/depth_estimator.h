@@ -36,10 +36,12 @@ class DepthEstimator {
 };
 
 struct PyramidOptions {
-  // Halvings of the images before the sweep; a coarser level is taken when the planes do not fit
-  // into the device's buffers. One halving takes a fifth of the time of none; the mean error
-  // grows by 40 % to 100 %.
-  int level = 1;
+  // Halvings of the images on the finest level that is swept; a coarser one is taken when the planes
+  // do not fit into the device's buffers.
+  int level = 0;
+  // Levels from the coarsest, which is swept over the whole range, to the finest; fewer when the
+  // image is too small for them. 0: from the image size.
+  int num_levels = 0;
 
   void Visit(OptionVisitor& visit);
 };
@@ -59,6 +61,7 @@ struct SgmOptions {
   int p2 = 100;      // for a larger jump between pixels of the same grey value
   int min_p2 = 20;   // across the strongest edges
   int gradient = 8;  // grey levels of difference that halve P2
+  bool follow_normals = true;  // SGM^sn below the coarsest level
 
   void Visit(OptionVisitor& visit);
 };
@@ -72,6 +75,13 @@ struct WinnerTakesAllOptions {
 
 struct MedianOptions {
   int min_support = 13;  // of the 25 pixels, how many must agree with their median
+
+  void Visit(OptionVisitor& visit);
+};
+
+// Refinement of the swept depth on the grey values of all images, at full resolution.
+struct RefinementOptions {
+  int iterations = 2;  // 0: none
 
   void Visit(OptionVisitor& visit);
 };
@@ -91,6 +101,7 @@ struct DepthEstimatorOptions {
   SgmOptions sgm;
   WinnerTakesAllOptions winner_takes_all;
   MedianOptions median;
+  RefinementOptions refinement;
   DogOptions dog;
 
   void Visit(OptionVisitor& visit);

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/detail.h"
+
+#include <utility>
+
+#include "depth/detail.spirv.h"
+
+namespace mono3d {
+
+DetailStage::DetailStage(std::shared_ptr<Device> device)
+    : kernel_(std::move(device), {"depth/detail", depth_detail_spirv}) {}
+
+void DetailStage::Record(Recorder& recorder, const DetailParams& params, const Buffer& images,
+                         const Buffer& quarter, const Buffer& detail) const {
+  recorder.Dispatch(kernel_, {images, quarter, detail}, params,
+                    {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
+                     params.height_px, 5});
+}
+
+}  // namespace mono3d

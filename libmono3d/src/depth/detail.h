@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+
+#include "depth/detail.params.h"
+#include "gpu/recorder.h"
+
+namespace mono3d {
+
+// High-pass grey images in words for bilinear interpolation (shaders/depth/detail.comp), five of
+// them. `quarter` holds the padded images halved twice; `detail` gets a word for each strided
+// pixel.
+class DetailStage {
+ public:
+  explicit DetailStage(std::shared_ptr<Device> device);
+
+  void Record(Recorder& recorder, const DetailParams& params, const Buffer& images,
+              const Buffer& quarter, const Buffer& detail) const;
+
+ private:
+  Kernel kernel_;
+};
+
+}  // namespace mono3d

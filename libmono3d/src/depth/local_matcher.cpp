@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/local_matcher.h"
+
+#include <span>
+#include <utility>
+
+#include "depth/buffers.h"
+#include "depth/local_volume.h"
+
+namespace mono3d {
+
+LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
+    : device_(std::move(device)),
+      options_(options),
+      normals_stage_(device_),
+      prior_(device_),
+      census_stage_(device_),
+      sweep_(device_),
+      sgm_(device_, options.sgm),
+      winner_(device_),
+      median_(device_) {}
+
+std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size) {
+  return std::uint64_t{kLocalPlanes} * (kNumPaths / 2) * NumLocalPixels(size);
+}
+
+void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
+                               const Buffer& coarse_depth) {
+  const LevelSize coarse = SizeAtLevel(level.coarse_camera, 0);
+  const SweepPlan& plan = level.plan;
+  const CameraModel& camera = level.coarse_camera;
+  const std::size_t range_bytes = sizeof(std::uint32_t) * NumLocalPixels(plan.size);
+  Reserve(coarse_normals_, device_, 3 * sizeof(float) * coarse.num_pixels(),
+          "depth/coarse_normals");
+  Reserve(ranges_, device_, range_bytes, "depth/ranges");
+  Reserve(jumps_, device_, range_bytes, "depth/jumps");
+  normals_stage_.Record(recorder,
+                        {.width_px = coarse.width_px,
+                         .height_px = coarse.height_px,
+                         .fx = static_cast<float>(camera.fx),
+                         .fy = static_cast<float>(camera.fy),
+                         .cx = static_cast<float>(camera.cx),
+                         .cy = static_cast<float>(camera.cy),
+                         .tolerance = static_cast<float>(2 * plan.step)},
+                        coarse_depth, coarse_normals_);
+  prior_.Record(recorder,
+                {.coarse_width_px = coarse.width_px,
+                 .coarse_height_px = coarse.height_px,
+                 .width_px = plan.size.width_px,
+                 .height_px = plan.size.height_px,
+                 .stride_px = LocalStride(plan.size),
+                 .num_planes = plan.num_planes,
+                 .fx = static_cast<float>(camera.fx),
+                 .fy = static_cast<float>(camera.fy),
+                 .cx = static_cast<float>(camera.cx),
+                 .cy = static_cast<float>(camera.cy),
+                 .inverse_depth = static_cast<float>(plan.inverse_depth),
+                 .inverse_depth_step = static_cast<float>(plan.step),
+                 .follow_normals = options_.sgm.follow_normals ? 1u : 0u},
+                coarse_depth, coarse_normals_, images, ranges_, jumps_);
+}
+
+void LocalMatcher::RecordSweep(Recorder& recorder, const SweepPlan& plan, const Buffer& projections,
+                               const Buffer& images) {
+  const std::size_t num_pixels = NumLocalPixels(plan.size);
+  Reserve(census_, device_, 8 * plan.size.num_strided_pixels() * kBundleSize, "depth/local_census");
+  Reserve(costs_, device_, kLocalPlanes * num_pixels, "depth/local_costs");
+  Reserve(paths_, device_, LargestBufferBytes(plan.size), "depth/paths");
+  Reserve(more_paths_, device_, LargestBufferBytes(plan.size), "depth/more_paths");
+  census_stage_.Record(recorder, images, plan.size, kBundleSize, census_);
+  sweep_.Record(recorder,
+                {.width_px = plan.size.width_px,
+                 .height_px = plan.size.height_px,
+                 .stride_px = LocalStride(plan.size),
+                 .inverse_depth = static_cast<float>(plan.inverse_depth),
+                 .inverse_depth_step = static_cast<float>(plan.step)},
+                census_, projections, ranges_, costs_);
+  sgm_.Record(recorder, plan.size, costs_, ranges_, jumps_, paths_, more_paths_);
+}
+
+void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
+  const SweepPlan& plan = level.plan;
+  const WinnerTakesAllOptions& options = options_.winner_takes_all;
+  const std::size_t map_bytes = sizeof(float) * plan.size.num_pixels();
+  Reserve(winner_depth_, device_, map_bytes, "depth/local_winner");
+  Reserve(winner_uniqueness_, device_, map_bytes, "depth/local_uniqueness");
+  Reserve(median_depth_, device_, map_bytes, "depth/local_median");
+  Reserve(median_confidence_, device_, map_bytes, "depth/local_confidence");
+  winner_.Record(
+      recorder,
+      {.width_px = plan.size.width_px,
+       .height_px = plan.size.height_px,
+       .stride_px = LocalStride(plan.size),
+       .max_cost = level.is_last ? static_cast<std::uint32_t>(options.max_cost) : 255u,
+       .min_uniqueness = level.is_last ? static_cast<float>(options.min_uniqueness) : -1.0f,
+       .inverse_depth = static_cast<float>(plan.inverse_depth),
+       .inverse_depth_step = static_cast<float>(plan.step)},
+      paths_, more_paths_, costs_, ranges_, winner_depth_, winner_uniqueness_);
+  median_.Record(
+      recorder,
+      {.width_px = plan.size.width_px,
+       .height_px = plan.size.height_px,
+       .min_support = level.is_last ? static_cast<std::uint32_t>(options_.median.min_support) : 1u,
+       .tolerance = static_cast<float>(2 * plan.step)},
+      winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
+}
+
+void LocalMatcher::Record(Recorder& recorder, const Level& level,
+                          const std::array<SourceProjection, kNumSources>& projections,
+                          const Buffer& images, const Buffer& coarse_depth) {
+  const auto index = static_cast<std::size_t>(level.plan.level);
+  if (projections_.size() <= index) projections_.resize(index + 1);
+  Reserve(projections_[index], device_, sizeof(PackedProjections), "depth/projections");
+  const PackedProjections packed = Pack(projections);
+  projections_[index].Upload(std::span<const float>(packed));
+  RecordPrior(recorder, level, images, coarse_depth);
+  RecordSweep(recorder, level.plan, projections_[index], images);
+  RecordChoice(recorder, level);
+}
+
+}  // namespace mono3d

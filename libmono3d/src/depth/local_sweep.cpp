@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/local_sweep.h"
+
+#include <utility>
+
+#include "depth/local_sweep.spirv.h"
+
+namespace mono3d {
+
+LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device)
+    : kernel_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv}) {}
+
+void LocalSweepStage::Record(Recorder& recorder, const LocalSweepParams& params,
+                             const Buffer& census, const Buffer& projections, const Buffer& ranges,
+                             const Buffer& costs) const {
+  recorder.Dispatch(
+      kernel_, {census, projections, ranges, costs}, params,
+      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+}
+
+}  // namespace mono3d

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+
+#include "depth/local_sweep.params.h"
+#include "gpu/recorder.h"
+
+namespace mono3d {
+
+// Matching costs of the planes around the prior (shaders/depth/local_sweep.comp). `census` holds
+// five images, the reference first; `costs` gets kLocalPlanes bytes for each of NumLocalPixels.
+class LocalSweepStage {
+ public:
+  explicit LocalSweepStage(std::shared_ptr<Device> device);
+
+  void Record(Recorder& recorder, const LocalSweepParams& params, const Buffer& census,
+              const Buffer& projections, const Buffer& ranges, const Buffer& costs) const;
+
+ private:
+  Kernel kernel_;
+};
+
+}  // namespace mono3d

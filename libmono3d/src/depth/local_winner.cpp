@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/local_winner.h"
+
+#include <utility>
+
+#include "depth/local_winner.spirv.h"
+
+namespace mono3d {
+
+LocalWinnerStage::LocalWinnerStage(std::shared_ptr<Device> device)
+    : kernel_(std::move(device), {"depth/local_winner", depth_local_winner_spirv}) {}
+
+void LocalWinnerStage::Record(Recorder& recorder, const LocalWinnerParams& params,
+                              const Buffer& paths, const Buffer& more_paths, const Buffer& costs,
+                              const Buffer& ranges, const Buffer& inverse_depth,
+                              const Buffer& uniqueness) const {
+  recorder.Dispatch(
+      kernel_, {paths, more_paths, costs, ranges, inverse_depth, uniqueness}, params,
+      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+}
+
+}  // namespace mono3d

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/photometric.h"
+
+#include <utility>
+
+#include "depth/photometric.spirv.h"
+
+namespace mono3d {
+
+PhotometricStage::PhotometricStage(std::shared_ptr<Device> device)
+    : kernel_(std::move(device), {"depth/photometric", depth_photometric_spirv}) {}
+
+void PhotometricStage::Record(Recorder& recorder, const PhotometricParams& params,
+                              const Buffer& detail, const Buffer& projections,
+                              const Buffer& inverse_depth, const Buffer& measurements) const {
+  recorder.Dispatch(
+      kernel_, {detail, projections, inverse_depth, measurements}, params,
+      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+}
+
+}  // namespace mono3d

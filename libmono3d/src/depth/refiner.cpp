@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/refiner.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "depth/buffers.h"
+#include "depth/sweep_plan.h"
+
+namespace mono3d {
+
+Refiner::Refiner(std::shared_ptr<Device> device, const RefinementOptions& options)
+    : device_(std::move(device)),
+      options_(options),
+      detail_stage_(device_),
+      photometric_(device_),
+      surface_(device_),
+      projections_(device_, sizeof(PackedProjections), "depth/refiner_projections") {}
+
+void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {
+  const CameraModel& camera = geometry.camera();
+  const LevelSize size = SizeAtLevel(camera, 0);
+  Reserve(detail_, device_, 4 * kBundleSize * size.num_strided_pixels(), "depth/detail");
+  Reserve(measurements_, device_, 4 * sizeof(float) * size.num_pixels(), "depth/photometric");
+  Reserve(inverse_depth_, device_, sizeof(float) * size.num_pixels(), "depth/surface");
+  Reserve(normals_, device_, 3 * sizeof(float) * size.num_pixels(), "depth/normals");
+  Reserve(confidence_, device_, sizeof(float) * size.num_pixels(), "depth/confidence");
+  const PackedProjections packed = Pack(geometry.Projections(0));
+  projections_.Upload(std::span<const float>(packed));
+  detail_stage_.Record(recorder, {size.width_px, size.height_px}, input.images, input.quarter,
+                       detail_);
+  for (int i = 0; i < options_.iterations; ++i) {
+    photometric_.Record(recorder,
+                        {.width_px = size.width_px,
+                         .height_px = size.height_px,
+                         .inverse_depth_step = static_cast<float>(input.step),
+                         .noise = static_cast<float>(input.noise)},
+                        detail_, projections_, i == 0 ? input.inverse_depth : inverse_depth_,
+                        measurements_);
+    surface_.Record(recorder,
+                    {.width_px = size.width_px,
+                     .height_px = size.height_px,
+                     .fx = static_cast<float>(camera.fx),
+                     .fy = static_cast<float>(camera.fy),
+                     .cx = static_cast<float>(camera.cx),
+                     .cy = static_cast<float>(camera.cy),
+                     .inverse_depth_step = static_cast<float>(input.step)},
+                    measurements_, inverse_depth_, normals_, confidence_);
+  }
+}
+
+}  // namespace mono3d

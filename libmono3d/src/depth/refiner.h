@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+
+#include "depth/detail.h"
+#include "depth/photometric.h"
+#include "depth/surface.h"
+#include "depth/sweep_geometry.h"
+#include "gpu/buffer.h"
+#include "gpu/recorder.h"
+#include "mono3d/depth/depth_estimator.h"
+
+namespace mono3d {
+
+// From the depth of the sweep to fractions of a plane: photometric steps and fits of the surface in
+// turn, at full resolution. Keeps its buffers from one bundle to the next.
+class Refiner {
+ public:
+  Refiner(std::shared_ptr<Device> device, const RefinementOptions& options);
+
+  struct Input {
+    const Buffer& images;   // five padded images, the reference first
+    const Buffer& quarter;  // the same, halved twice
+    const Buffer& inverse_depth;
+    double step = 0;   // of inverse depth for 1 px in the farthest camera, 1/su
+    double noise = 0;  // standard deviation of the grey values
+  };
+
+  // The results are there after recorder.Submit().
+  void Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input);
+
+  const Buffer& inverse_depth() const { return inverse_depth_; }  // 1/su; 0: no estimate
+  const Buffer& normals() const { return normals_; }              // three floats
+  const Buffer& confidence() const { return confidence_; }        // 0 to 1
+
+ private:
+  std::shared_ptr<Device> device_;
+  RefinementOptions options_;
+  DetailStage detail_stage_;
+  PhotometricStage photometric_;
+  SurfaceStage surface_;
+  Buffer projections_;
+  Buffer detail_;
+  Buffer measurements_;
+  Buffer inverse_depth_;
+  Buffer normals_;
+  Buffer confidence_;
+};
+
+}  // namespace mono3d

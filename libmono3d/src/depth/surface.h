@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+
+#include "depth/surface.params.h"
+#include "gpu/recorder.h"
+
+namespace mono3d {
+
+// Inverse depth, normals and confidence of the surface through each pixel
+// (shaders/depth/surface.comp).
+class SurfaceStage {
+ public:
+  explicit SurfaceStage(std::shared_ptr<Device> device);
+
+  void Record(Recorder& recorder, const SurfaceParams& params, const Buffer& measurements,
+              const Buffer& inverse_depth, const Buffer& normals, const Buffer& confidence) const;
+
+ private:
+  Kernel kernel_;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#ifndef MONO3D_DEPTH_LOCAL_SWEEP_PARAMS_H
+#define MONO3D_DEPTH_LOCAL_SWEEP_PARAMS_H
+
+#include "common/params.h"
+MONO3D_PARAMS_BEGIN(LocalSweepParams)
+uint width_px;
+uint height_px;
+uint stride_px;            // of the local volumes
+float inverse_depth;       // of plane 0, the farthest, 1/su
+float inverse_depth_step;  // 1/su
+MONO3D_PARAMS_END
+
+#endif

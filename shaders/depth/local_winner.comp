@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// Of the 16 planes of each pixel that of the smallest sum over the eight paths, the first of equals,
+// and between the planes the lowest point of the parabola through its neighbours; at an end of the
+// range the plane itself. No estimate where the plane does not match, and where another one, not next
+// to it, is nearly as good. One pixel an invocation.
+#version 450
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_GOOGLE_include_directive : require
+
+#include "depth/local_winner.params.h"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer paths;       // four of local_sgm.comp
+layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_paths;  // the other four
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer costs;       // local_sweep.comp
+layout(binding = 3, r32ui) uniform readonly uimageBuffer ranges;         // prior.comp
+layout(binding = 4, std430) writeonly buffer InverseDepth {  // 1/su; 0: no estimate
+  float inverse_depth[];
+};
+layout(binding = 5, std430) writeonly buffer Uniqueness {  // 0 to 1: 1 - smallest / runner-up
+  float uniqueness[];
+};
+
+const uint kMost = 0xffffffffu;
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int y = int(gl_GlobalInvocationID.y);
+  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
+  const int pixel = y * int(params.stride_px) + x;
+  const int volume = int(params.stride_px * params.height_px);
+
+  uvec4 even = uvec4(0);  // sums of planes 4 i and 4 i + 2, 16 bits each
+  uvec4 odd = uvec4(0);
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    const uvec4 one = imageLoad(paths, i * volume + pixel);
+    const uvec4 other = imageLoad(more_paths, i * volume + pixel);
+    even += (one & 0x00ff00ffu) + (other & 0x00ff00ffu);
+    odd += ((one >> 8) & 0x00ff00ffu) + ((other >> 8) & 0x00ff00ffu);
+  }
+  uint sums[16];
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    sums[4 * i] = even[i] & 0xffffu;
+    sums[4 * i + 1] = odd[i] & 0xffffu;
+    sums[4 * i + 2] = even[i] >> 16;
+    sums[4 * i + 3] = odd[i] >> 16;
+  }
+  uint best_key = kMost;  // sum and plane, ordered by sum first
+  [[unroll]] for (int d = 0; d < 16; ++d) best_key = min(best_key, (sums[d] << 8) | uint(d));
+  const int best = int(best_key & 0xffu);
+  const uvec4 cost_words = imageLoad(costs, pixel);
+  uint below = 0u, above = 0u, cost = 0u, second = kMost;
+  [[unroll]] for (int d = 0; d < 16; ++d) {
+    below = d + 1 == best ? sums[d] : below;
+    above = d - 1 == best ? sums[d] : above;
+    cost = d == best ? (cost_words[d / 4] >> (8 * (d % 4))) & 0xffu : cost;
+    second = min(second, abs(d - best) > 1 ? sums[d] : kMost);
+  }
+  const uint here = best_key >> 8;
+  const float share = second > 0u ? 1.0 - float(here) / float(second) : 0.0;
+  float result = 0.0;
+  if (cost <= params.max_cost && share >= params.min_uniqueness) {
+    const float curvature = float(below) - 2.0 * float(here) + float(above);
+    const bool inside = best > 0 && best < 15 && curvature > 0.0;
+    const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
+    const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
+    result = params.inverse_depth + plane * params.inverse_depth_step;
+  }
+  const int index = y * int(params.width_px) + x;
+  inverse_depth[index] = result;
+  uniqueness[index] = result > 0.0 ? share : 0.0;
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// From the depth and normals of one level to the planes that each pixel of the next finer level is
+// matched on. The level has one grid of planes; a pixel takes the 16 of it around its prior, which
+// is the depth of the coarse pixel it lies in, carried along its surface. The range is moved so that
+// the depths of the neighbourhood lie in it as well, as far as it goes: a thin structure or a step
+// that the coarse level lost can come back.
+//
+// SGM^sn: on a plane n.X = c inverse depth is affine in the pixel, and a step of one pixel changes it
+// by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path the jump between the pixel
+// before and this one, both rounded to planes as they lie on this pixel's surface, costs nothing.
+#version 450
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_GOOGLE_include_directive : require
+
+#include "depth/padded_image.glsl"
+#include "depth/prior.params.h"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 0, r32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
+layout(binding = 1, r32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
+layout(binding = 2, r32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
+// First plane in bits 0..15, grey value in bits 16..23; rows of stride_px pixels.
+layout(binding = 3, std430) writeonly buffer Ranges {
+  uint ranges[];
+};
+// Planes from the pixel before to this one, 4 bits with sign for each direction of local_sgm.comp.
+layout(binding = 4, std430) writeonly buffer Jumps {
+  uint jumps[];
+};
+
+const float kNumPlanes = 16.0;
+// A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must fit
+// on each side.
+const float kMargin = 3.0;
+// Surfaces steeper than one plane a pixel are hidden from one side or the other.
+const float kSteepest = 1.0;
+const float kLeastCosine = 0.05;  // of normal and ray; more grazing surfaces have no usable slope
+
+int width;  // of the coarse level
+int height;
+
+float Position(float w) { return (w - params.inverse_depth) / params.inverse_depth_step; }
+
+// In planes of the fine level per pixel of the fine level.
+vec2 Slope(int x, int y, float w) {
+  const int index = 3 * (y * width + x);
+  const vec3 n = vec3(imageLoad(coarse_normal, index).x, imageLoad(coarse_normal, index + 1).x,
+                      imageLoad(coarse_normal, index + 2).x);
+  const vec3 ray = vec3((float(x) - params.cx) / params.fx, (float(y) - params.cy) / params.fy, 1.0);
+  const float cosine = dot(n, ray);
+  if (params.follow_normals == 0u || cosine > -kLeastCosine) return vec2(0);
+  const vec2 slope = 0.5 * w / params.inverse_depth_step * vec2(n.x / params.fx, n.y / params.fy) /
+                     cosine;
+  return clamp(slope, vec2(-kSteepest), vec2(kSteepest));
+}
+
+uint Jump(float position, vec2 slope, float dx, float dy, int direction) {
+  const float before = position - dot(slope, vec2(dx, dy));
+  const int jump = clamp(int(floor(position + 0.5)) - int(floor(before + 0.5)), -8, 7);
+  return (uint(jump) & 15u) << (4 * direction);
+}
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int y = int(gl_GlobalInvocationID.y);
+  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
+  width = int(params.coarse_width_px);
+  height = int(params.coarse_height_px);
+  const int column = x / 2;
+  const int row = y / 2;
+  float nearest = 0.0;
+  float farthest = 3.4e38;
+  [[unroll]] for (int i = 0; i < 9; ++i) {
+    const float w = imageLoad(coarse_depth, clamp(row + i / 3 - 1, 0, height - 1) * width +
+                                                clamp(column + i % 3 - 1, 0, width - 1)).x;
+    nearest = max(nearest, w);
+    farthest = min(farthest, w > 0.0 ? w : farthest);
+  }
+  const float own = imageLoad(coarse_depth, row * width + column).x;
+  const bool found = nearest > 0.0;
+  const float w = own > 0.0 ? own : (found ? 0.5 * (nearest + farthest) : 0.0);
+  const vec2 slope = own > 0.0 ? Slope(column, row, w) : vec2(0);
+  const vec2 from_centre = vec2((x & 1) == 0 ? -0.5 : 0.5, (y & 1) == 0 ? -0.5 : 0.5);
+  const float position =
+      (found ? Position(w) : 0.5 * float(params.num_planes)) + dot(slope, from_centre);
+
+  // The middle of the neighbourhood, but never so that the prior's own margin is left.
+  const float middle = found ? 0.5 * (Position(nearest) + Position(farthest)) : position;
+  const float reach = 0.5 * kNumPlanes - kMargin;
+  const float centre = clamp(middle, position - reach, position + reach);
+  const float most = max(float(params.num_planes) - kNumPlanes, 0.0);
+  const float first = clamp(floor(centre - 0.5 * kNumPlanes + 1.0), 0.0, most);
+
+  const uint word =
+      imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
+  const uint grey = (word >> (8 * (x & 3))) & 0xffu;
+  const int pixel = y * int(params.stride_px) + x;
+  ranges[pixel] = uint(first) | (grey << 16);
+  jumps[pixel] = Jump(position, slope, 1, 0, 0) | Jump(position, slope, -1, 0, 1) |
+                 Jump(position, slope, 0, 1, 2) | Jump(position, slope, 0, -1, 3) |
+                 Jump(position, slope, 1, 1, 4) | Jump(position, slope, -1, -1, 5) |
+                 Jump(position, slope, -1, 1, 6) | Jump(position, slope, 1, -1, 7);
+}
