@@ -17,12 +17,13 @@ layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer costs;  // local_sweep.comp
 layout(binding = 1, r32ui) uniform readonly uimageBuffer ranges;    // prior.comp
-layout(binding = 2, r32ui) uniform readonly uimageBuffer jumps;     // prior.comp
-layout(binding = 3, r32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
+layout(binding = 2, r32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
 // L as bytes, a texel of 16 a pixel as the costs; the volumes of directions one after the other.
-layout(binding = 4, std430) writeonly buffer Paths {
+layout(binding = 3, std430) writeonly buffer Paths {
   uvec4 paths[];
 };
+
+#include "depth/local_volume.glsl"
 
 const uint kNone = 0xffffffffu;  // four planes that the pixel before was not matched on
 
@@ -53,7 +54,6 @@ void ShiftBytes(uvec4 path, int first, out uint v[5]) {
 void main() {
   const int width = int(params.width_px);
   const int height = int(params.height_px);
-  const int stride = int(params.stride_px);
   const int step_x = params.step_x;
   const int step_y = params.step_y;
   const uint p1 = params.p1;
@@ -70,10 +70,10 @@ void main() {
   int range_before = 0;
   bool starts = true;
   for (int step = 0; step < num_steps; ++step) {
-    const int pixel = y * stride + x;
+    const int pixel = LocalPixel(x, y, height);
     const uvec4 cost = imageLoad(costs, pixel);
-    const int range = int(imageLoad(ranges, pixel).x);
-    const int jump = bitfieldExtract(int(imageLoad(jumps, pixel).x), jump_shift, 4);
+    const int range = int(imageLoad(ranges, 2 * pixel).x);
+    const int jump = bitfieldExtract(int(imageLoad(ranges, 2 * pixel + 1).x), jump_shift, 4);
     const int difference = abs((range >> 16) - (range_before >> 16));
     const uint penalty = imageLoad(p2, starts ? 0 : difference).x;
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;

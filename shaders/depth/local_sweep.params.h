@@ -8,7 +8,6 @@
 MONO3D_PARAMS_BEGIN(LocalSweepParams)
 uint width_px;
 uint height_px;
-uint stride_px;            // of the local volumes
 float inverse_depth;       // of plane 0, the farthest, 1/su
 float inverse_depth_step;  // 1/su
 MONO3D_PARAMS_END

@@ -24,14 +24,18 @@ layout(binding = 5, std430) writeonly buffer Uniqueness {  // 0 to 1: 1 - smalle
   float uniqueness[];
 };
 
+#include "depth/local_volume.glsl"
+
 const uint kMost = 0xffffffffu;
 
 void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
-  const int pixel = y * int(params.stride_px) + x;
-  const int volume = int(params.stride_px * params.height_px);
+  // In the order of the volumes: eight of them are read at once.
+  const int height = int(params.height_px);
+  const int y = int(gl_GlobalInvocationID.x) >> 3;
+  const int x = int(gl_GlobalInvocationID.y << 3) | (int(gl_GlobalInvocationID.x) & 7);
+  if (x >= int(params.width_px) || y >= height) return;
+  const int pixel = LocalPixel(x, y, height);
+  const int volume = LocalPixel(int(params.width_px + 7u) & ~7, 0, height);
 
   uvec4 even = uvec4(0);  // sums of planes 4 i and 4 i + 2, 16 bits each
   uvec4 odd = uvec4(0);
@@ -66,7 +70,7 @@ void main() {
     const float curvature = float(below) - 2.0 * float(here) + float(above);
     const bool inside = best > 0 && best < 15 && curvature > 0.0;
     const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
-    const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
+    const float plane = float((imageLoad(ranges, 2 * pixel).x & 0xffffu) + uint(best)) + offset;
     result = params.inverse_depth + plane * params.inverse_depth_step;
   }
   const int index = y * int(params.width_px) + x;

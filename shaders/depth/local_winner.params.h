@@ -8,7 +8,6 @@
 MONO3D_PARAMS_BEGIN(LocalWinnerParams)
 uint width_px;
 uint height_px;
-uint stride_px;            // of the local volumes
 uint max_cost;             // of the winning plane, in units of plane_cost.glsl
 float min_uniqueness;      // share by which the runner-up must be worse
 float inverse_depth;       // of plane 0, 1/su

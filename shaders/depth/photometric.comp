@@ -23,6 +23,8 @@ layout(binding = 3, std430) writeonly buffer Measurements {
   vec4 measurements[];
 };
 
+#include "depth/projections.glsl"
+
 int stride;
 int image_words;
 float reference;
@@ -31,16 +33,9 @@ vec2 sums;  // of weight * J * r and of weight * J^2
 float support;
 float num_visible;
 
-vec3 LoadVector(int first, int step) {
-  return vec3(imageLoad(projections, first).x, imageLoad(projections, first + step).x,
-              imageLoad(projections, first + 2 * step).x);
-}
-
 void AddSource(int source, vec3 p, float w) {
-  const int first = 12 * source;
-  const vec3 b = LoadVector(first + 9, 1);
-  const vec3 at =
-      mat3(LoadVector(first, 3), LoadVector(first + 1, 3), LoadVector(first + 2, 3)) * p + w * b;
+  const vec3 b = LoadB(source);
+  const vec3 at = LoadAp(source, p) + w * b;
   const float scale = 1.0 / at.z;
   const vec2 u = at.xy * scale;
   const bool visible = at.z > 0.0 && u.x >= 0.0 && u.y >= 0.0 &&

@@ -18,12 +18,58 @@ layout(binding = 2, std430) writeonly buffer Costs {
 };
 
 #include "depth/plane_cost.glsl"
+#include "depth/projections.glsl"
+
+vec3 a0, a1, a2, a3;  // A p of each source
+vec3 b0, b1, b2, b3;
+int stride_px;
+ivec2 last;  // positions in a source: 0 .. last
+int shift;   // 1 when there are half-pixel positions
+
+// Once for a pixel, before Cost.
+void PreparePixel(int x, int y) {
+  stride_px = 4 * (int(params.width_px + 3u) / 4);
+  census_words = stride_px * int(params.height_px);
+  last = ivec2(params.positions_per_px * (params.width_px - 1u),
+               params.positions_per_px * (params.height_px - 1u));
+  shift = int(params.positions_per_px) - 1;
+  LoadReference(y * stride_px + x);
+  // In positions instead of pixels: the first two coordinates times positions_per_px.
+  const float positions = float(params.positions_per_px);
+  const vec3 scale = vec3(positions, positions, 1);
+  const vec3 p = vec3(x, y, 1);
+  a0 = scale * LoadAp(0, p);
+  a1 = scale * LoadAp(1, p);
+  a2 = scale * LoadAp(2, p);
+  a3 = scale * LoadAp(3, p);
+  b0 = scale * LoadB(0);
+  b1 = scale * LoadB(1);
+  b2 = scale * LoadB(2);
+  b3 = scale * LoadB(3);
+}
+
+// Hamming distance, or kNoProjection.
+uint Distance(vec3 at, int source) {
+  const float scale = 1.0 / at.z;
+  const int x = int(floor(at.x * scale + 0.5));
+  const int y = int(floor(at.y * scale + 0.5));
+  const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last.x && y <= last.y;
+  const int image = 1 + (source << (2 * shift)) + (((y & shift) << 1) | (x & shift));
+  const int index = visible ? 2 * image * census_words + (y >> shift) * stride_px + (x >> shift) : 0;
+  const uint distance = HammingDistance(index);
+  return visible ? distance : kNoProjection;
+}
+
+uint Cost(float w) {
+  return CostOf(Distance(a0 + w * b0, 0), Distance(a1 + w * b1, 1), Distance(a2 + w * b2, 2),
+                Distance(a3 + w * b3, 3));
+}
 
 void main() {
   const int x = int(gl_GlobalInvocationID.x);
   const int y = int(gl_GlobalInvocationID.y);
   if (x >= int(params.width_px) || y >= int(params.height_px)) return;
-  PreparePixel(x, y, params.width_px, params.height_px, params.positions_per_px);
+  PreparePixel(x, y);
   // Read here, since drivers may not lift what does not change out of the loops.
   const float num_planes = float(params.num_planes);
   const float first_inverse_depth = params.inverse_depth;

@@ -22,16 +22,15 @@ layout(local_size_x = 64) in;
 layout(binding = 0, r32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
 layout(binding = 1, r32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
 layout(binding = 2, r32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
-// First plane in bits 0..15, grey value in bits 16..23; rows of stride_px pixels.
+// Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23; and
+// the planes from the pixel before to this one, 4 bits with sign for each direction of a path.
 layout(binding = 3, std430) writeonly buffer Ranges {
-  uint ranges[];
-};
-// Planes from the pixel before to this one, 4 bits with sign for each direction of local_sgm.comp.
-layout(binding = 4, std430) writeonly buffer Jumps {
-  uint jumps[];
+  uvec2 ranges[];
 };
 
-const float kNumPlanes = 16.0;
+#include "depth/local_volume.glsl"
+
+const float kNumPlanes = float(kLocalPlanes);
 // A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must fit
 // on each side.
 const float kMargin = 3.0;
@@ -97,10 +96,9 @@ void main() {
   const uint word =
       imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
   const uint grey = (word >> (8 * (x & 3))) & 0xffu;
-  const int pixel = y * int(params.stride_px) + x;
-  ranges[pixel] = uint(first) | (grey << 16);
-  jumps[pixel] = Jump(position, slope, 1, 0, 0) | Jump(position, slope, -1, 0, 1) |
-                 Jump(position, slope, 0, 1, 2) | Jump(position, slope, 0, -1, 3) |
-                 Jump(position, slope, 1, 1, 4) | Jump(position, slope, -1, -1, 5) |
-                 Jump(position, slope, -1, 1, 6) | Jump(position, slope, 1, -1, 7);
+  const uint jumps = Jump(position, slope, 1, 0, 0) | Jump(position, slope, -1, 0, 1) |
+                     Jump(position, slope, 0, 1, 2) | Jump(position, slope, 0, -1, 3) |
+                     Jump(position, slope, 1, 1, 4) | Jump(position, slope, -1, -1, 5) |
+                     Jump(position, slope, -1, 1, 6) | Jump(position, slope, 1, -1, 7);
+  ranges[LocalPixel(x, y, int(params.height_px))] = uvec2(uint(first) | (grey << 16), jumps);
 }

@@ -10,7 +10,6 @@ uint coarse_width_px;
 uint coarse_height_px;
 uint width_px;  // of the level that is to be swept
 uint height_px;
-uint stride_px;     // of the local volumes
 uint num_planes;    // of the level, on its grid of planes
 float fx;           // of the coarse level
 float fy;

@@ -5,6 +5,7 @@
 // the middle two pixels as halving demands (c' = (c + 0.5) / 2 - 0.5). One word of four pixels an
 // invocation, padding included; image = z.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 
 #include "depth/padded_image.glsl"
@@ -17,24 +18,16 @@ layout(binding = 1, std430) writeonly buffer Coarse {  // the same images, half 
   uint coarse[];
 };
 
-int fine_base;
-int fine_words_per_row;
-
-uint FinePixel(int x, int y) {
-  const uint word =
-      imageLoad(fine, fine_base + PaddedWordIndex(fine_words_per_row, x >> 2, y)).x;
-  return (word >> (8 * (x & 3))) & 0xffu;
-}
-
-uint RowSum(int x, int y) {
-  return FinePixel(x - 1, y) + 3u * (FinePixel(x, y) + FinePixel(x + 1, y)) + FinePixel(x + 2, y);
-}
-
-uint CoarsePixel(int x, int y) {
-  const uint sum = RowSum(2 * x, 2 * y - 1) +
-                   3u * (RowSum(2 * x, 2 * y) + RowSum(2 * x, 2 * y + 1)) +
-                   RowSum(2 * x, 2 * y + 2);
-  return (sum + 32u) >> 6;
+// Row sums of four coarse pixels: columns 8 group - 1 to 8 group + 8 of a row.
+uvec4 RowSums(int index) {
+  const uint before = imageLoad(fine, index - 1).x;
+  const uint first = imageLoad(fine, index).x;
+  const uint second = imageLoad(fine, index + 1).x;
+  const uint after = imageLoad(fine, index + 2).x;
+  const uvec4 low = (uvec4(first) >> uvec4(0, 8, 16, 24)) & 0xffu;
+  const uvec4 high = (uvec4(second) >> uvec4(0, 8, 16, 24)) & 0xffu;
+  return uvec4(before >> 24, low.y, low.w, high.y) + 3u * uvec4(low.xz, high.xz) +
+         3u * uvec4(low.yw, high.yw) + uvec4(low.z, high.xz, after & 0xffu);
 }
 
 void main() {
@@ -44,15 +37,23 @@ void main() {
   const int column = int(gl_GlobalInvocationID.x);
   const int row = int(gl_GlobalInvocationID.y);
   if (column >= words_per_row || row >= height + 2 * kPadding) return;
-  fine_words_per_row = int(PaddedWordsPerRow(params.fine_width_px));
-  fine_base =
+  const int fine_words_per_row = int(PaddedWordsPerRow(params.fine_width_px));
+  const int fine_base =
       int(gl_GlobalInvocationID.z * PaddedWords(params.fine_width_px, params.fine_height_px));
+  // The padding takes its pixels from the nearest group of the image.
   const int y = clamp(row - kPadding, 0, height - 1);
-  const int x = 4 * column - kPadding;
-  const uint word = CoarsePixel(clamp(x, 0, width - 1), y) |
-                    (CoarsePixel(clamp(x + 1, 0, width - 1), y) << 8) |
-                    (CoarsePixel(clamp(x + 2, 0, width - 1), y) << 16) |
-                    (CoarsePixel(clamp(x + 3, 0, width - 1), y) << 24);
+  const int group = clamp(column - 1, 0, (width - 1) / 4);
+  const int index = fine_base + PaddedWordIndex(fine_words_per_row, 2 * group, 2 * y);
+  const uvec4 sums = RowSums(index - fine_words_per_row) +
+                     3u * (RowSums(index) + RowSums(index + fine_words_per_row)) +
+                     RowSums(index + 2 * fine_words_per_row);
+  const uvec4 pixels = (sums + 32u) >> 6;
+  const uint word = pixels.x | (pixels.y << 8) | (pixels.z << 16) | (pixels.w << 24);
+  uint padded = 0u;
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    const int x = clamp(4 * column - kPadding + i, 0, width - 1) - 4 * group;
+    padded |= ((word >> (8 * x)) & 0xffu) << (8 * i);
+  }
   const uint base = gl_GlobalInvocationID.z * PaddedWords(uint(width), uint(height));
-  coarse[base + uint(row * words_per_row + column)] = word;
+  coarse[base + uint(row * words_per_row + column)] = padded;
 }

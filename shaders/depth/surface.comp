@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Depth and normal of the surface through each pixel: on a plane n.X = 1 inverse depth is affine in
+// Depth of the surface through each pixel, and how sure it is: on a plane n.X = 1 inverse depth is affine in
 // the pixel, w = (K^-T n).(x, y, 1). The affine function is fitted to the measurements of the 7x7
 // window (photometric.comp) by least squares, weighted by their information and distance, over the
 // pixels that belong to the surface of the middle one: those whose inverse depth is near, the nearer
-// the smaller the distance.
+// the smaller the distance. Confidence is the probability that the depth is right to one per cent, as
+// the information and the misfit of the plane tell (Birge's ratio), times the share of the window's
+// sources and pixels that agree.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -18,17 +20,17 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer measurements;  // phot
 layout(binding = 1, std430) writeonly buffer InverseDepth {              // 1/su; 0: no estimate
   float inverse_depth[];
 };
-// Camera frame, towards the camera; 0 where there is no depth or too little surface.
-layout(binding = 2, std430) writeonly buffer Normals {
-  float normals[];
-};
-layout(binding = 3, std430) writeonly buffer Confidence {
+layout(binding = 2, std430) writeonly buffer Confidence {  // 0 to 1
   float confidence[];
 };
 
 const int kRadius = 3;
 // exp(-d^2 / (2 * 1.5^2)): half of the weight lies within 1.8 px.
 const float kFalloff[4] = float[](1.0, 0.8007, 0.4111, 0.1353);
+const float kWholeWindow = 13.6686;  // sum over the window
+// Interpolation and relief finer than the window leave this much, in planes, with any texture.
+const float kLeastDeviation = 0.1;
+const float kTolerance = 0.01;  // relative error of a right depth
 
 void main() {
   const int x = int(gl_GlobalInvocationID.x);
@@ -42,7 +44,7 @@ void main() {
 
   // Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one.
   float n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
-  float sv = 0.0, sxv = 0.0, syv = 0.0, svv = 0.0, members = 0.0, support = 0.0;
+  float sv = 0.0, sxv = 0.0, syv = 0.0, svv = 0.0, support = 0.0, members = 0.0;
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
     const int row = y + dy;
     const float fdy = float(dy);
@@ -79,24 +81,20 @@ void main() {
   const float cxv = n * sxv - sx * sv;
   const float cyv = n * syv - sy * sv;
   const float determinant = cxx * cyy - cxy * cxy;
-  vec3 normal = vec3(0);
   float w = middle.x;
+  float sure = 0.0;
   if (w > 0.0 && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0) {
     const float gx = (cxv * cyy - cyv * cxy) / determinant;
     const float gy = (cyv * cxx - cxv * cxy) / determinant;
-    const float g0 = clamp((sv - gx * sx - gy * sy) / n, -1.0, 1.0);
-    const float wx = params.inverse_depth_step * gx;
-    const float wy = params.inverse_depth_step * gy;
-    w = middle.x + params.inverse_depth_step * g0;
-    const float at_origin = w - wx * float(x) - wy * float(y);
-    const vec3 outwards =
-        vec3(params.fx * wx, params.fy * wy, params.cx * wx + params.cy * wy + at_origin);
-    // Surfaces seen more edge-on than the axis allows have no normal towards the camera plane.
-    if (outwards.z > 0.0) normal = -normalize(outwards);
+    const float g0 = (sv - gx * sx - gy * sy) / n;
+    w = max(middle.x + params.inverse_depth_step * clamp(g0, -1.0, 1.0), 0.5 * middle.x);
+    const float misfit = max(svv - g0 * sv - gx * sxv - gy * syv, 0.0) / members;
+    const float variance = max(misfit, 1.0) / n + kLeastDeviation * kLeastDeviation;
+    const float relative = sqrt(variance) * params.inverse_depth_step / w;
+    // erf(x / sqrt(2)) is near tanh(0.85 x).
+    sure = tanh(0.85 * min(kTolerance / relative, 8.0)) * (support / kWholeWindow);
   }
   inverse_depth[pixel] = w;
-  confidence[pixel] = w > 0.0 ? support / 13.7 : 0.0;
-  normals[3 * pixel] = normal.x;
-  normals[3 * pixel + 1] = normal.y;
-  normals[3 * pixel + 2] = normal.z;
+  // An isolated pixel keeps its depth, with the least confidence there is.
+  confidence[pixel] = w > 0.0 ? clamp(sure, 1e-3, 1.0) : 0.0;
 }

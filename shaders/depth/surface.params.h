@@ -8,10 +8,6 @@
 MONO3D_PARAMS_BEGIN(SurfaceParams)
 uint width_px;
 uint height_px;
-float fx;
-float fy;
-float cx;
-float cy;
 float inverse_depth_step;  // 1/su; 1 px of motion in the farthest matching camera
 MONO3D_PARAMS_END
 

@@ -2,7 +2,8 @@
 // Copyright the mono3d authors
 
 // The very last step: removes the estimates where the mean DoG response of the census window, 9x7,
-// is below the threshold, and turns inverse depth into depth. One pixel an invocation.
+// is below the threshold, and turns inverse depth into depth. Four pixels
+// an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -11,7 +12,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer response;     // dog.comp
+// dog.comp: rows of whole texels of four pixels.
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer response;
 layout(binding = 1, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 layout(binding = 2, r32f) uniform readonly imageBuffer confidence;     // 0 to 1
 layout(binding = 3, std430) writeonly buffer Depth {                   // su; 0: no estimate
@@ -22,22 +24,41 @@ layout(binding = 4, std430) writeonly buffer Filtered {  // confidence, 0 where 
 };
 
 void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
   const int width = int(params.width_px);
   const int height = int(params.height_px);
-  if (x >= width || y >= height) return;
-  const int stride = 4 * ((width + 3) / 4);
-  uint sum = 0u;
+  const int groups_per_row = (width + 3) / 4;
+  const int group = int(gl_GlobalInvocationID.x);
+  const int y = int(gl_GlobalInvocationID.y);
+  if (group >= groups_per_row || y >= height) return;
+  const int last = width - 1;
+  // Sums down the columns 4 * group - 4 to 4 * group + 7; outside the image its border is repeated.
+  uint columns[12];
+  [[unroll]] for (int i = 0; i < 12; ++i) columns[i] = 0u;
+  uint last_column = 0u;
   for (int dy = -3; dy <= 3; ++dy) {
-    const int row = stride * clamp(y + dy, 0, height - 1);
-    [[unroll]] for (int dx = -4; dx <= 4; ++dx) {
-      sum += imageLoad(response, row + clamp(x + dx, 0, width - 1)).x;
+    const int row = groups_per_row * clamp(y + dy, 0, height - 1);
+    [[unroll]] for (int g = 0; g < 3; ++g) {
+      const uvec4 texel = imageLoad(response, row + clamp(group + g - 1, 0, groups_per_row - 1));
+      [[unroll]] for (int i = 0; i < 4; ++i) {
+        columns[4 * g + i] += texel[i];
+        if (4 * (group + g - 1) + i == last) last_column += texel[i];
+      }
     }
   }
-  const int pixel = y * width + x;
-  const float w = imageLoad(inverse_depth, pixel).x;
-  const bool valid = w > 0.0 && sum >= params.min_response_sum;
-  depth[pixel] = valid ? 1.0 / w : 0.0;
-  filtered_confidence[pixel] = valid ? imageLoad(confidence, pixel).x : 0.0;
+  [[unroll]] for (int i = 0; i < 4; ++i) columns[i] = group == 0 ? columns[4] : columns[i];
+  [[unroll]] for (int i = 4; i < 12; ++i) {
+    columns[i] = 4 * group - 4 + i > last ? last_column : columns[i];
+  }
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    const int x = 4 * group + i;
+    uint sum = 0u;
+    [[unroll]] for (int dx = 0; dx <= 8; ++dx) sum += columns[i + dx];
+    const int pixel = y * width + x;
+    if (x <= last) {
+      const float w = imageLoad(inverse_depth, pixel).x;
+      const bool valid = w > 0.0 && sum >= params.min_response_sum;
+      depth[pixel] = valid ? 1.0 / w : 0.0;
+      filtered_confidence[pixel] = valid ? imageLoad(confidence, pixel).x : 0.0;
+    }
+  }
 }

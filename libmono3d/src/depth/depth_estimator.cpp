@@ -109,7 +109,6 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
-  const Buffer* final_normals_ = nullptr;
   double noise_ = 1;  // of the reference, grey levels
   Buffer response_;
   Buffer filtered_depth_;
@@ -320,19 +319,16 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                      .noise = noise_});
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
-    final_normals_ = &refiner_.normals();
-  } else {
-    normals_stage_.Record(recorder_,
-                          {.width_px = size.width_px,
-                           .height_px = size.height_px,
-                           .fx = static_cast<float>(camera.fx),
-                           .fy = static_cast<float>(camera.fy),
-                           .cx = static_cast<float>(camera.cx),
-                           .cy = static_cast<float>(camera.cy),
-                           .tolerance = static_cast<float>(plan.step / factor)},
-                          *inverse_depth, normals_);
-    final_normals_ = &normals_;
   }
+  normals_stage_.Record(recorder_,
+                        {.width_px = size.width_px,
+                         .height_px = size.height_px,
+                         .fx = static_cast<float>(camera.fx),
+                         .fy = static_cast<float>(camera.fy),
+                         .cx = static_cast<float>(camera.cx),
+                         .cy = static_cast<float>(camera.cy),
+                         .tolerance = static_cast<float>(plan.step / factor)},
+                        *inverse_depth, normals_);
   dog_.Record(recorder_, levels_[0], size, response_);
   const double min_sum = options_.dog.min_response * kDogUnitsPerGrey * kTextureWindow;
   texture_filter_.Record(
@@ -348,7 +344,7 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.normal.create(camera.height, camera.width, CV_32FC3);
   map.confidence.create(camera.height, camera.width, CV_32FC1);
   filtered_depth_.Download(std::span<float>(map.depth.ptr<float>(), map.depth.total()));
-  final_normals_->Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
+  normals_.Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
   filtered_confidence_.Download(
       std::span<float>(map.confidence.ptr<float>(), map.confidence.total()));
   map.normal.setTo(cv::Scalar::all(0), map.depth == 0);

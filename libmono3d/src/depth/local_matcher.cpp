@@ -31,11 +31,10 @@ void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buf
   const LevelSize coarse = SizeAtLevel(level.coarse_camera, 0);
   const SweepPlan& plan = level.plan;
   const CameraModel& camera = level.coarse_camera;
-  const std::size_t range_bytes = sizeof(std::uint32_t) * NumLocalPixels(plan.size);
+  const std::size_t range_bytes = 2 * sizeof(std::uint32_t) * NumLocalPixels(plan.size);
   Reserve(coarse_normals_, device_, 3 * sizeof(float) * coarse.num_pixels(),
           "depth/coarse_normals");
   Reserve(ranges_, device_, range_bytes, "depth/ranges");
-  Reserve(jumps_, device_, range_bytes, "depth/jumps");
   normals_stage_.Record(recorder,
                         {.width_px = coarse.width_px,
                          .height_px = coarse.height_px,
@@ -50,7 +49,6 @@ void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buf
                  .coarse_height_px = coarse.height_px,
                  .width_px = plan.size.width_px,
                  .height_px = plan.size.height_px,
-                 .stride_px = LocalStride(plan.size),
                  .num_planes = plan.num_planes,
                  .fx = static_cast<float>(camera.fx),
                  .fy = static_cast<float>(camera.fy),
@@ -59,7 +57,7 @@ void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buf
                  .inverse_depth = static_cast<float>(plan.inverse_depth),
                  .inverse_depth_step = static_cast<float>(plan.step),
                  .follow_normals = options_.sgm.follow_normals ? 1u : 0u},
-                coarse_depth, coarse_normals_, images, ranges_, jumps_);
+                coarse_depth, coarse_normals_, images, ranges_);
 }
 
 void LocalMatcher::RecordSweep(Recorder& recorder, const SweepPlan& plan, const Buffer& projections,
@@ -73,11 +71,10 @@ void LocalMatcher::RecordSweep(Recorder& recorder, const SweepPlan& plan, const 
   sweep_.Record(recorder,
                 {.width_px = plan.size.width_px,
                  .height_px = plan.size.height_px,
-                 .stride_px = LocalStride(plan.size),
                  .inverse_depth = static_cast<float>(plan.inverse_depth),
                  .inverse_depth_step = static_cast<float>(plan.step)},
                 census_, projections, ranges_, costs_);
-  sgm_.Record(recorder, plan.size, costs_, ranges_, jumps_, paths_, more_paths_);
+  sgm_.Record(recorder, plan.size, costs_, ranges_, paths_, more_paths_);
 }
 
 void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
@@ -92,7 +89,6 @@ void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
       recorder,
       {.width_px = plan.size.width_px,
        .height_px = plan.size.height_px,
-       .stride_px = LocalStride(plan.size),
        .max_cost = level.is_last ? static_cast<std::uint32_t>(options.max_cost) : 255u,
        .min_uniqueness = level.is_last ? static_cast<float>(options.min_uniqueness) : -1.0f,
        .inverse_depth = static_cast<float>(plan.inverse_depth),

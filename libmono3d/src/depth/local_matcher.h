@@ -66,7 +66,6 @@ class LocalMatcher {
   std::vector<Buffer> projections_;  // by level: all are read at Submit
   Buffer coarse_normals_;
   Buffer ranges_;
-  Buffer jumps_;
   Buffer census_;
   Buffer costs_;
   Buffer paths_;

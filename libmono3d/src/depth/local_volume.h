@@ -15,16 +15,9 @@ namespace mono3d {
 inline constexpr std::uint32_t kLocalPlanes = 16;
 inline constexpr std::uint32_t kNumPaths = 8;
 
-// Pixels from row to row of the local volumes. Paths along the rows walk through several rows at
-// once: the distance of the rows in bytes is kept off powers of two, which would all lie in the
-// same lines of a cache.
-inline std::uint32_t LocalStride(LevelSize size) {
-  const std::uint32_t stride = 4 * size.groups_per_row();
-  return stride % 64 == 0 ? stride + 4 : stride;
-}
-
+// Columns of eight pixels, from top to bottom (shaders/depth/local_volume.glsl).
 inline std::size_t NumLocalPixels(LevelSize size) {
-  return std::size_t{LocalStride(size)} * size.height_px;
+  return std::size_t{8} * ((size.width_px + 7) / 8) * size.height_px;
 }
 
 }  // namespace mono3d

@@ -18,7 +18,8 @@ void LocalWinnerStage::Record(Recorder& recorder, const LocalWinnerParams& param
                               const Buffer& uniqueness) const {
   recorder.Dispatch(
       kernel_, {paths, more_paths, costs, ranges, inverse_depth, uniqueness}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+      {DivideRoundingUp(std::uint64_t{8} * params.height_px, kernel_.workgroup_size()[0]),
+       DivideRoundingUp(params.width_px, 8), 1});
 }
 
 }  // namespace mono3d

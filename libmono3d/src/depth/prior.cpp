@@ -13,10 +13,10 @@ PriorStage::PriorStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/prior", depth_prior_spirv}) {}
 
 void PriorStage::Record(Recorder& recorder, const PriorParams& params, const Buffer& coarse_depth,
-                        const Buffer& coarse_normal, const Buffer& image, const Buffer& ranges,
-                        const Buffer& jumps) const {
+                        const Buffer& coarse_normal, const Buffer& image,
+                        const Buffer& ranges) const {
   recorder.Dispatch(
-      kernel_, {coarse_depth, coarse_normal, image, ranges, jumps}, params,
+      kernel_, {coarse_depth, coarse_normal, image, ranges}, params,
       {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
 }
 

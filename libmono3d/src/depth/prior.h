@@ -12,14 +12,14 @@ namespace mono3d {
 
 // The planes that each pixel of a level is matched on, from the depth and normals of the next
 // coarser level (shaders/depth/prior.comp). `image` begins with the padded reference of the level;
-// `ranges` and `jumps` hold NumLocalPixels words.
+// `ranges` gets two words for each of
+// NumLocalPixels.
 class PriorStage {
  public:
   explicit PriorStage(std::shared_ptr<Device> device);
 
   void Record(Recorder& recorder, const PriorParams& params, const Buffer& coarse_depth,
-              const Buffer& coarse_normal, const Buffer& image, const Buffer& ranges,
-              const Buffer& jumps) const;
+              const Buffer& coarse_normal, const Buffer& image, const Buffer& ranges) const;
 
  private:
   Kernel kernel_;

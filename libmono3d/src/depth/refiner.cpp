@@ -21,12 +21,10 @@ Refiner::Refiner(std::shared_ptr<Device> device, const RefinementOptions& option
       projections_(device_, sizeof(PackedProjections), "depth/refiner_projections") {}
 
 void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {
-  const CameraModel& camera = geometry.camera();
-  const LevelSize size = SizeAtLevel(camera, 0);
+  const LevelSize size = SizeAtLevel(geometry.camera(), 0);
   Reserve(detail_, device_, 4 * kBundleSize * size.num_strided_pixels(), "depth/detail");
   Reserve(measurements_, device_, 4 * sizeof(float) * size.num_pixels(), "depth/photometric");
   Reserve(inverse_depth_, device_, sizeof(float) * size.num_pixels(), "depth/surface");
-  Reserve(normals_, device_, 3 * sizeof(float) * size.num_pixels(), "depth/normals");
   Reserve(confidence_, device_, sizeof(float) * size.num_pixels(), "depth/confidence");
   const PackedProjections packed = Pack(geometry.Projections(0));
   projections_.Upload(std::span<const float>(packed));
@@ -43,12 +41,8 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
     surface_.Record(recorder,
                     {.width_px = size.width_px,
                      .height_px = size.height_px,
-                     .fx = static_cast<float>(camera.fx),
-                     .fy = static_cast<float>(camera.fy),
-                     .cx = static_cast<float>(camera.cx),
-                     .cy = static_cast<float>(camera.cy),
                      .inverse_depth_step = static_cast<float>(input.step)},
-                    measurements_, inverse_depth_, normals_, confidence_);
+                    measurements_, inverse_depth_, confidence_);
   }
 }
 

@@ -33,7 +33,6 @@ class Refiner {
   void Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input);
 
   const Buffer& inverse_depth() const { return inverse_depth_; }  // 1/su; 0: no estimate
-  const Buffer& normals() const { return normals_; }              // three floats
   const Buffer& confidence() const { return confidence_; }        // 0 to 1
 
  private:
@@ -46,7 +45,6 @@ class Refiner {
   Buffer detail_;
   Buffer measurements_;
   Buffer inverse_depth_;
-  Buffer normals_;
   Buffer confidence_;
 };
 

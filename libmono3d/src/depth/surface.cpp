@@ -14,9 +14,9 @@ SurfaceStage::SurfaceStage(std::shared_ptr<Device> device)
 
 void SurfaceStage::Record(Recorder& recorder, const SurfaceParams& params,
                           const Buffer& measurements, const Buffer& inverse_depth,
-                          const Buffer& normals, const Buffer& confidence) const {
+                          const Buffer& confidence) const {
   recorder.Dispatch(
-      kernel_, {measurements, inverse_depth, normals, confidence}, params,
+      kernel_, {measurements, inverse_depth, confidence}, params,
       {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
 }
 

@@ -10,14 +10,14 @@
 
 namespace mono3d {
 
-// Inverse depth, normals and confidence of the surface through each pixel
+// Inverse depth and confidence of the surface through each pixel
 // (shaders/depth/surface.comp).
 class SurfaceStage {
  public:
   explicit SurfaceStage(std::shared_ptr<Device> device);
 
   void Record(Recorder& recorder, const SurfaceParams& params, const Buffer& measurements,
-              const Buffer& inverse_depth, const Buffer& normals, const Buffer& confidence) const;
+              const Buffer& inverse_depth, const Buffer& confidence) const;
 
  private:
   Kernel kernel_;

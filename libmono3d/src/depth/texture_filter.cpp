@@ -16,9 +16,10 @@ void TextureFilterStage::Record(Recorder& recorder, const TextureFilterParams& p
                                 const Buffer& response, const Buffer& inverse_depth,
                                 const Buffer& confidence, const Buffer& depth,
                                 const Buffer& filtered_confidence) const {
-  recorder.Dispatch(
-      kernel_, {response, inverse_depth, confidence, depth, filtered_confidence}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {response, inverse_depth, confidence, depth, filtered_confidence},
+                    params,
+                    {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
+                     params.height_px, 1});
 }
 
 }  // namespace mono3d

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/local_testing.h"
+
+namespace mono3d {
+
+using reference::LocalRange;
+using reference::LocalVolume;
+
+Buffer LocalToBuffer(const LocalVolume& volume, LevelSize size) {
+  std::vector<std::uint8_t> bytes(kLocalPlanes * NumLocalPixels(size), 0);
+  for (std::size_t pixel = 0; pixel < volume.size(); ++pixel) {
+    std::copy(volume[pixel].begin(), volume[pixel].end(),
+              bytes.begin() + std::ptrdiff_t(kLocalPlanes * LocalIndex(size, pixel)));
+  }
+  return ToBuffer(bytes);
+}
+
+Buffer LocalToBuffer(const std::vector<LocalRange>& ranges, LevelSize size) {
+  std::vector<std::uint32_t> words(2 * NumLocalPixels(size), 0);
+  for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    const std::size_t at = 2 * LocalIndex(size, pixel);
+    words[at] = static_cast<std::uint32_t>(ranges[pixel].first_plane) |
+                static_cast<std::uint32_t>(ranges[pixel].grey) << 16;
+    for (std::size_t i = 0; i < ranges[pixel].jumps.size(); ++i) {
+      words[at + 1] |= (static_cast<std::uint32_t>(ranges[pixel].jumps[i]) & 15u) << (4 * i);
+    }
+  }
+  return ToBuffer(words);
+}
+
+LocalVolume LocalVolumeOf(const Buffer& buffer, LevelSize size, std::size_t volume) {
+  const auto bytes = buffer.Download<std::uint8_t>();
+  LocalVolume result(size.num_pixels());
+  for (std::size_t pixel = 0; pixel < result.size(); ++pixel) {
+    const std::size_t at = kLocalPlanes * (volume * NumLocalPixels(size) + LocalIndex(size, pixel));
+    std::copy_n(bytes.begin() + std::ptrdiff_t(at), kLocalPlanes, result[pixel].begin());
+  }
+  return result;
+}
+
+std::vector<LocalRange> LocalRangesOf(const Buffer& buffer, LevelSize size) {
+  const auto words = buffer.Download<std::uint32_t>();
+  std::vector<LocalRange> ranges(size.num_pixels());
+  for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    const std::size_t at = 2 * LocalIndex(size, pixel);
+    ranges[pixel].first_plane = static_cast<int>(words[at] & 0xffffu);
+    ranges[pixel].grey = static_cast<int>(words[at] >> 16);
+    for (std::size_t i = 0; i < ranges[pixel].jumps.size(); ++i) {
+      const int bits = static_cast<int>((words[at + 1] >> (4 * i)) & 15u);
+      ranges[pixel].jumps[i] = bits < 8 ? bits : bits - 16;
+    }
+  }
+  return ranges;
+}
+
+LocalVolume RandomLocalVolume(LevelSize size, std::uint8_t largest, std::mt19937& random) {
+  LocalVolume volume(size.num_pixels());
+  for (auto& pixel : volume) {
+    for (auto& cost : pixel) cost = static_cast<std::uint8_t>(random() % (largest + 1u));
+  }
+  return volume;
+}
+
+std::vector<LocalRange> RandomLocalRanges(LevelSize size, std::mt19937& random) {
+  std::vector<LocalRange> ranges(size.num_pixels());
+  for (LocalRange& range : ranges) {
+    range.first_plane = static_cast<int>(random() % 24);
+    range.grey = static_cast<int>(random() % 256);
+    for (int& jump : range.jumps) jump = static_cast<int>(random() % 16) - 8;
+  }
+  return ranges;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/prior.h"
+
+#include "depth/local_sweep.h"
+#include "depth/local_testing.h"
+#include "reference/depth/local_sweep_reference.h"
+#include "reference/depth/prior_reference.h"
+
+namespace mono3d {
+namespace {
+
+using reference::LocalRange;
+
+// Where a position lies within rounding of a border between two planes, float and double may
+// differ.
+constexpr double kLargestShareOfOtherRounding = 0.005;
+// Projections are interpolated over the planes, which are a pixel apart: some more are rounded to
+// another pixel.
+constexpr double kLargestShareOfOtherPixels = 0.03;
+
+constexpr LevelSize kCoarse{21, 15};
+constexpr LevelSize kFine{41, 30};
+constexpr PriorParams kParams{.coarse_width_px = kCoarse.width_px,
+                              .coarse_height_px = kCoarse.height_px,
+                              .width_px = kFine.width_px,
+                              .height_px = kFine.height_px,
+                              .num_planes = 80,
+                              .fx = 20,
+                              .fy = 21,
+                              .cx = 10,
+                              .cy = 7,
+                              .inverse_depth = 0.4f,
+                              .inverse_depth_step = 0.01f,
+                              .follow_normals = 1};
+
+std::vector<LocalRange> PriorOnDevice(const std::vector<float>& depth,
+                                      const std::vector<Eigen::Vector3f>& normals,
+                                      const cv::Mat& grey) {
+  std::vector<float> numbers;
+  for (const Eigen::Vector3f& n : normals) numbers.insert(numbers.end(), {n.x(), n.y(), n.z()});
+  const Buffer ranges = MakeBuffer<std::uint32_t>(2 * NumLocalPixels(kFine));
+  Recorder recorder(TestDevice());
+  PriorStage(TestDevice())
+      .Record(recorder, kParams, ToBuffer(depth), ToBuffer(numbers), ImagesToBuffer({grey}),
+              ranges);
+  recorder.Submit();
+  return LocalRangesOf(ranges, kFine);
+}
+
+TEST(Prior, EqualsReferenceButForRounding) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat grey = RandomImage(kFine, random);
+  std::uniform_real_distribution<float> tilt(-0.6f, 0.6f);
+  for (const double share_missing : {0.0, 0.3, 1.0}) {
+    // Below, within and above the grid of planes; with neighbours within reach and out of it.
+    const auto depth = RandomValues(kCoarse.num_pixels(), 0.35f, 1.3f, share_missing, random);
+    std::vector<Eigen::Vector3f> normals;
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+      normals.push_back(Eigen::Vector3f(tilt(random), tilt(random), -1).normalized());
+    }
+    const auto expected = reference::Prior(depth, normals, grey, kParams);
+    const auto found = PriorOnDevice(depth, normals, grey);
+    std::size_t num_different = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(found[i].grey, expected[i].grey);
+      num_different +=
+          found[i].first_plane != expected[i].first_plane || found[i].jumps != expected[i].jumps;
+    }
+    EXPECT_LE(double(num_different), kLargestShareOfOtherRounding * double(found.size()));
+  }
+}
+
+TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
+  // A step of eight planes down the middle: on both sides of it both depths are matched.
+  const auto depth_at = [](std::size_t column) { return column < 10 ? 0.5f : 0.58f; };
+  std::vector<float> depth;
+  for (std::size_t i = 0; i < kCoarse.num_pixels(); ++i) {
+    depth.push_back(depth_at(i % kCoarse.width_px));
+  }
+  const std::vector<Eigen::Vector3f> facing(depth.size(), {0, 0, -1});
+  const auto ranges = PriorOnDevice(depth, facing, cv::Mat::zeros(30, 41, CV_8UC1));
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const int first = ranges[i].first_plane;
+    const std::size_t column = i % kFine.width_px / 2;
+    const bool at_step = column == 9 || column == 10;
+    EXPECT_EQ(first <= 10 && first + 15 >= 18, at_step || (first <= 10 && first >= 3)) << i;
+    const int own = column < 10 ? 10 : 18;
+    EXPECT_TRUE(first + 3 <= own && own <= first + 13) << i;  // with room on both sides
+  }
+}
+
+TEST(LocalSweep, EqualsReferenceButForRounding) {
+  std::mt19937 random = SeededByTestName();
+  std::uniform_int_distribution<std::uint64_t> bits(0, (std::uint64_t{1} << 62) - 1);
+  std::vector<std::vector<std::uint64_t>> census(5);
+  const std::size_t plane = kFine.num_strided_pixels();
+  std::vector<std::uint32_t> words(2 * plane * census.size());
+  for (std::size_t i = 0; i < census.size(); ++i) {
+    for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
+      census[i].push_back(bits(random));
+      const std::size_t at =
+          2 * i * plane + p / kFine.width_px * 4 * kFine.groups_per_row() + p % kFine.width_px;
+      words[at] = static_cast<std::uint32_t>(census[i][p]);
+      words[at + plane] = static_cast<std::uint32_t>(census[i][p] >> 32);
+    }
+  }
+  // Cameras on a line that also moves forward a little, a pixel a plane at the ends.
+  std::array<SourceProjection, kNumSources> projections;
+  const std::array<double, kNumSources> places = {-2, -1, 1, 2};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    projections[i] = {Eigen::Matrix3d::Identity(),
+                      Eigen::Vector3d(50 * places[i] + 2, 3 * places[i], 0.01 * places[i])};
+  }
+  const LocalSweepParams params{.width_px = kFine.width_px,
+                                .height_px = kFine.height_px,
+                                .inverse_depth = 0,
+                                .inverse_depth_step = 0.01f};
+  const auto ranges = RandomLocalRanges(kFine, random);
+  const Buffer costs = MakeBuffer<std::uint8_t>(kLocalPlanes * NumLocalPixels(kFine));
+  const auto packed = Pack(projections);
+  Recorder recorder(TestDevice());
+  LocalSweepStage(TestDevice())
+      .Record(recorder, params, ToBuffer(words),
+              ToBuffer(std::vector<float>(packed.begin(), packed.end())),
+              LocalToBuffer(ranges, kFine), costs);
+  recorder.Submit();
+  const auto found = LocalVolumeOf(costs, kFine, 0);
+  const auto expected = reference::LocalSweep(census, projections, ranges, params);
+  std::size_t num_different = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t d = 0; d < 16; ++d) num_different += found[i][d] != expected[i][d];
+  }
+  EXPECT_LE(double(num_different), kLargestShareOfOtherPixels * 16 * double(found.size()));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <cmath>
+
+#include "depth/detail.h"
+#include "depth/photometric.h"
+#include "depth/stage_testing.h"
+#include "depth/surface.h"
+#include "reference/depth/pyramid_reference.h"
+#include "reference/depth/refinement_reference.h"
+
+namespace mono3d {
+namespace {
+
+constexpr LevelSize kSize{41, 30};
+constexpr float kStep = 0.01f;
+
+// Words of bilinear interpolation of five images, as detail.comp writes them.
+std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, LevelSize size) {
+  std::vector<cv::Mat> quarter;
+  for (const cv::Mat& image : images) {
+    quarter.push_back(reference::Halve(reference::Halve(image)));
+  }
+  const Buffer detail = MakeBuffer<std::uint32_t>(5 * size.num_strided_pixels());
+  Recorder recorder(TestDevice());
+  DetailStage(TestDevice())
+      .Record(recorder, {size.width_px, size.height_px}, ImagesToBuffer(images),
+              ImagesToBuffer(quarter), detail);
+  recorder.Submit();
+  return FirstOf<std::uint32_t>(detail, 5 * size.num_strided_pixels());
+}
+
+TEST(Detail, EqualsReferenceBitForBit) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    std::vector<cv::Mat> images;
+    for (int i = 0; i < 5; ++i) images.push_back(RandomImage(size, random));
+    const auto words = DetailOnDevice(images, size);
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const cv::Mat expected =
+          reference::Detail(images[i], reference::Halve(reference::Halve(images[i])));
+      for (int y = 0; y + 1 < expected.rows; ++y) {
+        for (int x = 0; x + 1 < expected.cols; ++x) {
+          const std::uint32_t word =
+              words[i * size.num_strided_pixels() + std::size_t(y) * 4 * size.groups_per_row() +
+                    std::size_t(x)];
+          const auto byte = [&](int dx, int dy) {
+            return std::uint32_t{expected.at<std::uint8_t>(y + dy, x + dx)};
+          };
+          ASSERT_EQ(word, byte(0, 0) | byte(1, 0) << 8 | byte(0, 1) << 16 | byte(1, 1) << 24)
+              << x << " " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(Detail, DoesNotSeeBrightness) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat image = RandomImage(kSize, random) / 2;
+  const auto words = DetailOnDevice({image, image + 60, image, image, image}, kSize);
+  const std::size_t plane = kSize.num_strided_pixels();
+  for (std::size_t y = 0; y < kSize.height_px; ++y) {
+    for (std::size_t x = 0; x < kSize.width_px; ++x) {
+      const std::size_t at = y * 4 * kSize.groups_per_row() + x;
+      EXPECT_EQ(words[at] & 0xffu, words[plane + at] & 0xffu);
+    }
+  }
+}
+
+// A smooth pattern with slopes in both directions.
+double Pattern(double x, double y) { return 128 + 40 * std::sin(0.7 * x) + 30 * std::cos(0.5 * y); }
+
+struct PhotometricScene {
+  std::vector<cv::Mat> detail;
+  std::array<SourceProjection, kNumSources> projections;
+};
+
+// A plane of inverse depth `w`: each source sees the pattern moved by w b.
+PhotometricScene SceneOf(double w) {
+  PhotometricScene scene;
+  const std::array<Eigen::Vector3d, kNumSources> b = {
+      {{-100, 0, 0}, {-50, 10, 0}, {50, -10, 0}, {100, 0, 0}}};
+  for (std::size_t i = 0; i <= kNumSources; ++i) {
+    const Eigen::Vector3d moved = i == 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(w * b[i - 1]);
+    cv::Mat image(int(kSize.height_px), int(kSize.width_px), CV_8UC1);
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        image.at<std::uint8_t>(y, x) =
+            static_cast<std::uint8_t>(std::lround(Pattern(x - moved.x(), y - moved.y())));
+      }
+    }
+    scene.detail.push_back(image);
+    if (i > 0) scene.projections[i - 1] = {Eigen::Matrix3d::Identity(), b[i - 1]};
+  }
+  return scene;
+}
+
+std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
+                                          const std::vector<float>& inverse_depth) {
+  std::vector<std::uint32_t> words;
+  for (const cv::Mat& image : scene.detail) {
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < 4 * int(kSize.groups_per_row()); ++x) {
+        const auto byte = [&](int dx, int dy) {
+          return std::uint32_t{image.at<std::uint8_t>(std::min(y + dy, image.rows - 1),
+                                                      std::min(x + dx, image.cols - 1))};
+        };
+        words.push_back(byte(0, 0) | byte(1, 0) << 8 | byte(0, 1) << 16 | byte(1, 1) << 24);
+      }
+    }
+  }
+  const auto packed = Pack(scene.projections);
+  const Buffer measurements = MakeBuffer<float>(4 * kSize.num_pixels());
+  Recorder recorder(TestDevice());
+  PhotometricStage(TestDevice())
+      .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f}, ToBuffer(words),
+              ToBuffer(std::vector<float>(packed.begin(), packed.end())), ToBuffer(inverse_depth),
+              measurements);
+  recorder.Submit();
+  const auto numbers = FirstOf<float>(measurements, 4 * kSize.num_pixels());
+  std::vector<Eigen::Vector4f> result;
+  for (std::size_t i = 0; i < numbers.size(); i += 4) result.emplace_back(numbers.data() + i);
+  return result;
+}
+
+TEST(Photometric, StepsToTheTrueDepth) {
+  // From 0.4 planes off. What is left is the pattern's curvature and the rounding of grey values;
+  // in the middle of the image, where all four sources see the point.
+  const double truth = 0.033;
+  const std::vector<float> start(kSize.num_pixels(), float(truth) + 0.4f * kStep);
+  const auto found = StepOnDevice(SceneOf(truth), start);
+  std::vector<double> errors;
+  for (std::size_t y = 6; y < 24; ++y) {
+    for (std::size_t x = 8; x < 33; ++x) {
+      const Eigen::Vector4f& m = found[y * kSize.width_px + x];
+      EXPECT_EQ(m.x(), start[0]);
+      errors.push_back(std::abs(double(m.y()) - truth) / double(kStep));
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.05);
+  EXPECT_LT(errors[errors.size() * 3 / 4], 0.2);
+}
+
+TEST(Photometric, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  const PhotometricScene scene = SceneOf(0.033);
+  const auto depth = RandomValues(kSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
+  const auto found = StepOnDevice(scene, depth);
+  const auto expected = reference::PhotometricStep(scene.detail, scene.projections, depth,
+                                                   {kSize.width_px, kSize.height_px, kStep, 1.5f});
+  std::size_t num_different = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    // Float against double; information is a sum of squares of some hundreds.
+    const bool same = std::abs(found[i].y() - expected[i].y()) <= 1e-3f * kStep &&
+                      std::abs(found[i].z() - expected[i].z()) <= 1e-3f * expected[i].z() &&
+                      std::abs(found[i].w() - expected[i].w()) <= 1e-3f;
+    num_different += same ? 0 : 1;
+    ASSERT_EQ(found[i].x(), depth[i]);
+  }
+  // At a border between pixels either gradient is right, and rounding decides.
+  EXPECT_LE(double(num_different), 0.005 * double(found.size()));
+}
+
+TEST(Photometric, StaysWhereThereIsNoTexture) {
+  PhotometricScene scene = SceneOf(0.033);
+  for (cv::Mat& image : scene.detail) image.setTo(128);
+  const std::vector<float> start(kSize.num_pixels(), 0.04f);
+  for (const Eigen::Vector4f& m : StepOnDevice(scene, start)) {
+    EXPECT_EQ(m.y(), 0.04f);
+    EXPECT_EQ(m.z(), 1);
+  }
+}
+
+reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measurements) {
+  const Buffer inverse_depth = MakeBuffer<float>(measurements.size());
+  const Buffer confidence = MakeBuffer<float>(measurements.size());
+  std::vector<float> numbers;
+  for (const Eigen::Vector4f& m : measurements) {
+    numbers.insert(numbers.end(), {m.x(), m.y(), m.z(), m.w()});
+  }
+  Recorder recorder(TestDevice());
+  SurfaceStage(TestDevice())
+      .Record(recorder, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(numbers), inverse_depth,
+              confidence);
+  recorder.Submit();
+  return {FirstOf<float>(inverse_depth, measurements.size()),
+          FirstOf<float>(confidence, measurements.size())};
+}
+
+TEST(Surface, OfAPlaneIsThePlane) {
+  // Steps that lead from a rounded plane back to the plane.
+  std::vector<Eigen::Vector4f> measurements;
+  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
+    const float w =
+        1 + kStep * (0.3f * float(i % kSize.width_px) - 0.2f * float(i / kSize.width_px));
+    measurements.emplace_back(kStep * std::round(w / kStep), w, 20.f, 1.f);
+  }
+  const auto surface = SurfaceOnDevice(measurements);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    // A thousandth of a plane: float, of differences of values near 1.
+    EXPECT_NEAR(surface.inverse_depth[i], measurements[i].y(), 1e-3 * double(kStep));
+  }
+}
+
+TEST(Surface, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (const double share_missing : {0.0, 0.3}) {
+    const auto depth =
+        RandomValues(kSize.num_pixels(), 0.5f, 0.5f + 4 * kStep, share_missing, random);
+    std::vector<Eigen::Vector4f> measurements;
+    for (const float w : depth) {
+      const float moved = w + kStep * (2 * unit(random) - 1);
+      measurements.push_back(w > 0 ? Eigen::Vector4f(w, moved, 1 + 50 * unit(random), unit(random))
+                                   : Eigen::Vector4f::Zero());
+    }
+    const auto found = SurfaceOnDevice(measurements);
+    const auto expected =
+        reference::FitSurface(measurements, {kSize.width_px, kSize.height_px, kStep});
+    std::size_t num_different = 0;
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+      const bool same =
+          std::abs(found.inverse_depth[i] - expected.inverse_depth[i]) <= 0.01f * kStep &&
+          std::abs(found.confidence[i] - expected.confidence[i]) <= 1e-3f;
+      num_different += same ? 0 : 1;
+    }
+    // A neighbour within rounding of the border of the surface is in or out.
+    EXPECT_LE(double(num_different), 0.005 * double(depth.size()));
+  }
+}
+
+TEST(Surface, KeepsStepsAndIsLessSureAtThem) {
+  std::vector<Eigen::Vector4f> measurements;
+  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
+    const float w = i % kSize.width_px < 20 ? 0.5f : 0.7f;
+    measurements.emplace_back(w, w, 20.f, 1.f);
+  }
+  const auto surface = SurfaceOnDevice(measurements);
+  const std::size_t row = 15 * kSize.width_px;
+  for (std::size_t x = 0; x < kSize.width_px; ++x) {
+    EXPECT_NEAR(surface.inverse_depth[row + x], x < 20 ? 0.5f : 0.7f, 1e-3 * double(kStep));
+  }
+  EXPECT_LT(surface.confidence[row + 19], 0.8f * surface.confidence[row + 10]);
+}
+
+}  // namespace
+}  // namespace mono3d
