@@ -8,8 +8,9 @@
 // that the coarse level lost can come back.
 //
 // SGM^sn: on a plane n.X = c inverse depth is affine in the pixel, and a step of one pixel changes it
-// by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path the jump between the pixel
-// before and this one, both rounded to planes as they lie on this pixel's surface, costs nothing.
+// by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path that jump, rounded to planes, costs
+// nothing. (Rounding the places on the surface instead of their difference would fix where between
+// two planes the jump takes place, and so keep the coarse level's errors.)
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -56,9 +57,8 @@ vec2 Slope(int x, int y, float w) {
   return clamp(slope, vec2(-kSteepest), vec2(kSteepest));
 }
 
-uint Jump(float position, vec2 slope, float dx, float dy, int direction) {
-  const float before = position - dot(slope, vec2(dx, dy));
-  const int jump = clamp(int(floor(position + 0.5)) - int(floor(before + 0.5)), -8, 7);
+uint Jump(vec2 slope, float dx, float dy, int direction) {
+  const int jump = clamp(int(floor(dot(slope, vec2(dx, dy)) + 0.5)), -8, 7);
   return (uint(jump) & 15u) << (4 * direction);
 }
 
@@ -96,9 +96,9 @@ void main() {
   const uint word =
       imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
   const uint grey = (word >> (8 * (x & 3))) & 0xffu;
-  const uint jumps = Jump(position, slope, 1, 0, 0) | Jump(position, slope, -1, 0, 1) |
-                     Jump(position, slope, 0, 1, 2) | Jump(position, slope, 0, -1, 3) |
-                     Jump(position, slope, 1, 1, 4) | Jump(position, slope, -1, -1, 5) |
-                     Jump(position, slope, -1, 1, 6) | Jump(position, slope, 1, -1, 7);
+  const uint jumps = Jump(slope, 1, 0, 0) | Jump(slope, -1, 0, 1) |
+                     Jump(slope, 0, 1, 2) | Jump(slope, 0, -1, 3) |
+                     Jump(slope, 1, 1, 4) | Jump(slope, -1, -1, 5) |
+                     Jump(slope, -1, 1, 6) | Jump(slope, 1, -1, 7);
   ranges[LocalPixel(x, y, int(params.height_px))] = uvec2(uint(first) | (grey << 16), jumps);
 }

@@ -69,11 +69,8 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
           std::clamp(std::floor(centre - 7), 0.0, std::max(double(params.num_planes) - 16, 0.0)));
       range.grey = grey.at<std::uint8_t>(y, x);
       for (std::size_t i = 0; i < kDirections.size(); ++i) {
-        const double before =
-            position - slope.x() * kDirections[i][0] - slope.y() * kDirections[i][1];
-        range.jumps[i] = std::clamp(static_cast<int>(std::floor(position + 0.5)) -
-                                        static_cast<int>(std::floor(before + 0.5)),
-                                    -8, 7);
+        const double jump = slope.x() * kDirections[i][0] + slope.y() * kDirections[i][1];
+        range.jumps[i] = std::clamp(static_cast<int>(std::floor(jump + 0.5)), -8, 7);
       }
       ranges.push_back(range);
     }

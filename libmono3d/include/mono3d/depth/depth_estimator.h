@@ -36,8 +36,8 @@ class DepthEstimator {
 };
 
 struct PyramidOptions {
-  // Halvings of the images on the finest level that is swept; a coarser one is taken when the planes
-  // do not fit into the device's buffers.
+  // Halvings of the images on the finest level that is swept; a coarser one is taken when the
+  // planes do not fit into the device's buffers.
   int level = 0;
   // Levels from the coarsest, which is swept over the whole range, to the finest; fewer when the
   // image is too small for them. 0: from the image size.
@@ -50,17 +50,17 @@ struct PlaneSweepOptions {
   double min_depth_su = 0;  // 0: from the sparse points, else from a first sweep on a coarse level
   double max_depth_su = 0;
   int max_planes = 256;
-  bool half_pixel = true;  // look up sources at half pixels
+  bool half_pixel = false;  // look the sources of the coarsest level up at half pixels
 
   void Visit(OptionVisitor& visit);
 };
 
 // Penalties in units of half a census bit: matching costs are 0 to 124.
 struct SgmOptions {
-  int p1 = 10;       // for a step of one plane
-  int p2 = 100;      // for a larger jump between pixels of the same grey value
-  int min_p2 = 20;   // across the strongest edges
-  int gradient = 8;  // grey levels of difference that halve P2
+  int p1 = 10;                 // for a step of one plane
+  int p2 = 100;                // for a larger jump between pixels of the same grey value
+  int min_p2 = 20;             // across the strongest edges
+  int gradient = 8;            // grey levels of difference that halve P2
   bool follow_normals = true;  // SGM^sn below the coarsest level
 
   void Visit(OptionVisitor& visit);
