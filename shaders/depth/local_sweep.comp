@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Matching costs of the 16 planes around each pixel's prior (prior.comp), by plane_cost.glsl.
+// Matching costs of the 16 planes around each pixel's prior (prior.comp), by plane_cost.glsl. Four
+// rows an invocation, which share the projections.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -22,6 +23,8 @@ layout(binding = 3, std430) writeonly buffer Costs {
 #include "depth/plane_cost.glsl"
 #include "depth/projections.glsl"
 
+const int kRowsPerInvocation = 4;  // as local_sweep.cpp dispatches
+
 int stride_px;
 vec2 size;
 
@@ -32,11 +35,19 @@ struct Line {
   vec2 step;  // from plane to plane
 };
 
-Line LineOf(int source, vec3 p, float first, float last) {
-  const vec3 a = LoadAp(source, p);
-  const vec3 b = LoadB(source);
-  const vec3 start = a + first * b;
-  const vec3 end = a + last * b;
+// A p of a source in the first row, its change from row to row, and b.
+struct Source {
+  vec3 a, row, b;
+};
+
+Source LoadSource(int source, vec3 p) {
+  return Source(LoadAp(source, p), LoadVector(12 * source + 1, 3), LoadB(source));
+}
+
+Line LineOf(Source source, float row, float first, float last) {
+  const vec3 a = source.a + row * source.row;
+  const vec3 start = a + first * source.b;
+  const vec3 end = a + last * source.b;
   const vec2 from = start.xy / start.z;
   const vec2 to = end.xy / end.z;
   const bool in_front = start.z > 0.0 && end.z > 0.0;
@@ -53,24 +64,16 @@ uint Distance(Line line, float k, int first_word) {
   return visible ? distance : kNoProjection;
 }
 
-void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  const int height = int(params.height_px);
-  if (x >= int(params.width_px) || y >= height) return;
-  stride_px = 4 * (int(params.width_px + 3u) / 4);
-  census_words = stride_px * height;
-  size = vec2(params.width_px, params.height_px);
+void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
   LoadReference(y * stride_px + x);
-  const int pixel = LocalPixel(x, y, height);
+  const int pixel = LocalPixel(x, y, int(params.height_px));
   const float range = float(imageLoad(ranges, 2 * pixel).x & 0xffffu);
   const float first = params.inverse_depth + range * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
-  const vec3 p = vec3(x, y, 1);
-  const Line l0 = LineOf(0, p, first, last);
-  const Line l1 = LineOf(1, p, first, last);
-  const Line l2 = LineOf(2, p, first, last);
-  const Line l3 = LineOf(3, p, first, last);
+  const Line l0 = LineOf(s0, row, first, last);
+  const Line l1 = LineOf(s1, row, first, last);
+  const Line l2 = LineOf(s2, row, first, last);
+  const Line l3 = LineOf(s3, row, first, last);
   uvec4 words = uvec4(0);
   float k = 0.0;
   for (int i = 0; i < 4; ++i) {
@@ -84,4 +87,23 @@ void main() {
     words = uvec4(words.yzw, word);
   }
   costs[pixel] = words;
+}
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int first_row = kRowsPerInvocation * int(gl_GlobalInvocationID.y);
+  const int height = int(params.height_px);
+  if (x >= int(params.width_px) || first_row >= height) return;
+  stride_px = 4 * (int(params.width_px + 3u) / 4);
+  census_words = stride_px * height;
+  size = vec2(params.width_px, params.height_px);
+  const vec3 p = vec3(x, first_row, 1);
+  const Source s0 = LoadSource(0, p);
+  const Source s1 = LoadSource(1, p);
+  const Source s2 = LoadSource(2, p);
+  const Source s3 = LoadSource(3, p);
+  const int num_rows = min(kRowsPerInvocation, height - first_row);
+  for (int row = 0; row < num_rows; ++row) {
+    MatchPixel(s0, s1, s2, s3, x, first_row + row, float(row));
+  }
 }

@@ -12,6 +12,7 @@
 #include "depth/median.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kWithConfidence = true;  // else it is 0
 
 layout(binding = 0, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 layout(binding = 1, r32f) uniform readonly imageBuffer confidence;     // 0 to 1
@@ -71,7 +72,7 @@ void main() {
     const int row = clamp(y + i / 5 - 2, 0, height - 1);
     const bool agrees = abs(value[i] - median) <= params.tolerance;
     support += agrees ? 1u : 0u;
-    sum += agrees ? imageLoad(confidence, row * width + column).x : 0.0;
+    if (kWithConfidence) sum += agrees ? imageLoad(confidence, row * width + column).x : 0.0;
   }
   const bool valid = abs(median) < kInfinity && support >= params.min_support;
   const int pixel = y * width + x;

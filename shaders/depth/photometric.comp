@@ -6,7 +6,8 @@
 // difference of detail (detail.comp) between where the source sees the point and the reference, and
 // J = dr/dw. A residual that noise and a third of a pixel of motion do not explain counts less
 // (Geman and McClure 1987), which takes occluded sources out. The step is damped as if the depth
-// were known to one plane: without texture it stays where it is.
+// were known to one plane: without texture it stays where it is. Four rows an
+// invocation, which share the projections.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
@@ -25,6 +26,8 @@ layout(binding = 3, std430) writeonly buffer Measurements {
 
 #include "depth/projections.glsl"
 
+const int kRowsPerInvocation = 4;  // as photometric.cpp dispatches
+
 int stride;
 int image_words;
 float reference;
@@ -33,9 +36,17 @@ vec2 sums;  // of weight * J * r and of weight * J^2
 float support;
 float num_visible;
 
-void AddSource(int source, vec3 p, float w) {
-  const vec3 b = LoadB(source);
-  const vec3 at = LoadAp(source, p) + w * b;
+struct Source {
+  vec3 a, row, b;  // A p in the first row, its change from row to row, and b
+};
+
+Source LoadSource(int source, vec3 p) {
+  return Source(LoadAp(source, p), LoadVector(12 * source + 1, 3), LoadB(source));
+}
+
+void AddSource(Source from, int source, float row, float w) {
+  const vec3 b = from.b;
+  const vec3 at = from.a + row * from.row + w * b;
   const float scale = 1.0 / at.z;
   const vec2 u = at.xy * scale;
   const bool visible = at.z > 0.0 && u.x >= 0.0 && u.y >= 0.0 &&
@@ -61,27 +72,39 @@ void AddSource(int source, vec3 p, float w) {
   num_visible += visible ? 1.0 : 0.0;
 }
 
-void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
-  stride = 4 * (int(params.width_px + 3u) / 4);
-  image_words = stride * int(params.height_px);
+void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
   const int pixel = y * int(params.width_px) + x;
   const float w = imageLoad(inverse_depth, pixel).x;
   reference = float(imageLoad(detail, y * stride + x).x & 0xffu);
-  noise_variance = params.noise * params.noise;
   sums = vec2(0);
   support = 0.0;
   num_visible = 0.0;
-  const vec3 p = vec3(x, y, 1);
-  AddSource(0, p, w);
-  AddSource(1, p, w);
-  AddSource(2, p, w);
-  AddSource(3, p, w);
+  AddSource(s0, 0, row, w);
+  AddSource(s1, 1, row, w);
+  AddSource(s2, 2, row, w);
+  AddSource(s3, 3, row, w);
   const float step = clamp(-sums.x / (sums.y + 2.0 * noise_variance), -1.0, 1.0);
   measurements[pixel] =
       w > 0.0 ? vec4(w, w + step * params.inverse_depth_step, sums.y / (2.0 * noise_variance) + 1.0,
                      support / max(num_visible, 1.0))
               : vec4(0);
+}
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int first_row = kRowsPerInvocation * int(gl_GlobalInvocationID.y);
+  const int height = int(params.height_px);
+  if (x >= int(params.width_px) || first_row >= height) return;
+  stride = 4 * (int(params.width_px + 3u) / 4);
+  image_words = stride * height;
+  noise_variance = params.noise * params.noise;
+  const vec3 p = vec3(x, first_row, 1);
+  const Source s0 = LoadSource(0, p);
+  const Source s1 = LoadSource(1, p);
+  const Source s2 = LoadSource(2, p);
+  const Source s3 = LoadSource(3, p);
+  const int num_rows = min(kRowsPerInvocation, height - first_row);
+  for (int row = 0; row < num_rows; ++row) {
+    Measure(s0, s1, s2, s3, x, first_row + row, float(row));
+  }
 }

@@ -36,7 +36,7 @@ constexpr double kLeastVisibleShare = 0.1;
 // The sweep that only looks for the range does so on images of a quarter of the size or less.
 constexpr int kRangeSearchLevel = 2;
 // Below this the coarsest level shows too little for windows and paths.
-constexpr std::uint32_t kLeastCoarseSide = 96;
+constexpr std::uint32_t kLeastCoarseSide = 48;
 // detail.comp takes away the images of this level.
 constexpr int kDetailLevel = 2;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.

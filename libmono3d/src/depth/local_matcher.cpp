@@ -20,7 +20,7 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       sweep_(device_),
       sgm_(device_, options.sgm),
       winner_(device_),
-      median_(device_) {}
+      median_(device_, options.refinement.iterations == 0) {}
 
 std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size) {
   return std::uint64_t{kLocalPlanes} * (kNumPaths / 2) * NumLocalPixels(size);

@@ -44,8 +44,9 @@ class LocalMatcher {
               const std::array<SourceProjection, kNumSources>& projections, const Buffer& images,
               const Buffer& coarse_depth);
 
-  const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
-  const Buffer& confidence() const { return median_confidence_; }  // 0 to 1
+  const Buffer& inverse_depth() const { return median_depth_; }  // 1/su; 0: no estimate
+  // 0 to 1; only without refinement, which makes its own.
+  const Buffer& confidence() const { return median_confidence_; }
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,

@@ -8,6 +8,11 @@
 #include "depth/local_sweep.spirv.h"
 
 namespace mono3d {
+namespace {
+
+constexpr std::uint64_t kRowsPerInvocation = 4;
+
+}  // namespace
 
 LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv}) {}
@@ -15,9 +20,9 @@ LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device)
 void LocalSweepStage::Record(Recorder& recorder, const LocalSweepParams& params,
                              const Buffer& census, const Buffer& projections, const Buffer& ranges,
                              const Buffer& costs) const {
-  recorder.Dispatch(
-      kernel_, {census, projections, ranges, costs}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {census, projections, ranges, costs}, params,
+                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
+                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }
 
 }  // namespace mono3d

@@ -9,8 +9,9 @@
 
 namespace mono3d {
 
-MedianStage::MedianStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/median", depth_median_spirv}) {}
+MedianStage::MedianStage(std::shared_ptr<Device> device, bool with_confidence)
+    : kernel_(std::move(device), {"depth/median", depth_median_spirv},
+              {with_confidence ? 1u : 0u}) {}
 
 void MedianStage::Record(Recorder& recorder, const MedianParams& params,
                          const Buffer& inverse_depth, const Buffer& confidence,

@@ -14,7 +14,8 @@ namespace mono3d {
 // size.num_pixels() floats.
 class MedianStage {
  public:
-  explicit MedianStage(std::shared_ptr<Device> device);
+  // Without confidence that of all pixels is 0.
+  explicit MedianStage(std::shared_ptr<Device> device, bool with_confidence = true);
 
   void Record(Recorder& recorder, const MedianParams& params, const Buffer& inverse_depth,
               const Buffer& confidence, const Buffer& median_depth,

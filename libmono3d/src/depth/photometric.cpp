@@ -8,6 +8,11 @@
 #include "depth/photometric.spirv.h"
 
 namespace mono3d {
+namespace {
+
+constexpr std::uint64_t kRowsPerInvocation = 4;
+
+}  // namespace
 
 PhotometricStage::PhotometricStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/photometric", depth_photometric_spirv}) {}
@@ -15,9 +20,9 @@ PhotometricStage::PhotometricStage(std::shared_ptr<Device> device)
 void PhotometricStage::Record(Recorder& recorder, const PhotometricParams& params,
                               const Buffer& detail, const Buffer& projections,
                               const Buffer& inverse_depth, const Buffer& measurements) const {
-  recorder.Dispatch(
-      kernel_, {detail, projections, inverse_depth, measurements}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {detail, projections, inverse_depth, measurements}, params,
+                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
+                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }
 
 }  // namespace mono3d
