@@ -101,5 +101,36 @@ TEST(Map, ListsTheDepthsInView) {
   EXPECT_EQ(map.Depths(map.keyframe(0).view), std::vector<float>{4});
 }
 
+TEST(Map, MovesPointsAndCulledKeyframesWithTheCorrectedOnes) {
+  Map map = ThreeKeyframes();
+  const PointId by_first = AddSeen(map, 0, {0, 2});
+  const PointId by_last = AddSeen(map, 1, {2});
+  map.RemoveKeyframe(1, 0);
+  const Pose T_culled_first = map.T_cam_world(1) * map.T_cam_world(0).Inverse();
+  // The first keyframe takes twice the lengths around itself; the last one stays.
+  const std::vector<Similarity> corrected = {Similarity(0.5, map.T_cam_world(0)),
+                                             Similarity(1, map.T_cam_world(2))};
+  map.Correct({0, 2}, corrected);
+  EXPECT_EQ(map.keyframe(0).scale, 2);
+  EXPECT_EQ(map.keyframe(1).scale, 2);
+  EXPECT_EQ(map.keyframe(2).scale, 1);
+  const Pose T_after = map.T_cam_world(1) * map.T_cam_world(0).Inverse();
+  EXPECT_LT((T_after.translation() - 2 * T_culled_first.translation()).norm(), 1e-12);
+  EXPECT_LT((map.point(by_last).p_world - Eigen::Vector3d(0, 0, 4)).norm(), 1e-12);
+  // Of two observations the second counts as the middle: it stays with the last keyframe.
+  EXPECT_LT((map.point(by_first).p_world - Eigen::Vector3d(0, 0, 4)).norm(), 1e-12);
+  // A camera sees its own points where it saw them before, whatever its scale.
+  Map other = ThreeKeyframes();
+  const PointId seen = AddSeen(other, 0, {1});
+  const Eigen::Vector2d before =
+      other.camera().Project(other.T_cam_world(1) * other.point(seen).p_world);
+  const Similarity moved(0.8, Pose(RotationExp({0.1, 0.2, 0}), {1, 2, 3}));
+  other.Correct({0, 1, 2},
+                {Similarity(1, other.T_cam_world(0)), moved, Similarity(1, other.T_cam_world(2))});
+  const Eigen::Vector2d after =
+      other.camera().Project(other.T_cam_world(1) * other.point(seen).p_world);
+  EXPECT_LT((after - before).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace mono3d::tracking

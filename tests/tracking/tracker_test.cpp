@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <numbers>
+#include <opencv2/core.hpp>
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/similarity.h"
@@ -191,17 +192,28 @@ TEST(Tracker, FollowsOverFramesLeftOut) {
   EXPECT_LT(RelativeError(run.trajectory, Village()), kMaxRelativeError);
 }
 
-TEST(Tracker, StartsANewMapAfterALongLoss) {
+// Ten frames of flight, twelve (1.2 s) of nothing, then 18 of what `after` shows.
+std::vector<Frame> AfterALongLoss(const Sequence& after, std::size_t first_after) {
   std::vector<Frame> frames;
-  for (int i = 0; i < 40; ++i) {
-    // Ten frames of flight, twelve (1.2 s) of nothing, then another place.
+  for (std::size_t i = 0; i < 40; ++i) {
     const bool is_black = i >= 10 && i < 22;
-    frames.push_back(is_black ? BlackFrame(i)
-                              : Village().frames[static_cast<std::size_t>(i < 10 ? i : i - 10)]);
-    frames.back().index = i;
-    frames.back().timestamp_s = 0.1 * i;
+    frames.push_back(is_black ? BlackFrame(static_cast<std::int64_t>(i))
+                     : i < 10 ? Village().frames[i]
+                              : after.frames[first_after + i - 22]);
+    frames.back().index = static_cast<std::int64_t>(i);
+    frames.back().timestamp_s = 0.1 * static_cast<double>(i);
   }
-  const Tracked run = TrackAll(frames);
+  return frames;
+}
+
+TEST(Tracker, StartsANewMapInAnotherPlaceAfterALongLoss) {
+  Sequence mirrored = Village();  // what no camera over the village could see
+  for (Frame& frame : mirrored.frames) {
+    cv::Mat flipped;
+    cv::flip(frame.bgr, flipped, 1);
+    frame.bgr = flipped;
+  }
+  const Tracked run = TrackAll(AfterALongLoss(mirrored, 12));
   EXPECT_EQ(run.results[10].status, TrackingStatus::kLost);
   EXPECT_THAT(run.results[20].reason, HasSubstr("starting anew"));
   EXPECT_EQ(run.results[21].status, TrackingStatus::kNotInitialised);
@@ -212,6 +224,18 @@ TEST(Tracker, StartsANewMapAfterALongLoss) {
   for (std::size_t i = 1; i < run.keyframes.size(); ++i) {
     EXPECT_EQ(run.keyframes[i].id, run.keyframes[i - 1].id + 1);  // counted over all maps
   }
+}
+
+TEST(Tracker, ReturnsToItsMapOnKnownGroundAfterALongLoss) {
+  const Tracked run = TrackAll(AfterALongLoss(Village(), 4));
+  EXPECT_THAT(run.results[20].reason, HasSubstr("starting anew"));
+  EXPECT_EQ(run.results[22].status, TrackingStatus::kTracking);
+  for (const TrajectoryEntry& entry : run.trajectory) EXPECT_EQ(entry.map_id, 0);
+  // The frames after the loss show what the frames 4 to 21 of the flight did.
+  Sequence truth = Village();
+  truth.T_world_cam.resize(40);
+  for (std::size_t i = 22; i < 40; ++i) truth.T_world_cam[i] = Village().T_world_cam[i - 18];
+  EXPECT_LT(RelativeError(run.trajectory, truth), kMaxRelativeError);
 }
 
 TEST(Tracker, RefusesAnotherCameraAndABrokenFrame) {

@@ -117,23 +117,23 @@ double RobustCost(const BundleProblem& problem) {
   return cost;
 }
 
-ceres::Solver::Options SolverOptions(int num_steps) {
+ceres::Solver::Options SolverOptions(int num_steps, double min_gain) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
   options.max_num_iterations = num_steps;
   options.num_threads = 1;  // sums in one order: same input, same bytes out
   options.logging_type = ceres::SILENT;
-  options.function_tolerance = 1e-5;  // more digits than the key points carry
+  options.function_tolerance = min_gain;
   return options;
 }
 
 // One stage: moves the problem's poses and points, over the observations that are no outliers.
 void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool robust,
-              int num_steps) {
+              int num_steps, double min_gain) {
   // Up to here a dense matrix of the views is cheaper than looking for its zeros.
-  constexpr std::ptrdiff_t kMaxDenseViews = 40;
+  constexpr std::ptrdiff_t kMaxDenseViews = 150;
   if (std::count(problem.is_fixed.begin(), problem.is_fixed.end(), 0) <= kMaxDenseViews) {
-    MinimiseDensely(problem, is_outlier, robust, num_steps);
+    MinimiseDensely(problem, is_outlier, robust, num_steps, min_gain);
     return;
   }
   std::vector<PoseBlock> poses;
@@ -161,7 +161,7 @@ void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool 
     is_used[observation.point] = 1;
   }
   if (ceres_problem.NumResidualBlocks() == 0) return;
-  ceres::Solver::Options options = SolverOptions(num_steps);
+  ceres::Solver::Options options = SolverOptions(num_steps, min_gain);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &ceres_problem, &summary);
@@ -194,9 +194,10 @@ BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options) 
   BundleReport report;
   report.initial_cost = RobustCost(problem);
   if (options.num_robust_steps > 0) {
-    Minimise(problem, FindBehind(problem), true, options.num_robust_steps);
+    Minimise(problem, FindBehind(problem), true, options.num_robust_steps, options.min_gain);
   }
-  if (options.num_steps > 0) Minimise(problem, FindOutliers(problem), false, options.num_steps);
+  if (options.num_steps > 0)
+    Minimise(problem, FindOutliers(problem), false, options.num_steps, options.min_gain);
   report.is_outlier = FindOutliers(problem);
   report.final_cost = RobustCost(problem);
   return report;

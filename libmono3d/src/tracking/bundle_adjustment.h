@@ -30,6 +30,9 @@ struct BundleProblem {
 struct BundleOptions {
   int num_robust_steps = 5;
   int num_steps = 10;  // after the outliers are gone
+  // A step that lowers the cost by less than this share of it is the last one. Long loops settle
+  // in many small steps.
+  double min_gain = 1e-4;
 };
 
 struct BundleReport {

@@ -34,7 +34,7 @@ class DenseBundle {
  public:
   DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust);
 
-  void Minimise(int num_steps);
+  void Minimise(int num_steps, double min_gain);
 
  private:
   static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
@@ -161,6 +161,8 @@ void DenseBundle::EliminatePoints(double damping) {
     const auto at = static_cast<Eigen::Index>(6 * i);
     reduced_.block<6, 6>(at, at) = view_hessians_[i];
     reduced_.block<6, 6>(at, at).diagonal() *= 1 + damping;
+    // A view without observations stays where it is.
+    if (view_hessians_[i].isZero(0)) reduced_.block<6, 6>(at, at).setIdentity();
   }
   for (std::size_t point = 0; point < point_hessians_.size(); ++point) {
     Eigen::Matrix3d hessian = point_hessians_[point];
@@ -201,8 +203,7 @@ bool DenseBundle::Solve(double damping) {
   return true;
 }
 
-void DenseBundle::Minimise(int num_steps) {
-  constexpr double kConverged = 1e-4;  // share of the cost: more than the measurements carry
+void DenseBundle::Minimise(int num_steps, double min_gain) {
   std::vector<Camera> cameras = Cameras(problem_.T_cam_world);
   double cost = Cost(cameras, problem_.p_world);
   double damping = 1e-5;
@@ -228,7 +229,7 @@ void DenseBundle::Minimise(int num_steps) {
       damping = damping * 100 + 1e-4;
       continue;
     }
-    const bool converged = cost - new_cost < kConverged * cost;
+    const bool converged = cost - new_cost < min_gain * cost;
     problem_.T_cam_world = std::move(poses);
     problem_.p_world = std::move(points);
     cameras = std::move(moved);
@@ -242,8 +243,8 @@ void DenseBundle::Minimise(int num_steps) {
 }  // namespace
 
 void MinimiseDensely(BundleProblem& problem, const std::vector<char>& left_out, bool robust,
-                     int num_steps) {
-  DenseBundle(problem, left_out, robust).Minimise(num_steps);
+                     int num_steps, double min_gain) {
+  DenseBundle(problem, left_out, robust).Minimise(num_steps, min_gain);
 }
 
 }  // namespace mono3d::tracking

@@ -67,6 +67,57 @@ std::vector<PointId> LocalPoints(const Map& map, const View& view) {
   return points;
 }
 
+struct PnpSolution {
+  Pose T_cam_world;
+  std::vector<FeatureMatch> inliers;
+};
+
+// Three points at a time within RANSAC, then all that fit at once (SQPnP): either holds on flat
+// ground too, where the common EPnP takes the mirrored pose.
+std::optional<PnpSolution> SolvePnp(const Map& map, const View& keyframe, const View& view,
+                                    const std::vector<FeatureMatch>& matches, int seed) {
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> pixels;
+  for (const FeatureMatch& match : matches) {
+    const Eigen::Vector3d& p = map.point(*keyframe.points[match.feature_a]).p_world;
+    const Eigen::Vector2d& pixel = view.features[match.feature_b].pixel;
+    points.emplace_back(p.x(), p.y(), p.z());
+    pixels.emplace_back(pixel.x(), pixel.y());
+  }
+  cv::Mat K;
+  cv::eigen2cv(map.camera().Matrix(), K);
+  cv::Mat rotation_vector;
+  cv::Mat translation;
+  std::vector<int> inliers;
+  cv::theRNG().state = static_cast<std::uint64_t>(seed);
+  constexpr int kRounds = 300;
+  constexpr float kMaxError = 5;  // px: coarse levels are in it; the refinement is stricter
+  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false,
+                          kRounds, kMaxError, 0.99, inliers, cv::SOLVEPNP_P3P)) {
+    return std::nullopt;
+  }
+  if (static_cast<int>(inliers.size()) < kFewMatches) return std::nullopt;
+  PnpSolution solution;
+  std::vector<cv::Point3d> fitting_points;
+  std::vector<cv::Point2d> fitting_pixels;
+  for (const int i : inliers) {
+    const auto index = static_cast<std::size_t>(i);
+    solution.inliers.push_back(matches[index]);
+    fitting_points.push_back(points[index]);
+    fitting_pixels.push_back(pixels[index]);
+  }
+  if (!cv::solvePnP(fitting_points, fitting_pixels, K, cv::noArray(), rotation_vector, translation,
+                    false, cv::SOLVEPNP_SQPNP)) {
+    return std::nullopt;
+  }
+  Eigen::Vector3d omega;
+  Eigen::Vector3d t;
+  cv::cv2eigen(rotation_vector, omega);
+  cv::cv2eigen(translation, t);
+  solution.T_cam_world = Pose(RotationExp(omega), t);
+  return solution;
+}
+
 }  // namespace
 
 Pose ScaleMotion(const Pose& motion, double factor) {
@@ -154,36 +205,12 @@ PoseResult Relocalise(const Map& map, KeyframeId id, View& view, int seed) {
   const std::vector<char> all(view.features.size(), 1);
   const std::vector<FeatureMatch> matches = MatchDescriptors(keyframe, has_point, view, all);
   if (static_cast<int>(matches.size()) < kFewMatches) return {};
-  std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> pixels;
-  for (const FeatureMatch& match : matches) {
-    const Eigen::Vector3d& p = map.point(*keyframe.points[match.feature_a]).p_world;
-    const Eigen::Vector2d& pixel = view.features[match.feature_b].pixel;
-    points.emplace_back(p.x(), p.y(), p.z());
-    pixels.emplace_back(pixel.x(), pixel.y());
-  }
-  cv::Mat K;
-  cv::eigen2cv(map.camera().Matrix(), K);
-  cv::Mat rotation_vector;
-  cv::Mat translation;
-  cv::Mat inliers;
-  cv::theRNG().state = static_cast<std::uint64_t>(seed);
-  constexpr int kRounds = 200;
-  constexpr float kMaxError = 5;  // px: coarse levels are in it; the refinement is stricter
-  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false,
-                          kRounds, kMaxError, 0.99, inliers, cv::SOLVEPNP_EPNP)) {
-    return {};
-  }
-  if (inliers.rows < kFewMatches) return {};
-  for (int i = 0; i < inliers.rows; ++i) {
-    const FeatureMatch& match = matches[static_cast<std::size_t>(inliers.at<int>(i))];
+  const std::optional<PnpSolution> solution = SolvePnp(map, keyframe, view, matches, seed);
+  if (!solution) return {};
+  for (const FeatureMatch& match : solution->inliers) {
     attempt.points[match.feature_b] = keyframe.points[match.feature_a];
   }
-  Eigen::Vector3d omega;
-  Eigen::Vector3d t;
-  cv::cv2eigen(rotation_vector, omega);
-  cv::cv2eigen(translation, t);
-  attempt.T_cam_world = Pose(RotationExp(omega), t);
+  attempt.T_cam_world = solution->T_cam_world;
   const PoseResult result = RefinePose(map, attempt);
   if (result.num_inliers >= kFewMatches) view = std::move(attempt);
   return result;

@@ -198,9 +198,11 @@ void AdjustAll(Map& map) {
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
   }
-  constexpr int kSteps = 20;  // a start is further off than a local map
+  // A start is further off than a local map, and a loop settles slowly.
+  constexpr int kSteps = 20;
+  constexpr double kMinGain = 1e-6;
   MapBundle bundle = Collect(map, adjusted, fixed);
-  const BundleReport report = AdjustBundle(bundle.problem, {kSteps, kSteps});
+  const BundleReport report = AdjustBundle(bundle.problem, {kSteps, kSteps, kMinGain});
   Apply(bundle, report, map);
 }
 
@@ -228,6 +230,17 @@ void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
   }
 }
 
+std::vector<KeyframeCorrection> CorrectionsOf(const Map& map) {
+  std::vector<KeyframeCorrection> corrections;
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+    const MapKeyframe& keyframe = map.keyframe(id);
+    if (!keyframe.is_settled) continue;
+    corrections.push_back({keyframe.id, map.id(), map.T_cam_world(id).Inverse(),
+                           keyframe.scale / keyframe.settled_scale});
+  }
+  return corrections;
+}
+
 std::vector<Keyframe> TakeSettled(Map& map, bool all) {
   constexpr int kMinNewer = 2;
   // One that has lost sight of the newer ones settles by age.
@@ -240,6 +253,7 @@ std::vector<Keyframe> TakeSettled(Map& map, bool all) {
     if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
     settled.push_back(ToKeyframe(map, keyframe));
     keyframe.is_settled = true;
+    keyframe.settled_scale = keyframe.scale;
     keyframe.view.frame.bgr.release();
   }
   return settled;

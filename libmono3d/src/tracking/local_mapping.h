@@ -34,6 +34,9 @@ void CullPoints(Map& map);
 // Settled keyframes of which most points are seen by three others go.
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
+// Where the keyframes that were handed out are now, also the culled ones.
+std::vector<KeyframeCorrection> CorrectionsOf(const Map& map);
+
 // Hands out the keyframes that have settled, in order: those that shared a bundle adjustment with
 // two newer ones. `all`: every one left. Their images are released here.
 std::vector<Keyframe> TakeSettled(Map& map, bool all);

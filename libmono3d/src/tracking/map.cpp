@@ -175,6 +175,44 @@ Pose Map::T_cam_world(KeyframeId id) const {
   return keyframe.T_cam_anchor * T_cam_world(keyframe.anchor);
 }
 
+void Map::Correct(const std::vector<KeyframeId>& keyframes,
+                  const std::vector<Similarity>& S_cam_world) {
+  std::vector<std::optional<Similarity>> S_new_old(keyframes_.size());  // of the world around it
+  std::vector<double> ratio(keyframes_.size(), 1);
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const KeyframeId id = keyframes[i];
+    S_new_old[id] = S_cam_world[i].Inverse() * Similarity(1, keyframes_[id].view.T_cam_world);
+    ratio[id] = 1 / S_cam_world[i].scale();
+  }
+  for (MapPoint& point : points_) {
+    if (!point.alive || point.observations.empty()) continue;
+    // The one in the middle of its life is nearest to where the point was measured from.
+    const KeyframeId by = point.observations[point.observations.size() / 2].keyframe;
+    if (S_new_old[by]) point.p_world = *S_new_old[by] * point.p_world;
+  }
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Pose& pose = S_cam_world[i].pose();
+    keyframes_[keyframes[i]].view.T_cam_world =
+        Pose(pose.rotation(), ratio[keyframes[i]] * pose.translation());
+  }
+  ScaleAround(ratio);
+  for (PointId id = 0; id < points_.size(); ++id) {
+    if (points_[id].alive) UpdateGeometry(id);
+  }
+}
+
+void Map::ScaleAround(std::vector<double> ratios) {
+  for (KeyframeId id = 0; id < keyframes_.size(); ++id) {
+    MapKeyframe& keyframe = keyframes_[id];
+    if (!keyframe.alive) {
+      ratios[id] = ratios[keyframe.anchor];  // which is older, so has its own already
+      keyframe.T_cam_anchor =
+          Pose(keyframe.T_cam_anchor.rotation(), ratios[id] * keyframe.T_cam_anchor.translation());
+    }
+    keyframe.scale *= ratios[id];
+  }
+}
+
 void Map::Rescale(double factor) {
   for (MapPoint& point : points_) {
     point.p_world *= factor;

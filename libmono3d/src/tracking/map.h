@@ -11,6 +11,7 @@
 
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/similarity.h"
 #include "mono3d/image/frame.h"
 #include "tracking/features.h"
 #include "tracking/octaves.h"
@@ -66,6 +67,8 @@ struct MapKeyframe {
   bool alive = true;
   int num_newer_adjusted = 0;  // newer keyframes that it shared a bundle adjustment with
   bool is_settled = false;
+  double scale = 1;          // by which corrections have multiplied the lengths around it
+  double settled_scale = 1;  // the same when it was handed out
   // Where a culled keyframe is to be found: fixed to another one.
   KeyframeId anchor = 0;
   Pose T_cam_anchor;
@@ -123,6 +126,13 @@ class Map {
   std::vector<float> Depths(const View& view) const;
   // Camera pose of a keyframe, also of a culled one.
   Pose T_cam_world(KeyframeId keyframe) const;
+  // Gives keyframes new poses with a scale; the culled ones and the points follow the keyframe they
+  // are fixed to. One similarity for each keyframe alive, `keyframes` in ascending order.
+  void Correct(const std::vector<KeyframeId>& keyframes,
+               const std::vector<Similarity>& S_cam_world);
+  // Notes that the lengths around each keyframe have been multiplied, one ratio for each; the
+  // culled ones follow theirs.
+  void ScaleAround(std::vector<double> ratios);
   // Multiplies all lengths.
   void Rescale(double factor);
 

@@ -11,6 +11,8 @@
 #include "tracking/direct_tracking.h"
 #include "tracking/keyframe_insertion.h"
 #include "tracking/local_mapping.h"
+#include "tracking/loop_closing.h"
+#include "tracking/map_start.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -23,41 +25,6 @@ TrackingResult NotInitialised(std::string reason) {
   TrackingResult result;
   result.reason = std::move(reason);
   return result;
-}
-
-// Gives a point of the start its patch from the first view and its position in the second to a
-// fraction of a pixel.
-void Sharpen(Map& map, PointId point) {
-  const Observation in_a = map.point(point).observations.front();
-  const Observation in_b = map.point(point).observations.back();
-  Feature& a = map.keyframe(in_a.keyframe).view.features[in_a.feature];
-  Feature& b = map.keyframe(in_b.keyframe).view.features[in_b.feature];
-  if (!TakePatchOf(map, point, in_a.keyframe, a)) return;
-  const auto found = FindPatch(map, point, map.keyframe(in_b.keyframe).view, b.pixel);
-  if (!found) return;
-  b.pixel = found->pixel;
-  b.sigma_px = found->sigma_px;
-  a.sigma_px = found->sigma_px;
-}
-
-// The map of two views, bundle adjusted, with median depth 1.
-void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
-  View a = start.first;
-  View b = start.second;
-  a.T_cam_world = Pose();
-  b.T_cam_world = start.motion.T_b_a;
-  const KeyframeId id_a = map.AddKeyframe(std::move(a), first_id);
-  const KeyframeId id_b = map.AddKeyframe(std::move(b), first_id + 1);
-  for (std::size_t i = 0; i < start.motion.matches.size(); ++i) {
-    const PointId point = map.AddPoint(start.motion.p_a[i]);
-    map.AddObservation(point, {id_a, start.motion.matches[i].feature_a});
-    map.AddObservation(point, {id_b, start.motion.matches[i].feature_b});
-    map.UpdatePoint(point);
-    Sharpen(map, point);
-  }
-  AdjustAll(map);
-  const float median = Median(map.Depths(map.keyframe(id_a).view));
-  if (median > 0) map.Rescale(1 / median);
 }
 
 }  // namespace
@@ -107,6 +74,7 @@ void OrbTracker::AddFeatures(View& view) const {
 
 TrackingResult OrbTracker::Initialise(View view) {
   AddFeatures(view);
+  if (std::optional<TrackingResult> returned = Return(view)) return *std::move(returned);
   const ScopedStageTimer timer(times_, "tracking/initialisation");
   std::string reason;
   std::optional<MapStart> start = initialiser_.Add(std::move(view), reason);
@@ -119,10 +87,13 @@ TrackingResult OrbTracker::Initialise(View view) {
       std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
   FillMap(*start, next_keyframe_id_, map());
   next_keyframe_id_ += 2;
+  places_.emplace_back();
+  for (const KeyframeId id : {0, 1})
+    places_.back().Add(id, FeaturesWithPoints(map().keyframe(id).view));
   has_map_ = true;
   newest_ = 1;
   const View& first = map().keyframe(0).view;
-  records_.push_back({first.frame.index, first.frame.timestamp_s, map().id(), 0, {}});
+  records_.push_back({first.frame.index, first.frame.timestamp_s, map().id(), 0, {}, 1});
   reference_ = 0;
   for (View& between : start->between) FindBetween(std::move(between));
   reference_ = 1;
@@ -184,8 +155,11 @@ PoseResult OrbTracker::FindPoseByFeatures(View& view) {
       if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
     }
   }
-  if (pose.num_inliers < options_.min_inliers) return pose;
-  // The patches know better where the points are.
+  return pose.num_inliers < options_.min_inliers ? pose : Sharpen(view, pose);
+}
+
+// The patches know better where the points are.
+PoseResult OrbTracker::Sharpen(View& view, const PoseResult& pose) {
   View sharpened = view;
   const PoseResult by_patches = TrackPatches(map(), view, sharpened);
   if (2 * by_patches.num_inliers < pose.num_inliers) return pose;
@@ -198,8 +172,12 @@ TrackingResult OrbTracker::Follow(View view) {
   if (pose.num_inliers < options_.min_inliers) {
     return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
   }
+  return Continue(std::move(view), pose);
+}
+
+TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   velocity_.reset();
-  if (!lost_since_s_) {
+  if (previous_ && !lost_since_s_) {
     velocity_ = view.T_cam_world * PreviousPose().Inverse();
     velocity_duration_s_ = view.frame.timestamp_s - previous_->frame.timestamp_s;
   }
@@ -214,6 +192,7 @@ TrackingResult OrbTracker::Follow(View view) {
   result.reprojection_px = pose.reprojection_px;
   result.is_keyframe = InsertIfNeeded(view, pose);
   if (result.is_keyframe) {
+    result.corrections = CloseLoopIfAny();
     view = map().keyframe(newest_).view;
     result.settled_keyframes = TakeSettled(map(), false);
   }
@@ -239,16 +218,27 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   return result;
 }
 
+// The keyframes that look most like the view, then the newest.
+std::vector<KeyframeId> OrbTracker::RecoveryCandidates(const View& view) const {
+  constexpr std::size_t kMaxPlaces = 5;
+  constexpr std::size_t kMaxCandidates = 8;
+  std::vector<KeyframeId> candidates;
+  for (const PlaceMatch& place : places_.back().Query(view.features, kMaxPlaces)) {
+    if (map().keyframe(place.keyframe).alive) candidates.push_back(place.keyframe);
+  }
+  for (KeyframeId id = map().keyframes().size(); id-- > 0 && candidates.size() < kMaxCandidates;) {
+    const bool is_listed = std::find(candidates.begin(), candidates.end(), id) != candidates.end();
+    if (map().keyframe(id).alive && !is_listed) candidates.push_back(id);
+  }
+  return candidates;
+}
+
 PoseResult OrbTracker::Recover(View& view) {
-  // The newest keyframes: within the time allowed the camera cannot have gone far.
-  constexpr int kMaxKeyframes = 5;
+  const ScopedStageTimer timer(times_, "tracking/relocalisation");
   // More than to go on tracking: a wrong place must not pass.
   const int needed = options_.min_inliers * 5 / 3;
-  int num_tried = 0;
   PoseResult best;
-  for (KeyframeId id = map().keyframes().size(); id-- > 0 && num_tried < kMaxKeyframes;) {
-    if (!map().keyframe(id).alive) continue;
-    ++num_tried;
+  for (const KeyframeId id : RecoveryCandidates(view)) {
     PoseResult pose = Relocalise(map(), id, view, options_.seed);
     if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
     if (pose.num_inliers >= needed) return pose;
@@ -256,6 +246,18 @@ PoseResult OrbTracker::Recover(View& view) {
   }
   best.num_inliers = std::min(best.num_inliers, options_.min_inliers - 1);
   return best;
+}
+
+// While no new map has started, the last one may come into view again.
+std::optional<TrackingResult> OrbTracker::Return(View& view) {
+  if (maps_.empty()) return std::nullopt;
+  View returned = view;
+  PoseResult pose = Recover(returned);
+  if (pose.num_inliers < options_.min_inliers) return std::nullopt;
+  pose = Sharpen(returned, pose);
+  has_map_ = true;
+  initialiser_ = Initialiser(options_.initialisation, options_.seed);
+  return Continue(std::move(returned), pose);
 }
 
 bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
@@ -276,19 +278,43 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   return true;
 }
 
+std::vector<KeyframeCorrection> OrbTracker::CloseLoopIfAny() {
+  std::optional<Loop> loop;
+  {
+    const ScopedStageTimer timer(times_, "tracking/place_recognition");
+    loop = FindLoop(map(), places_.back(), newest_, options_.seed);
+    places_.back().Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+  }
+  if (!loop) return {};
+  const ScopedStageTimer timer(times_, "tracking/loop_closing");
+  const double scale_before = map().keyframe(newest_).scale;
+  CloseLoop(map(), *loop, options_.mapping);
+  if (velocity_) {
+    const double ratio = map().keyframe(newest_).scale / scale_before;
+    velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
+  }
+  return CorrectionsOf(map());
+}
+
 void OrbTracker::Remember(View view) {
   KeyframeId keyframe = reference_;
   while (!map().keyframe(keyframe).alive) --keyframe;
   records_.push_back({view.frame.index, view.frame.timestamp_s, map().id(), keyframe,
-                      view.T_cam_world * map().T_cam_world(keyframe).Inverse()});
+                      view.T_cam_world * map().T_cam_world(keyframe).Inverse(),
+                      map().keyframe(keyframe).scale});
   view.frame.bgr.release();
   previous_ = std::move(view);
 }
 
-Pose OrbTracker::PreviousPose() const {
-  const Record& record = records_.back();
-  return record.T_cam_keyframe * map().T_cam_world(record.keyframe);
+Pose OrbTracker::PoseOf(const Record& record) const {
+  const Map& of = *maps_[static_cast<std::size_t>(record.map_id)];
+  const double scale = of.keyframe(record.keyframe).scale / record.scale;
+  const Pose T_cam_keyframe(record.T_cam_keyframe.rotation(),
+                            scale * record.T_cam_keyframe.translation());
+  return T_cam_keyframe * of.T_cam_world(record.keyframe);
 }
+
+Pose OrbTracker::PreviousPose() const { return PoseOf(records_.back()); }
 
 // Constant velocity, also over frames left out.
 Pose OrbTracker::PredictPose(double timestamp_s) const {
@@ -306,10 +332,8 @@ std::vector<Keyframe> OrbTracker::Finish() {
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {
   std::vector<TrajectoryEntry> entries;
   for (const Record& record : records_) {
-    const Map& of = *maps_[static_cast<std::size_t>(record.map_id)];
-    const Pose T_cam_world = record.T_cam_keyframe * of.T_cam_world(record.keyframe);
     entries.push_back(
-        {record.frame_index, record.timestamp_s, record.map_id, T_cam_world.Inverse()});
+        {record.frame_index, record.timestamp_s, record.map_id, PoseOf(record).Inverse()});
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.frame_index < b.frame_index; });

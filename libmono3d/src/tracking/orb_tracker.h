@@ -13,6 +13,7 @@
 #include "tracking/frame_tracking.h"
 #include "tracking/initialiser.h"
 #include "tracking/map.h"
+#include "tracking/place_index.h"
 
 namespace mono3d::tracking {
 
@@ -36,6 +37,7 @@ class OrbTracker final : public Tracker {
     int map_id = 0;
     KeyframeId keyframe = 0;
     Pose T_cam_keyframe;
+    double scale = 1;  // of the keyframe at that time
   };
 
   View MakeView(const Frame& frame) const;
@@ -45,9 +47,15 @@ class OrbTracker final : public Tracker {
   TrackingResult Follow(View view);
   PoseResult FindPose(View& view);
   PoseResult FindPoseByFeatures(View& view);
+  PoseResult Sharpen(View& view, const PoseResult& pose);
   TrackingResult Lose(const View& view, const std::string& reason);
+  TrackingResult Continue(View view, const PoseResult& pose);
+  std::vector<KeyframeId> RecoveryCandidates(const View& view) const;
   PoseResult Recover(View& view);
+  std::optional<TrackingResult> Return(View& view);
   bool InsertIfNeeded(View& view, const PoseResult& pose);
+  std::vector<KeyframeCorrection> CloseLoopIfAny();
+  Pose PoseOf(const Record& record) const;  // T_cam_world
   void Remember(View view);
 
   Map& map() { return *maps_.back(); }
@@ -59,6 +67,7 @@ class OrbTracker final : public Tracker {
   StageTimes* times_;
   std::optional<CameraModel> camera_;
   std::vector<std::unique_ptr<Map>> maps_;  // the last one is in use unless `has_map_` is false
+  std::vector<PlaceIndex> places_;          // of each map
   std::vector<Record> records_;
   std::int64_t next_keyframe_id_ = 0;
 

@@ -22,6 +22,14 @@ enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
 
+// A keyframe that has settled and was moved nevertheless, by the closing of a loop.
+struct KeyframeCorrection {
+  std::int64_t id = 0;  // of the keyframe
+  int map_id = 0;
+  Pose T_world_cam;  // from now on
+  double scale = 1;  // lengths around it, over those at the time it was handed out
+};
+
 // What became of one frame.
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
@@ -34,6 +42,8 @@ struct TrackingResult {
   // Keyframes that have settled since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> settled_keyframes;
+  // Where a loop was closed: all keyframes of the map that were handed out before.
+  std::vector<KeyframeCorrection> corrections;
 };
 
 struct TrajectoryEntry {

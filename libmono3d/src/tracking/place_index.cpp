@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/place_index.h"
+
+#include <algorithm>
+#include <random>
+
+namespace mono3d::tracking {
+namespace {
+
+// A bucket with more entries says nothing about the place, and costs most of the time.
+constexpr std::size_t kMaxBucket = 200;
+
+}  // namespace
+
+std::vector<Feature> FeaturesWithPoints(const View& view) {
+  std::vector<Feature> features;
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (view.points[i]) features.push_back(view.features[i]);
+  }
+  return features;
+}
+
+PlaceIndex::PlaceIndex() {
+  std::mt19937 random(1);  // its sequence is laid down by the standard
+  for (auto& bits : bits_) {
+    for (std::uint8_t& bit : bits) bit = static_cast<std::uint8_t>(random() % kDescriptorBits);
+  }
+  for (auto& table : buckets_) table.resize(std::size_t{1} << kNumBits);
+}
+
+std::uint32_t PlaceIndex::Hash(const Descriptor& descriptor, std::size_t table) const {
+  std::uint32_t hash = 0;
+  for (const std::uint8_t bit : bits_[table]) {
+    hash = (hash << 1U) | static_cast<std::uint32_t>((descriptor[bit / 64U] >> (bit % 64U)) & 1U);
+  }
+  return hash;
+}
+
+void PlaceIndex::Add(KeyframeId keyframe, std::span<const Feature> features) {
+  num_keyframes_ = std::max(num_keyframes_, keyframe + 1);
+  for (const Feature& feature : features) {
+    const auto entry = static_cast<std::uint32_t>(entries_.size());
+    entries_.push_back({feature.descriptor, keyframe});
+    for (std::size_t table = 0; table < kNumTables; ++table) {
+      buckets_[table][Hash(feature.descriptor, table)].push_back(entry);
+    }
+  }
+}
+
+std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
+                                          std::size_t max_matches) const {
+  std::vector<int> votes(num_keyframes_, 0);
+  std::vector<std::size_t> voted_by(num_keyframes_, features.size());  // one vote of each feature
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    for (std::size_t table = 0; table < kNumTables; ++table) {
+      const auto& bucket = buckets_[table][Hash(features[i].descriptor, table)];
+      if (bucket.size() > kMaxBucket) continue;
+      for (const std::uint32_t index : bucket) {
+        const Entry& entry = entries_[index];
+        if (voted_by[entry.keyframe] == i) continue;
+        constexpr int kMaxDistance = 50;  // see kCloseDistance of matching.h
+        if (Distance(entry.descriptor, features[i].descriptor) > kMaxDistance) continue;
+        voted_by[entry.keyframe] = i;
+        ++votes[entry.keyframe];
+      }
+    }
+  }
+  std::vector<PlaceMatch> matches;
+  for (KeyframeId id = 0; id < votes.size(); ++id) {
+    if (votes[id] > 0) matches.push_back({id, votes[id]});
+  }
+  std::stable_sort(matches.begin(), matches.end(), [](const PlaceMatch& a, const PlaceMatch& b) {
+    return a.num_votes > b.num_votes;
+  });
+  matches.resize(std::min(matches.size(), max_matches));
+  return matches;
+}
+
+}  // namespace mono3d::tracking

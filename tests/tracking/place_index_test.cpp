@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/place_index.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tracking/tracking_world.h"
+
+namespace mono3d::tracking {
+namespace {
+
+std::vector<Feature> RandomFeatures(int count, std::mt19937_64& random) {
+  std::vector<Feature> features(static_cast<std::size_t>(count));
+  for (Feature& feature : features) {
+    for (std::uint64_t& word : feature.descriptor) word = random();
+  }
+  return features;
+}
+
+// The same patches seen again: each descriptor differs in `num_bits` places.
+std::vector<Feature> SeenAgain(std::vector<Feature> features, int num_bits,
+                               std::mt19937_64& random) {
+  for (Feature& feature : features) {
+    for (int i = 0; i < num_bits; ++i) {
+      const auto bit = static_cast<std::size_t>(random() % kDescriptorBits);
+      feature.descriptor[bit / 64] ^= std::uint64_t{1} << (bit % 64);
+    }
+  }
+  return features;
+}
+
+TEST(PlaceIndex, FindsNothingWhileEmpty) {
+  std::mt19937_64 random(SeedFromTestName());
+  EXPECT_TRUE(PlaceIndex().Query(RandomFeatures(50, random), 5).empty());
+}
+
+TEST(PlaceIndex, CountsEachFeatureOnce) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> features = RandomFeatures(50, random);
+  PlaceIndex index;
+  index.Add(3, features);
+  const std::vector<PlaceMatch> matches = index.Query(features, 5);
+  ASSERT_EQ(matches.size(), 1U);
+  EXPECT_EQ(matches[0].keyframe, 3U);
+  EXPECT_EQ(matches[0].num_votes, 50);
+}
+
+TEST(PlaceIndex, KnowsEachPlaceAgainAmongAHundred) {
+  constexpr int kNumFeatures = 300;
+  std::mt19937_64 random(SeedFromTestName());
+  PlaceIndex index;
+  std::vector<std::vector<Feature>> places;
+  for (KeyframeId id = 0; id < 100; ++id) {
+    places.push_back(RandomFeatures(kNumFeatures, random));
+    index.Add(id, places.back());
+  }
+  for (KeyframeId id = 0; id < places.size(); ++id) {
+    // 30 of 256 bits differ: a hash of 14 bits survives with (1 - 30/256)^14 = 17 %, one of eight
+    // tables with 78 %.
+    const auto matches = index.Query(SeenAgain(places[id], 30, random), 3);
+    ASSERT_FALSE(matches.empty());
+    EXPECT_EQ(matches[0].keyframe, id);
+    EXPECT_GT(matches[0].num_votes, kNumFeatures / 2);
+  }
+  // A place not seen before: random descriptors differ in 128 +- 8 bits.
+  for (const PlaceMatch& match : index.Query(RandomFeatures(kNumFeatures, random), 3)) {
+    EXPECT_LT(match.num_votes, 3);
+  }
+}
+
+TEST(PlaceIndex, PutsThePlaceThatSharesMoreFirst) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> features = RandomFeatures(60, random);
+  PlaceIndex index;
+  index.Add(0, std::span(features).first(20));
+  index.Add(1, std::span(features).first(40));
+  index.Add(2, std::span(features).first(20));
+  const std::vector<PlaceMatch> matches = index.Query(features, 2);
+  ASSERT_EQ(matches.size(), 2U);
+  EXPECT_EQ(matches[0].keyframe, 1U);
+  EXPECT_EQ(matches[1].keyframe, 0U);  // the older of equals
+  EXPECT_EQ(matches[1].num_votes, 20);
+}
+
+}  // namespace
+}  // namespace mono3d::tracking
