@@ -3,7 +3,7 @@
 
 // Detail of grey images: what is left when the image halved twice, a Gaussian of some 4 px, is taken
 // away, so that changes of exposure and light do not look like motion. Stored as the four pixels
-// that bilinear interpolation needs, in one word. Four words an invocation; image = z.
+// that bilinear interpolation needs, in one word. Four words an invocation; image = first_image + z.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -42,7 +42,8 @@ void main() {
   const int groups_per_row = int(params.width_px + 3u) / 4;
   const int group = int(gl_GlobalInvocationID.x);
   const int row = int(gl_GlobalInvocationID.y);
-  const int image = int(gl_GlobalInvocationID.z);
+  const int wanted = int(gl_GlobalInvocationID.z);
+  const int image = int(params.first_image) + wanted;
   if (group >= groups_per_row || row >= int(params.height_px)) return;
   const uint quarter_width = ((params.width_px + 1u) / 2u + 1u) / 2u;
   const uint quarter_height = ((params.height_px + 1u) / 2u + 1u) / 2u;
@@ -80,5 +81,5 @@ void main() {
   [[unroll]] for (int i = 0; i < 4; ++i) {
     words[i] = bytes[i] | (bytes[i + 1] << 8) | (bytes[i + 5] << 16) | (bytes[i + 6] << 24);
   }
-  detail[(image * int(params.height_px) + row) * groups_per_row + group] = words;
+  detail[(wanted * int(params.height_px) + row) * groups_per_row + group] = words;
 }

@@ -8,6 +8,7 @@
 MONO3D_PARAMS_BEGIN(DetailParams)
 uint width_px;
 uint height_px;
+uint first_image;  // of the images, the first whose detail is wanted
 MONO3D_PARAMS_END
 
 #endif

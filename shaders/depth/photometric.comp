@@ -15,12 +15,13 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer detail;       // of five images
-layout(binding = 1, r32f) uniform readonly imageBuffer projections;    // as in plane_cost.glsl
-layout(binding = 2, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
+layout(binding = 0, r32ui) uniform readonly uimageBuffer detail;  // of the reference, sources 0 and 1
+layout(binding = 1, r32ui) uniform readonly uimageBuffer more_detail;  // of sources 2 and 3
+layout(binding = 2, r32f) uniform readonly imageBuffer projections;    // projections.glsl
+layout(binding = 3, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // Inverse depth before and after the step; its information, 1 / (standard deviation in planes)^2;
 // and the mean weight of the sources, 0 to 1.
-layout(binding = 3, std430) writeonly buffer Measurements {
+layout(binding = 4, std430) writeonly buffer Measurements {
   vec4 measurements[];
 };
 
@@ -53,8 +54,9 @@ void AddSource(Source from, int source, float row, float w) {
                        u.x < float(params.width_px - 1u) && u.y < float(params.height_px - 1u);
   const vec2 corner = visible ? floor(u) : vec2(0);
   const vec2 share = u - corner;
-  const uint word =
-      imageLoad(detail, (source + 1) * image_words + int(corner.y) * stride + int(corner.x)).x;
+  const int place = int(corner.y) * stride + int(corner.x);
+  const uint word = source < 2 ? imageLoad(detail, (source + 1) * image_words + place).x
+                               : imageLoad(more_detail, (source - 2) * image_words + place).x;
   const float v00 = float(word & 0xffu), v10 = float((word >> 8) & 0xffu);
   const float v01 = float((word >> 16) & 0xffu), v11 = float(word >> 24);
   const float top = v00 + share.x * (v10 - v00);

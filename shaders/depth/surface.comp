@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Depth of the surface through each pixel, and how sure it is: on a plane n.X = 1 inverse depth is affine in
-// the pixel, w = (K^-T n).(x, y, 1). The affine function is fitted to the measurements of the 7x7
+// Depth of the surface through each pixel, and how sure it is: on a plane n.X = 1 inverse depth is
+// affine in the pixel, w = (K^-T n).(x, y, 1). The affine function is fitted to the measurements of the 7x7
 // window (photometric.comp) by least squares, weighted by their information and distance, over the
 // pixels that belong to the surface of the middle one: those whose inverse depth is near, the nearer
-// the smaller the distance. Confidence is the probability that the depth is right to one per cent, as
-// the information and the misfit of the plane tell (Birge's ratio), times the share of the window's
-// sources and pixels that agree.
+// the smaller the distance. Confidence is sqrt(a) / (1 + s): a is the share of the window's pixels and sources that
+// agree; s is the standard deviation of the depth in per cent, that of the measurements and of the
+// surface around its plane plus what a pixel of place makes on the slope of the 5x5 window, which at
+// steps is large.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -28,9 +29,7 @@ const int kRadius = 3;
 // exp(-d^2 / (2 * 1.5^2)): half of the weight lies within 1.8 px.
 const float kFalloff[4] = float[](1.0, 0.8007, 0.4111, 0.1353);
 const float kWholeWindow = 13.6686;  // sum over the window
-// Interpolation and relief finer than the window leave this much, in planes, with any texture.
-const float kLeastDeviation = 0.1;
-const float kTolerance = 0.01;  // relative error of a right depth
+const float kHalfConfidence = 0.01;  // standard deviation over depth
 
 void main() {
   const int x = int(gl_GlobalInvocationID.x);
@@ -44,7 +43,8 @@ void main() {
 
   // Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one.
   float n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
-  float sv = 0.0, sxv = 0.0, syv = 0.0, svv = 0.0, support = 0.0, members = 0.0;
+  float sv = 0.0, sxv = 0.0, syv = 0.0, svv = 0.0, support = 0.0;
+  float nearest = 0.0, farthest = 3.4e38;
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
     const int row = y + dy;
     const float fdy = float(dy);
@@ -57,10 +57,12 @@ void main() {
       const bool member =
           inside && m.x > 0.0 && abs(m.x - middle.x) * per_plane <= reach;
       const float falloff = member ? falloff_y * kFalloff[abs(dx)] : 0.0;
+      const bool near = inside && max(abs(dx), abs(dy)) <= 2;
+      nearest = near ? max(nearest, m.x) : nearest;
+      farthest = near && m.x > 0.0 ? min(farthest, m.x) : farthest;
       const float u = falloff * m.z;
       const float v = (m.y - middle.x) * per_plane;
       const float fdx = float(dx);
-      members += falloff;
       support += falloff * m.w;
       n += u;
       sx += u * fdx;
@@ -88,11 +90,10 @@ void main() {
     const float gy = (cyv * cxx - cxv * cxy) / determinant;
     const float g0 = (sv - gx * sx - gy * sy) / n;
     w = max(middle.x + params.inverse_depth_step * clamp(g0, -1.0, 1.0), 0.5 * middle.x);
-    const float misfit = max(svv - g0 * sv - gx * sxv - gy * syv, 0.0) / members;
-    const float variance = max(misfit, 1.0) / n + kLeastDeviation * kLeastDeviation;
-    const float relative = sqrt(variance) * params.inverse_depth_step / w;
-    // erf(x / sqrt(2)) is near tanh(0.85 x).
-    sure = tanh(0.85 * min(kTolerance / relative, 8.0)) * (support / kWholeWindow);
+    const float misfit = max(svv - g0 * sv - gx * sxv - gy * syv, 0.0);
+    const float slope = (nearest - farthest) / 4.0;
+    const float deviation = sqrt((1.0 + misfit) / n) * params.inverse_depth_step + slope;
+    sure = sqrt(support / kWholeWindow) / (1.0 + deviation / (kHalfConfidence * w));
   }
   inverse_depth[pixel] = w;
   // An isolated pixel keeps its depth, with the least confidence there is.

@@ -25,7 +25,7 @@ std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, Le
   const Buffer detail = MakeBuffer<std::uint32_t>(5 * size.num_strided_pixels());
   Recorder recorder(TestDevice());
   DetailStage(TestDevice())
-      .Record(recorder, {size.width_px, size.height_px}, ImagesToBuffer(images),
+      .Record(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
               ImagesToBuffer(quarter), detail);
   recorder.Submit();
   return FirstOf<std::uint32_t>(detail, 5 * size.num_strided_pixels());
@@ -112,10 +112,12 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
     }
   }
   const auto packed = Pack(scene.projections);
+  const std::ptrdiff_t first_of_more = std::ptrdiff_t(3 * kSize.num_strided_pixels());
   const Buffer measurements = MakeBuffer<float>(4 * kSize.num_pixels());
   Recorder recorder(TestDevice());
   PhotometricStage(TestDevice())
       .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f}, ToBuffer(words),
+              ToBuffer(std::vector<std::uint32_t>(words.begin() + first_of_more, words.end())),
               ToBuffer(std::vector<float>(packed.begin(), packed.end())), ToBuffer(inverse_depth),
               measurements);
   recorder.Submit();

@@ -12,11 +12,11 @@ namespace mono3d {
 DetailStage::DetailStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/detail", depth_detail_spirv}) {}
 
-void DetailStage::Record(Recorder& recorder, const DetailParams& params, const Buffer& images,
-                         const Buffer& quarter, const Buffer& detail) const {
+void DetailStage::Record(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
+                         const Buffer& images, const Buffer& quarter, const Buffer& detail) const {
   recorder.Dispatch(kernel_, {images, quarter, detail}, params,
                     {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
-                     params.height_px, 5});
+                     params.height_px, num_images});
 }
 
 }  // namespace mono3d

@@ -17,8 +17,8 @@ class DetailStage {
  public:
   explicit DetailStage(std::shared_ptr<Device> device);
 
-  void Record(Recorder& recorder, const DetailParams& params, const Buffer& images,
-              const Buffer& quarter, const Buffer& detail) const;
+  void Record(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
+              const Buffer& images, const Buffer& quarter, const Buffer& detail) const;
 
  private:
   Kernel kernel_;

@@ -18,9 +18,11 @@ PhotometricStage::PhotometricStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/photometric", depth_photometric_spirv}) {}
 
 void PhotometricStage::Record(Recorder& recorder, const PhotometricParams& params,
-                              const Buffer& detail, const Buffer& projections,
-                              const Buffer& inverse_depth, const Buffer& measurements) const {
-  recorder.Dispatch(kernel_, {detail, projections, inverse_depth, measurements}, params,
+                              const Buffer& detail, const Buffer& more_detail,
+                              const Buffer& projections, const Buffer& inverse_depth,
+                              const Buffer& measurements) const {
+  recorder.Dispatch(kernel_, {detail, more_detail, projections, inverse_depth, measurements},
+                    params,
                     {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
                      DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }

@@ -10,14 +10,15 @@
 
 namespace mono3d {
 
-// A step of inverse depth on grey values (shaders/depth/photometric.comp); `measurements` gets four
-// floats for each pixel.
+// A step of inverse depth on grey values (shaders/depth/photometric.comp). `detail` holds the
+// reference and the first two sources, `more_detail` the other two; `measurements` gets four floats
+// for each pixel.
 class PhotometricStage {
  public:
   explicit PhotometricStage(std::shared_ptr<Device> device);
 
   void Record(Recorder& recorder, const PhotometricParams& params, const Buffer& detail,
-              const Buffer& projections, const Buffer& inverse_depth,
+              const Buffer& more_detail, const Buffer& projections, const Buffer& inverse_depth,
               const Buffer& measurements) const;
 
  private:

@@ -42,7 +42,8 @@ class Refiner {
   PhotometricStage photometric_;
   SurfaceStage surface_;
   Buffer projections_;
-  Buffer detail_;
+  Buffer detail_;       // of the reference and the two sources before it
+  Buffer more_detail_;  // of the two after it: all five are too large to bind at 3840x2160
   Buffer measurements_;
   Buffer inverse_depth_;
   Buffer confidence_;

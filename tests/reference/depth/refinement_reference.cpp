@@ -98,7 +98,7 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
     const auto middle = double(measurements[static_cast<std::size_t>(i)].x());
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    double squares = 0, members = 0, support = 0;
+    double squares = 0, support = 0, nearest = 0, farthest = 1e9;
     for (int dy = -3; dy <= 3; ++dy) {
       for (int dx = -3; dx <= 3; ++dx) {
         const int x = i % width + dx;
@@ -106,6 +106,10 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
         if (x < 0 || y < 0 || x >= width || y >= height) continue;
         const Eigen::Vector4d m =
             measurements[static_cast<std::size_t>(y * width + x)].cast<double>();
+        if (m.x() > 0 && std::max(std::abs(dx), std::abs(dy)) <= 2) {
+          nearest = std::max(nearest, m.x());
+          farthest = std::min(farthest, m.x());
+        }
         if (m.x() <= 0 ||
             std::abs(m.x() - middle) / step > std::max({std::abs(dx), std::abs(dy), 1})) {
           continue;
@@ -117,7 +121,6 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
         A += falloff * m.z() * row * row.transpose();
         b += falloff * m.z() * v * row;
         squares += falloff * m.z() * v * v;
-        members += falloff;
         support += falloff * m.w();
       }
     }
@@ -128,9 +131,9 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
     if (middle > 0 && cxx > 0 && cyy > 0 && determinant > 1e-3 * cxx * cyy) {
       const Eigen::Vector3d g = A.ldlt().solve(b);
       w = std::max(middle + step * std::clamp(g.x(), -1.0, 1.0), 0.5 * middle);
-      const double misfit = std::max(squares - g.dot(b), 0.0) / members;
-      const double relative = std::sqrt(std::max(misfit, 1.0) / A(0, 0) + 0.01) * step / w;
-      confidence = std::tanh(0.85 * std::min(0.01 / relative, 8.0)) * support / 13.6686;
+      const double misfit = std::max(squares - g.dot(b), 0.0);
+      const double deviation = std::sqrt((1 + misfit) / A(0, 0)) * step + (nearest - farthest) / 4;
+      confidence = std::sqrt(support / 13.6686) / (1 + deviation / (0.01 * w));
     }
     surface.inverse_depth.push_back(float(w));
     surface.confidence.push_back(middle > 0 ? float(std::clamp(confidence, 1e-3, 1.0)) : 0.f);
