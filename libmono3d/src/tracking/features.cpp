@@ -19,32 +19,45 @@ constexpr int kCell = 32;         // px, of detection
 
 using KeyPoints = std::vector<cv::KeyPoint>;
 
-// FAST in cells, so that weak texture gets its own, lower threshold.
-KeyPoints DetectInCells(const cv::Mat& image, const FeatureOptions& options) {
+// FAST within `cell`.
+void DetectIn(const cv::Mat& image, const cv::Rect& cell, int threshold, KeyPoints& found) {
   constexpr int kFastRadius = 3;
+  // One px more than the radius: non-maximum suppression looks at the neighbours.
+  constexpr int kMargin = kFastRadius + 1;
+  const cv::Rect seen(cell.x - kMargin, cell.y - kMargin, cell.width + 2 * kMargin,
+                      cell.height + 2 * kMargin);
+  cv::FAST(image(seen), found, threshold, true);
+  std::erase_if(found, [&](cv::KeyPoint& point) {
+    point.pt += cv::Point2f(static_cast<float>(seen.x), static_cast<float>(seen.y));
+    return !cell.contains(cv::Point(cvRound(point.pt.x), cvRound(point.pt.y)));
+  });
+}
+
+// FAST over the whole image at twice the threshold, which is enough for rich texture; then at lower
+// ones in the cells that it leaves empty, so that weak texture gets its own.
+KeyPoints DetectInCells(const cv::Mat& image, const FeatureOptions& options) {
+  const cv::Rect inside(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
   KeyPoints all;
+  DetectIn(image, inside, 2 * options.fast_threshold, all);
+  const int num_columns = (inside.width + kCell - 1) / kCell;
+  const int num_rows = (inside.height + kCell - 1) / kCell;
+  std::vector<char> is_filled(static_cast<std::size_t>(num_columns * num_rows), 0);
+  for (const cv::KeyPoint& point : all) {
+    const int column = (cvRound(point.pt.x) - kBorder) / kCell;
+    const int row = (cvRound(point.pt.y) - kBorder) / kCell;
+    is_filled[static_cast<std::size_t>(row * num_columns + column)] = 1;
+  }
   KeyPoints in_cell;
-  for (int y = kBorder; y < image.rows - kBorder; y += kCell) {
-    for (int x = kBorder; x < image.cols - kBorder; x += kCell) {
-      const cv::Rect cell(x, y, std::min(kCell, image.cols - kBorder - x),
-                          std::min(kCell, image.rows - kBorder - y));
-      // One px more than the radius: non-maximum suppression looks at the neighbours.
-      const int margin = kFastRadius + 1;
-      const cv::Rect seen(cell.x - margin, cell.y - margin, cell.width + 2 * margin,
-                          cell.height + 2 * margin);
-      // Rich texture has corners enough at twice the threshold, found in half the time.
-      for (const int threshold :
-           {2 * options.fast_threshold, options.fast_threshold, options.min_fast_threshold}) {
-        cv::FAST(image(seen), in_cell, threshold, true);
+  for (int row = 0; row < num_rows; ++row) {
+    for (int column = 0; column < num_columns; ++column) {
+      if (is_filled[static_cast<std::size_t>(row * num_columns + column)] != 0) continue;
+      const cv::Rect cell =
+          cv::Rect(kBorder + column * kCell, kBorder + row * kCell, kCell, kCell) & inside;
+      for (const int threshold : {options.fast_threshold, options.min_fast_threshold}) {
+        DetectIn(image, cell, threshold, in_cell);
         if (!in_cell.empty()) break;
       }
-      for (cv::KeyPoint& point : in_cell) {
-        point.pt.x += static_cast<float>(seen.x);
-        point.pt.y += static_cast<float>(seen.y);
-        if (cell.contains(cv::Point(cvRound(point.pt.x), cvRound(point.pt.y)))) {
-          all.push_back(point);
-        }
-      }
+      all.insert(all.end(), in_cell.begin(), in_cell.end());
     }
   }
   return all;
