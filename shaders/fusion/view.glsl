@@ -3,7 +3,9 @@
 
 // Geometry of one depth map. `precise` keeps the compiler from fusing multiplications and
 // additions, so that each device decides as the plain reference does.
+#ifndef MONO3D_FUSION_OWN_PARAMS  // a stage with the same members and more
 #include "fusion/view.params.h"
+#endif
 
 layout(local_size_x = 64) in;
 

@@ -35,6 +35,18 @@ TEST(SurfelMapOptions, NamesTheOptionThatIsOutOfRange) {
   options.free_space.min_sigmas = 2;  // what may be one surface cannot be free space
   ExpectRefused(options, "free_space.min_sigmas");
   options = {};
+  options.registration.prior_px = 0;
+  ExpectRefused(options, "registration.prior_px");
+  options = {};
+  options.gate.min_overlap = 0;
+  ExpectRefused(options, "gate.min_overlap");
+  options = {};
+  options.gate.min_agreement = 1.1;
+  ExpectRefused(options, "gate.min_agreement");
+  options = {};
+  options.gate.max_residual = 0;
+  ExpectRefused(options, "gate.max_residual");
+  options = {};
   options.max_surfels = 0;
   ExpectRefused(options, "max_surfels");
 }
@@ -43,10 +55,15 @@ TEST(SurfelMapOptions, ListsEveryField) {
   SurfelMapOptions options;
   std::vector<std::string> names;
   for (const OptionField& field : ListOptions(options)) names.push_back(field.name);
-  EXPECT_THAT(names,
-              ::testing::ElementsAre("association.matching_error_px", "association.max_sigmas",
-                                     "association.max_normal_angle_deg", "free_space.min_sigmas",
-                                     "max_surfels"));
+  EXPECT_THAT(
+      names,
+      ::testing::ElementsAre(
+          "association.matching_error_px", "association.max_sigmas",
+          "association.max_normal_angle_deg", "free_space.min_sigmas", "registration.enabled",
+          "registration.with_scale", "registration.with_grey", "registration.prior_px",
+          "registration.prior_scale", "registration.grey_noise", "registration.grey_shift_px",
+          "gate.min_overlap", "gate.min_agreement", "gate.max_contradiction", "gate.max_residual",
+          "gate.max_deviation_px", "gate.max_scale_deviation", "max_surfels"));
 }
 
 }  // namespace

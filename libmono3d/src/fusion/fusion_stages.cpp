@@ -3,12 +3,11 @@
 
 #include "fusion/fusion_stages.h"
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 
 #include "fusion/associate.spirv.h"
 #include "fusion/free_space.spirv.h"
+#include "fusion/grid.h"
 #include "fusion/index_map.spirv.h"
 #include "fusion/index_map_depth.spirv.h"
 #include "fusion/index_map_id.spirv.h"
@@ -19,19 +18,6 @@
 #include "gpu/device_handle.h"
 
 namespace mono3d {
-namespace {
-
-// One invocation per item. Devices take at least 65535 workgroups along an axis: what is more goes
-// on along y, as ItemIndex() of the shaders expects.
-std::array<std::uint32_t, 3> GridFor(const Kernel& kernel, std::uint64_t items) {
-  constexpr std::uint32_t kMaxGroupsAlongX = 32'768;
-  const std::uint32_t groups = DivideRoundingUp(items, kernel.workgroup_size()[0]);
-  const std::uint32_t along_x = std::min(groups, kMaxGroupsAlongX);
-  return {along_x, along_x == 0 ? 0 : DivideRoundingUp(groups, along_x), 1};
-}
-
-}  // namespace
-
 FusionStages::FusionStages(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
     : prepare_(device, {"fusion/prepare", fusion_prepare_spirv}),
       associate_(device, {"fusion/associate", fusion_associate_spirv}),

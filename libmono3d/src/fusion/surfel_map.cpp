@@ -9,11 +9,14 @@
 
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
+#include "fusion/registration.h"
 #include "fusion/selection.h"
 #include "fusion/surfel_export.h"
 #include "fusion/surfel_storage.h"
 #include "fusion/view.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/geometry/similarity.h"
 
 namespace mono3d {
 namespace {
@@ -35,6 +38,24 @@ void RequireUsable(const DepthMap& map) {
   }
 }
 
+// The depth map where it belongs in the model.
+DepthMap Placed(const DepthMap& map, const RegisteredView& view) {
+  DepthMap placed = map;
+  placed.T_world_cam = view.T_world_cam;
+  if (view.depth_scale == 1) return placed;
+  placed.depth = map.depth * view.depth_scale;
+  placed.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth / view.depth_scale;
+  return placed;
+}
+
+Similarity ModelFromTracker(const DepthMap& map, const RegisteredView& view) {
+  const Eigen::Quaterniond rotation =
+      view.T_world_cam.rotation() * map.T_world_cam.rotation().inverse();
+  const Eigen::Vector3d translation = view.T_world_cam.translation() -
+                                      view.depth_scale * (rotation * map.T_world_cam.translation());
+  return {view.depth_scale, Pose(rotation, translation)};
+}
+
 class VulkanSurfelMap : public SurfelMap {
  public:
   VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
@@ -43,6 +64,7 @@ class VulkanSurfelMap : public SurfelMap {
         options_(options),
         times_(times),
         stages_(device_),
+        registrar_(device_),
         recorder_(device_),
         surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)) {}
 
@@ -59,6 +81,8 @@ class VulkanSurfelMap : public SurfelMap {
  private:
   FusionResult Rejected(const DepthMap& map, std::string reason) const;
   void Upload(const DepthMap& map, const PackedDepthMap& packed);
+  RegisteredView Predict(const DepthMap& map) const;
+  Registration Register(const DepthMap& map);
   Selection Associate(const ViewParams& params);
   std::uint32_t Update(const ViewParams& params, const Selection& selection);
   bool MakeRoom(std::uint32_t num_new);
@@ -67,16 +91,19 @@ class VulkanSurfelMap : public SurfelMap {
   SurfelMapOptions options_;
   StageTimes* times_;
   FusionStages stages_;
+  Registrar registrar_;
   Recorder recorder_;
   SurfelStorage surfels_;
   DepthMapBuffers buffers_;
   int width_px_ = 0;
   int height_px_ = 0;
   std::optional<int> map_id_;         // of the first depth map
+  Similarity S_model_tracker_;        // as the last registration found it
+  int num_missed_ = 0;                // depth maps refused by their registration since then
   std::uint32_t num_depth_maps_ = 0;  // fused so far
 };
 
-// Paper, section 3.3, at the pose that the depth map comes with.
+// Paper, section 3.3: registration with the model, then fusion.
 FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   const ScopedStageTimer timer(times_, "fusion/integrate");
   RequireUsable(map);
@@ -91,30 +118,61 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
 
   Upload(map, packed);
+  const Registration registration = Register(map);
+  if (!registration.rejection.empty()) {
+    FusionResult result = Rejected(map, registration.rejection);
+    result.registration = registration.evidence;
+    ++num_missed_;
+    return result;
+  }
+  const DepthMap placed = Placed(map, registration.view);
+  if (registration.view.depth_scale != 1) Upload(placed, Pack(placed));
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
   const Selection selection =
-      Associate(MakeViewParams(map, options_, surfels_.size(), num_depth_maps_));
+      Associate(MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_));
   if (!MakeRoom(selection.num_selected)) {
     return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
                              std::to_string(selection.num_selected) + " new ones, room for " +
                              std::to_string(surfels_.max_size()));
   }
   const std::uint32_t num_removed =
-      Update(MakeViewParams(map, options_, surfels_.size(), num_depth_maps_), selection);
+      Update(MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_), selection);
   surfels_.Update(selection.num_selected, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;
+  S_model_tracker_ = ModelFromTracker(map, registration.view);
+  num_missed_ = 0;
   ++num_depth_maps_;
 
   FusionResult result;
   result.status = FusionStatus::kFused;
-  result.T_world_cam = map.T_world_cam;
+  result.T_world_cam = placed.T_world_cam;
+  result.scale = registration.view.depth_scale;
+  result.registration = registration.evidence;
   result.num_merged = packed.num_candidates - selection.num_selected;
   result.num_inserted = selection.num_selected;
   result.num_removed = num_removed;
   result.num_surfels = num_surfels();
   return result;
+}
+
+// The tracker's pose, moved as the last registration moved the one before: the tracker knows best
+// how the camera has moved since then.
+RegisteredView VulkanSurfelMap::Predict(const DepthMap& map) const {
+  return {S_model_tracker_ * map.T_world_cam, S_model_tracker_.scale()};
+}
+
+Registration VulkanSurfelMap::Register(const DepthMap& map) {
+  const RegisteredView predicted = Predict(map);
+  if (num_depth_maps_ == 0 || !options_.registration.enabled) return {predicted, {}, {}};
+  stages_.Prepare(recorder_, MakeViewParams(map, options_, surfels_.size(), num_depth_maps_),
+                  buffers_);
+  Registration registration = registrar_.Register(recorder_, map, buffers_, surfels_,
+                                                  {predicted, num_missed_}, options_, times_);
+  Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
+                            Describe(registration.evidence));
+  return registration;
 }
 
 FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) const {

@@ -17,9 +17,32 @@ void FreeSpaceOptions::Visit(OptionVisitor& visit) {
         "a surfel is seen through when it stands this far in front, in sigmas of depth");
 }
 
+void RegistrationOptions::Visit(OptionVisitor& visit) {
+  visit("enabled", enabled, "register depth maps with the model before they are fused");
+  visit("with_scale", with_scale, "and the scale of their depths as well");
+  visit("with_grey", with_grey, "by surface and grey values; else by the surface alone");
+  visit("prior_px", prior_px,
+        "one sigma of the tracker's drift between depth maps, as motion in the image");
+  visit("prior_scale", prior_scale, "one sigma of the drift of its scale, of the logarithm");
+  visit("grey_noise", grey_noise, "sigma of the difference of two views of one place, grey values");
+  visit("grey_shift_px", grey_shift_px, "sigma of the place at which a surfel's colour was taken");
+}
+
+void RegistrationGateOptions::Visit(OptionVisitor& visit) {
+  visit("min_overlap", min_overlap,
+        "surfels in view per pixel below which a depth map is fused at the tracker's pose");
+  visit("min_agreement", min_agreement, "share of them that must lie on its surface");
+  visit("max_contradiction", max_contradiction, "share of them that it may see through");
+  visit("max_residual", max_residual, "root mean square distance from the model, in sigmas");
+  visit("max_deviation_px", max_deviation_px, "from the tracker's pose, as motion in the image");
+  visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
+}
+
 void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("association", association);
   visit.Group("free_space", free_space);
+  visit.Group("registration", registration);
+  visit.Group("gate", gate);
   visit("max_surfels", max_surfels, "size of the model beyond which depth maps are rejected");
 }
 
@@ -32,6 +55,23 @@ void SurfelMapOptions::Validate() const {
                 "association.max_normal_angle_deg", "in (0, 180]", a.max_normal_angle_deg);
   RequireOption(free_space.min_sigmas >= a.max_sigmas, "free_space.min_sigmas",
                 ">= association.max_sigmas", free_space.min_sigmas);
+  RequireOption(registration.prior_px > 0, "registration.prior_px", "> 0", registration.prior_px);
+  RequireOption(registration.prior_scale > 0, "registration.prior_scale", "> 0",
+                registration.prior_scale);
+  RequireOption(registration.grey_noise > 0, "registration.grey_noise", "> 0",
+                registration.grey_noise);
+  RequireOption(registration.grey_shift_px >= 0, "registration.grey_shift_px", ">= 0",
+                registration.grey_shift_px);
+  RequireOption(gate.min_overlap > 0 && gate.min_overlap <= 1, "gate.min_overlap", "in (0, 1]",
+                gate.min_overlap);
+  RequireOption(gate.min_agreement >= 0 && gate.min_agreement <= 1, "gate.min_agreement",
+                "in [0, 1]", gate.min_agreement);
+  RequireOption(gate.max_contradiction >= 0 && gate.max_contradiction <= 1,
+                "gate.max_contradiction", "in [0, 1]", gate.max_contradiction);
+  RequireOption(gate.max_residual > 0, "gate.max_residual", "> 0", gate.max_residual);
+  RequireOption(gate.max_deviation_px > 0, "gate.max_deviation_px", "> 0", gate.max_deviation_px);
+  RequireOption(gate.max_scale_deviation > 0, "gate.max_scale_deviation", "> 0",
+                gate.max_scale_deviation);
   RequireOption(max_surfels > 0, "max_surfels", "> 0", max_surfels);
 }
 

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "fusion/depth_map_buffers.h"
+#include "fusion/register.params.h"
+#include "fusion/registration_system.h"
 #include "fusion/selection.h"
 #include "fusion/surfel.h"
 #include "fusion/view.params.h"
@@ -46,6 +48,12 @@ std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint
 // Appends a surfel for each selected pixel.
 void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
             const std::vector<std::uint32_t>& selected, Surfels& surfels);
+
+// The normal equations of a registration, in double precision, with derivatives by central
+// differences. `grey`: rows of the level's width, floor(size / 2^level).
+RegistrationSystem Register(const RegisterParams& params, const PackedDepthMap& map,
+                            const Candidates& candidates, const Surfels& surfels,
+                            const std::vector<float>& grey);
 
 // All of them: one depth map into the model.
 void Integrate(const ViewParams& view, const PackedDepthMap& map, Surfels& surfels);

@@ -9,6 +9,7 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/fusion/registration.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/gpu/device.h"
@@ -21,9 +22,10 @@ enum class FusionStatus { kFused, kRejected };
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
-  std::string reason;             // why it was rejected; the model is then as it was
-  Pose T_world_cam;               // the pose at which it was fused
-  double scale = 1;               // by which its depths were multiplied
+  std::string reason;  // why it was rejected; the model is then as it was
+  Pose T_world_cam;    // the pose at which it was fused, in the model's world
+  double scale = 1;    // by which its depths were multiplied
+  RegistrationEvidence registration;
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
   std::int64_t num_removed = 0;   // surfels that stood in free space
@@ -37,7 +39,8 @@ class SurfelMap {
 
   // Throws Error on an invalid depth map, one of a camera with distortion, and a pose that is not
   // finite. Rejected, with the model as it was: a depth map without an estimate in it, one of
-  // another map_id than the first, and one for whose new surfels there is no room.
+  // another map_id than the first, one whose registration with the model is not to be trusted, and
+  // one for whose new surfels there is no room.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
 
   // The surfels that at least `min_observations` depth maps agree on, in the order in which they
@@ -69,6 +72,8 @@ struct FreeSpaceOptions {
 struct SurfelMapOptions {
   AssociationOptions association;
   FreeSpaceOptions free_space;
+  RegistrationOptions registration;
+  RegistrationGateOptions gate;
   int max_surfels = 8'000'000;  // or as many as one buffer of the device holds, where that is less
 
   void Visit(OptionVisitor& visit);

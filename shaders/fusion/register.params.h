@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// One evaluation of the registration of a depth map with the model: at this pose and this scale of
+// its depths, over every `stride`-th surfel. The first members are those of ViewParams.
+#ifndef MONO3D_FUSION_REGISTER_PARAMS_H
+#define MONO3D_FUSION_REGISTER_PARAMS_H
+#include "common/params.h"
+
+MONO3D_PARAMS_BEGIN(RegisterParams)
+uint width_px;
+uint height_px;
+float fx;
+float fy;
+float cx;
+float cy;
+float cam_from_world[12];   // T_cam_world, rows of [R | t]
+float inverse_depth_sigma;  // of the depth map once it is scaled
+float relative_sigma;
+float association_sigmas;
+float min_normal_cosine;
+uint num_surfels;
+uint stride;        // from one surfel to the next
+float depth_scale;  // measured depths are multiplied by this
+uint grey_level;    // of the grey image, 0 is the full size
+float grey_gain;    // grey of the image = gain * grey of the surfel + bias; gain 0: depth alone
+float grey_bias;
+float grey_noise;     // sigma of a grey difference without texture, grey values
+float grey_shift_px;  // sigma of the place at which a surfel's colour was taken
+MONO3D_PARAMS_END
+
+#endif

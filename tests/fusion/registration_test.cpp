@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/fusion/registration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fusion/registration_scene.h"
+#include "gpu/test_device.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+namespace {
+
+using Eigen::Vector3d;
+
+// The tracker hardly counts: what the registration alone can do.
+SurfelMapOptions Unbiased() {
+  SurfelMapOptions options;
+  options.registration.prior_px = 100;
+  options.registration.prior_scale = 1;
+  return options;
+}
+
+// One view from the front and one from 4 degrees aside, the second as a tracker would have it that
+// errs by about 2 px and by `scale`.
+FusionResult RegisterSecondView(const HouseScene& scene, double scale,
+                                const SurfelMapOptions& options) {
+  const auto map = CreateSurfelMap(TestDevice(), options);
+  (void)map->Integrate(HouseView(scene, 0));
+  const double size = scene.world_scale;
+  return map->Integrate(Misplaced(HouseView(scene, 4), Vector3d(0.006, -0.008, 0.005),
+                                  size * Vector3d(0.06, -0.05, 0.04), scale));
+}
+
+// A tenth of a pixel is what is left of colours and surfaces that are sampled pixel by pixel.
+constexpr double kTolerance_px = 0.1;
+constexpr double kScaleTolerance = 0.002;
+
+TEST(Registration, FindsPoseAndScale) {
+  const FusionResult result = RegisterSecondView({}, 1.02, Unbiased());
+  ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+  EXPECT_TRUE(result.registration.registered);
+  EXPECT_LT(ImageDistance_px(result.T_world_cam, HouseView({}, 4).T_world_cam), kTolerance_px);
+  EXPECT_NEAR(result.scale, 1.02, kScaleTolerance);
+  EXPECT_GT(result.registration.agreement, 0.9);
+  EXPECT_GT(result.registration.deviation_px, 1);
+}
+
+TEST(Registration, LeavesTheScaleAloneWhenAskedTo) {
+  SurfelMapOptions options = Unbiased();
+  options.registration.with_scale = false;
+  const FusionResult result = RegisterSecondView({}, 1, options);
+  EXPECT_EQ(result.scale, 1);
+  EXPECT_LT(ImageDistance_px(result.T_world_cam, HouseView({}, 4).T_world_cam), kTolerance_px);
+}
+
+TEST(Registration, IsHeldByGreyValuesOnFlatGround) {
+  HouseScene flat;
+  flat.with_house = false;
+  const Pose truth = HouseView(flat, 4).T_world_cam;
+  const FusionResult with_grey = RegisterSecondView(flat, 1, Unbiased());
+  EXPECT_LT(ImageDistance_px(with_grey.T_world_cam, truth), kTolerance_px);
+  SurfelMapOptions options = Unbiased();
+  options.registration.with_grey = false;
+  const FusionResult without = RegisterSecondView(flat, 1, options);
+  // On a plane three of six unknowns are anybody's guess.
+  EXPECT_GT(ImageDistance_px(without.T_world_cam, truth), 5 * kTolerance_px);
+}
+
+TEST(Registration, StaysWithTheTrackerWhereNothingHoldsIt) {
+  HouseScene bare;
+  bare.with_house = false;
+  bare.with_texture = false;
+  // A motion along the ground, which shows nowhere but at the image's border.
+  const auto map = CreateSurfelMap(TestDevice());
+  (void)map->Integrate(HouseView(bare, 0));
+  const DepthMap second = HouseView(bare, 4);
+  const FusionResult result = map->Integrate(second);
+  ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+  EXPECT_LT(ImageDistance_px(result.T_world_cam, second.T_world_cam), kTolerance_px);
+}
+
+TEST(Registration, DoesNotDependOnTheScaleOfTheWorld) {
+  HouseScene large;
+  large.world_scale = 1000;
+  const FusionResult one = RegisterSecondView({}, 1.02, {});
+  const FusionResult other = RegisterSecondView(large, 1.02, {});
+  const Pose shrunk(other.T_world_cam.rotation(), other.T_world_cam.translation() / 1000);
+  constexpr double kRounding_px = 0.01;  // surfels on a border, summed in single precision
+  EXPECT_LT(ImageDistance_px(one.T_world_cam, shrunk), kRounding_px);
+  EXPECT_NEAR(one.scale, other.scale, 1e-4);
+}
+
+TEST(Registration, FollowsAChangeOfExposure) {
+  const auto map = CreateSurfelMap(TestDevice(), Unbiased());
+  (void)map->Integrate(HouseView({}, 0));
+  DepthMap second = Misplaced(HouseView({}, 4), {0.006, -0.008, 0.005}, {0.06, -0.05, 0.04}, 1);
+  second.bgr = second.bgr * 0.7 + cv::Scalar(15, 15, 15);
+  const FusionResult result = map->Integrate(second);
+  EXPECT_LT(ImageDistance_px(result.T_world_cam, HouseView({}, 4).T_world_cam), kTolerance_px);
+}
+
+TEST(Registration, RefusesAWrongPoseAndGoesOn) {
+  const auto map = CreateSurfelMap(TestDevice());
+  (void)map->Integrate(HouseView({}, 0));
+  (void)map->Integrate(HouseView({}, 3));
+  const PointCloud before = map->Export(1);
+  // The tracker has gone astray: the view from 9 degrees comes with a pose 3 su away.
+  const FusionResult wrong =
+      map->Integrate(Misplaced(HouseView({}, 9), {0.1, 0.15, 0.05}, {2, 1, -2}, 1));
+  EXPECT_EQ(wrong.status, FusionStatus::kRejected);
+  EXPECT_THAT(wrong.reason, ::testing::HasSubstr("not registered with the model"));
+  EXPECT_EQ(map->Export(1).points, before.points);
+  EXPECT_EQ(map->Export(1).observations, before.observations);
+  const FusionResult next = map->Integrate(HouseView({}, 6));
+  EXPECT_EQ(next.status, FusionStatus::kFused) << next.reason;
+  EXPECT_LT(ImageDistance_px(next.T_world_cam, HouseView({}, 6).T_world_cam), 2 * kTolerance_px);
+}
+
+TEST(Registration, ExpectsTheNextMapWhereTheLastOneWasFound) {
+  SurfelMapOptions options = Unbiased();
+  const auto map = CreateSurfelMap(TestDevice(), options);
+  (void)map->Integrate(HouseView({}, 0));
+  // From here on the tracker's world is turned, moved and 2 % too small.
+  const Pose turned(RotationExp({0.004, -0.003, 0.005}), Vector3d(0.05, 0.04, -0.03));
+  const auto of_tracker = [&](double angle_deg) {
+    DepthMap view = Misplaced(HouseView({}, angle_deg), {0, 0, 0}, {0, 0, 0}, 1.02);
+    view.T_world_cam =
+        turned * Pose(view.T_world_cam.rotation(), view.T_world_cam.translation() / 1.02);
+    return view;
+  };
+  const FusionResult second = map->Integrate(of_tracker(3));
+  const FusionResult third = map->Integrate(of_tracker(6));
+  EXPECT_GT(second.registration.deviation_px, 0.5);
+  EXPECT_LT(third.registration.deviation_px, 2 * kTolerance_px);
+  EXPECT_NEAR(third.scale, 1.02, kScaleTolerance);
+  EXPECT_LT(ImageDistance_px(third.T_world_cam, HouseView({}, 6).T_world_cam), kTolerance_px);
+}
+
+TEST(Registration, KeepsThePredictionWithoutOverlap) {
+  const auto map = CreateSurfelMap(TestDevice());
+  (void)map->Integrate(HouseView({}, 0));
+  DepthMap elsewhere = HouseView({}, 0);
+  elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(500, 0, 0));
+  const FusionResult result = map->Integrate(elsewhere);
+  EXPECT_EQ(result.status, FusionStatus::kFused);
+  EXPECT_FALSE(result.registration.registered);
+  EXPECT_TRUE(result.T_world_cam.translation().isApprox(elsewhere.T_world_cam.translation()));
+}
+
+}  // namespace
+}  // namespace mono3d
