@@ -17,9 +17,15 @@ namespace {
 
 using Eigen::Vector3d;
 
+SurfelMapOptions Registered() {
+  SurfelMapOptions options;
+  options.registration.enabled = true;
+  return options;
+}
+
 // The tracker hardly counts: what the registration alone can do.
 SurfelMapOptions Unbiased() {
-  SurfelMapOptions options;
+  SurfelMapOptions options = Registered();
   options.registration.prior_px = 100;
   options.registration.prior_scale = 1;
   return options;
@@ -76,7 +82,7 @@ TEST(Registration, StaysWithTheTrackerWhereNothingHoldsIt) {
   bare.with_house = false;
   bare.with_texture = false;
   // A motion along the ground, which shows nowhere but at the image's border.
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Registered());
   (void)map->Integrate(HouseView(bare, 0));
   const DepthMap second = HouseView(bare, 4);
   const FusionResult result = map->Integrate(second);
@@ -87,8 +93,8 @@ TEST(Registration, StaysWithTheTrackerWhereNothingHoldsIt) {
 TEST(Registration, DoesNotDependOnTheScaleOfTheWorld) {
   HouseScene large;
   large.world_scale = 1000;
-  const FusionResult one = RegisterSecondView({}, 1.02, {});
-  const FusionResult other = RegisterSecondView(large, 1.02, {});
+  const FusionResult one = RegisterSecondView({}, 1.02, Registered());
+  const FusionResult other = RegisterSecondView(large, 1.02, Registered());
   const Pose shrunk(other.T_world_cam.rotation(), other.T_world_cam.translation() / 1000);
   constexpr double kRounding_px = 0.01;  // surfels on a border, summed in single precision
   EXPECT_LT(ImageDistance_px(one.T_world_cam, shrunk), kRounding_px);
@@ -105,7 +111,7 @@ TEST(Registration, FollowsAChangeOfExposure) {
 }
 
 TEST(Registration, RefusesAWrongPoseAndGoesOn) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Registered());
   (void)map->Integrate(HouseView({}, 0));
   (void)map->Integrate(HouseView({}, 3));
   const PointCloud before = map->Export(1);
@@ -122,8 +128,7 @@ TEST(Registration, RefusesAWrongPoseAndGoesOn) {
 }
 
 TEST(Registration, ExpectsTheNextMapWhereTheLastOneWasFound) {
-  SurfelMapOptions options = Unbiased();
-  const auto map = CreateSurfelMap(TestDevice(), options);
+  const auto map = CreateSurfelMap(TestDevice(), Unbiased());
   (void)map->Integrate(HouseView({}, 0));
   // From here on the tracker's world is turned, moved and 2 % too small.
   const Pose turned(RotationExp({0.004, -0.003, 0.005}), Vector3d(0.05, 0.04, -0.03));
@@ -142,7 +147,7 @@ TEST(Registration, ExpectsTheNextMapWhereTheLastOneWasFound) {
 }
 
 TEST(Registration, KeepsThePredictionWithoutOverlap) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Registered());
   (void)map->Integrate(HouseView({}, 0));
   DepthMap elsewhere = HouseView({}, 0);
   elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(500, 0, 0));

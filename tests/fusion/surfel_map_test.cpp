@@ -17,9 +17,7 @@ namespace {
 constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 
-// Depth maps stay at the poses they come with.
-std::unique_ptr<SurfelMap> EmptyMap(SurfelMapOptions options = {}) {
-  options.registration.enabled = false;
+std::unique_ptr<SurfelMap> EmptyMap(const SurfelMapOptions& options = {}) {
   return CreateSurfelMap(TestDevice(), options);
 }
 

@@ -10,7 +10,8 @@ namespace mono3d {
 // How a depth map is registered with the model before it is fused (paper, section 3.3): its pose,
 // and the scale of its depths, such that its surface and its grey values meet those of the model.
 struct RegistrationOptions {
-  bool enabled = true;         // else depth maps are fused at the tracker's poses
+  // Off: depth maps are fused at the tracker's poses, which today are the better ones.
+  bool enabled = false;
   bool with_scale = true;      // seven unknowns, Sim(3); else six, SE(3)
   bool with_grey = true;       // surface and grey values; else the surface alone
   double prior_px = 0.2;       // one sigma of the tracker's drift between depth maps, in the image
