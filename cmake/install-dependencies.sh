@@ -14,7 +14,7 @@ packages="
   libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers glslang-tools
   libspirv-cross-c-shared-dev
   libcli11-dev libspdlog-dev libexif-dev
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libgtest-dev libgmock-dev
   clang-format clang-tidy doxygen
 "
 
