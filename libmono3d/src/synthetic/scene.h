@@ -31,7 +31,7 @@ struct Hit {
   Eigen::Vector3f p_surface;  // the same in the frame of the surface's texture
   Eigen::Vector3f normal;     // unit length, of the shaded surface, towards the ray's origin
   const Surface* surface = nullptr;
-  bool is_moving = false;  // part of a moving object
+  bool is_moving = false;         // part of a moving object
   std::optional<bool> is_sunlit;  // unset: not yet found out; Intersect leaves it unset
 };
 

@@ -11,8 +11,8 @@ namespace mono3d::synthetic {
 
 // What a camera sees of a hit of `ray`: the surface under sun and sky, with shadow, reflection and
 // haze. Linear red, green, blue. `pixel_width` is the width of a pixel at the end of the ray's
-// direction, in metres: 1 / focal_px for a direction with z_cam = 1. One call shoots one shadow ray,
-// unless the hit says whether it is sunlit, and, on water and glass, one reflected ray.
+// direction, in metres: 1 / focal_px for a direction with z_cam = 1. One call shoots one shadow
+// ray, unless the hit says whether it is sunlit, and, on water and glass, one reflected ray.
 Eigen::Vector3f SurfaceRadiance(const Scene& scene, const Ray& ray, const Hit& hit,
                                 float pixel_width);
 

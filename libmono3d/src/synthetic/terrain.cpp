@@ -17,7 +17,7 @@ constexpr int kMaxMeshCells = 480;  // along a side: larger terrain has larger c
 // Around the square each cell is larger than the one before: 45 of them reach 3.6 km.
 constexpr int kOuterCells = 45;
 constexpr float kOuterGrowth = 1.15F;
-constexpr float kBank_m = 35;  // over which ground goes down to the water
+constexpr float kBank_m = 35;      // over which ground goes down to the water
 constexpr float kLevelBank_m = 6;  // beside the water
 constexpr float kBed_m = 1.6F;
 constexpr float kShore_m = 0.7F;  // of the ground's edge above the water
