@@ -157,6 +157,24 @@ TEST(TrajectoryError, OfAStraightFlightTakesTheRollFromTheOrientations) {
   EXPECT_FALSE(CompareTrajectories(Flight(10), Flight(10)).is_straight);
 }
 
+TEST(TrajectoryError, OfANearlyStraightFlightTakesTheRollFromTheOrientations) {
+  // Along x, swaying by 0.2 to the sides; the estimate errs by half of that, up and down.
+  std::vector<StampedPose> truth;
+  std::vector<StampedPose> estimate;
+  for (int i = 0; i < 40; ++i) {
+    const double sway = 0.2 * std::sin(0.7 * i);
+    truth.push_back({0.1 * i, Pose(Turn(30, {1, 2, 0}), Eigen::Vector3d(i, sway, 0))});
+    estimate.push_back(truth.back());
+    const Eigen::Vector3d wrong(0, 0, 0.5 * sway);
+    estimate.back().T_world_cam =
+        Pose(Turn(30, {1, 2, 0}), truth.back().T_world_cam.translation() + wrong);
+  }
+  // By positions alone it would be rolled by atan(1 / 2).
+  const TrajectoryError error = CompareTrajectories(estimate, truth);
+  EXPECT_TRUE(error.is_straight);
+  EXPECT_LT(error.rotation_deg.max, 0.5);
+}
+
 std::vector<std::pair<std::size_t, std::size_t>> Pairs(const std::vector<double>& estimate,
                                                        const std::vector<double>& truth) {
   std::vector<StampedPose> estimated_poses;

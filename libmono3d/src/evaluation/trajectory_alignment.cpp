@@ -14,9 +14,12 @@ namespace {
 
 // Less spread than this share of the distance from the origin is rounding, not motion.
 constexpr double kLeastSpread = 1e-9;
-// Extent across by extent along under which a path counts as straight: the errors of a good
-// estimate are of that size, and would turn the alignment about the line.
+// Extent across by extent along: under the first a path is straight, over the second it is not.
 constexpr double kStraight = 1e-3;
+constexpr double kBent = 0.05;
+// In between, position errors of this share of the extent across turn the alignment about the line
+// by some two degrees: more than orientations err.
+constexpr double kLooseTurn_rad = 1.0 / 30;
 
 Eigen::Matrix3Xd Positions(std::span<const Pose> poses) {
   Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(poses.size()));
@@ -76,6 +79,21 @@ Eigen::Quaterniond TurnFromOrientations(std::span<const Pose> estimate, std::spa
   return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(axis.dot(skew), even), axis));
 }
 
+double RootMeanSquareError(const Similarity& S_truth_estimate, std::span<const Pose> estimate,
+                           std::span<const Pose> truth) {
+  double sum = 0;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    sum += (S_truth_estimate * estimate[i].translation() - truth[i].translation()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(estimate.size()));
+}
+
+// Do the positions leave the turn about their line open?
+bool IsStraight(const Spread& truth, double position_error) {
+  if (truth.across < kStraight * truth.along) return true;
+  return truth.across < kBent * truth.along && position_error > kLooseTurn_rad * truth.across;
+}
+
 }  // namespace
 
 TrajectoryAlignment AlignTrajectory(std::span<const Pose> estimate, std::span<const Pose> truth,
@@ -84,7 +102,7 @@ TrajectoryAlignment AlignTrajectory(std::span<const Pose> estimate, std::span<co
   const Spread to = SpreadOf(truth, "true");
   const Similarity fit = FitSimilarity(Points(estimate), Points(truth));
   Eigen::Quaterniond rotation = fit.pose().rotation();
-  const bool is_straight = to.across < kStraight * to.along;
+  const bool is_straight = IsStraight(to, RootMeanSquareError(fit, estimate, truth));
   if (is_straight) {
     rotation = TurnFromOrientations(estimate, truth, rotation, to.direction) * rotation;
   }

@@ -46,17 +46,17 @@ struct TrajectoryError {
   double truth_coverage = 0;          // share of the true poses that have an estimate, 0 to 1
   double path_length = 0;             // of the whole truth, in its unit
 
-  ErrorStatistics position;  // absolute pose error (APE) of the positions, truth's unit
-  // Absolute pose error of the rotations. On a path that is nearly straight, yet not is_straight,
-  // the alignment's turn about it rests on small differences of position, and its error is in here.
-  ErrorStatistics rotation_deg;
+  ErrorStatistics position;      // absolute pose error (APE) of the positions, truth's unit
+  ErrorStatistics rotation_deg;  // absolute pose error of the rotations
   // Relative pose error over segments of the path: error of the motion by the length of the path,
   // a share (metres per metre), and degrees per unit of path. Empty (count 0) when the camera
   // stands still.
   ErrorStatistics relative_position;
   ErrorStatistics relative_rotation_deg;
-  // Do the true positions lie on a line (extent across below a thousandth of that along)? Then
-  // positions leave the rotation about it open, and the alignment takes it from the orientations.
+  // Do the true positions lie on a line, as far as position errors let one see (extent across below
+  // a thousandth of that along; or below a twentieth, and errors above a thirtieth of the extent
+  // across)? Then they leave the rotation about it open, and the alignment takes it from the
+  // orientations.
   bool is_straight = false;
 };
 
