@@ -8,7 +8,7 @@
 MONO3D_PARAMS_BEGIN(LocalSgmParams)
 uint width_px;
 uint height_px;
-int step_x;      // direction of the path, -1, 0 or 1 each
+int step_x;  // direction of the path, -1, 0 or 1 each
 int step_y;
 uint direction;  // its number, 0 to 7
 uint p1;

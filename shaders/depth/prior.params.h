@@ -10,8 +10,8 @@ uint coarse_width_px;
 uint coarse_height_px;
 uint width_px;  // of the level that is to be swept
 uint height_px;
-uint num_planes;    // of the level, on its grid of planes
-float fx;           // of the coarse level
+uint num_planes;  // of the level, on its grid of planes
+float fx;         // of the coarse level
 float fy;
 float cx;
 float cy;
