@@ -134,7 +134,8 @@ int main(int argc, char** argv) {
   using namespace mono3d::tools;
   Tool tool("mono3d-simulate",
             "Films a made-up scene: images, with the true poses, depth and surface.\n"
-            "Example: mono3d-simulate -o flight/ --scene.kind town --flight.kind orbit");
+            "Example: mono3d-simulate -o flight/ --scene.kind town --flight.kind orbit",
+            ToolKind::kWithoutDevice);
   Arguments arguments;
   CLI::App& app = tool.app();
   app.add_option("-o,--output", arguments.output,

@@ -151,11 +151,12 @@ TEST_F(SimulateTool, AFullDiskIsNamedAndLeavesNoHalfWrittenFile) {
 }
 
 TEST_F(SimulateTool, BadArgumentsAreOneLine) {
-  const std::array<std::pair<const char*, const char*>, 7> cases = {
+  const std::array<std::pair<const char*, const char*>, 8> cases = {
       {{"", "--output"},
        {"-o x --suite paper52", "--suite"},
        {"-o x --suite quick --only nothing", "--only"},
        {"-o x --suite quick --scene.kind town", "--scene.kind"},
+       {"-o x --device 0", "--device"},  // it computes on none
        {"-o x --scene.kind moon", "moon"},
        {"-o x --fps 0", "--fps"},
        {"-o x --jpeg-quality 101", "--jpeg-quality"}}};

@@ -84,6 +84,7 @@ Tool::Tool(const std::string& name, const std::string& description, ToolKind kin
   app_.set_config("--config", "", "read options from a file of lines \"name = value\"");
   app_.config_formatter(std::make_shared<DottedConfig>());
   app_.allow_config_extras(CLI::config_extras_mode::error);
+  if (kind == ToolKind::kWithoutDevice) return;
   app_.add_option("--device", common_.device.device,
                   "Vulkan device: its index or part of its name (see --list-devices)");
   app_.add_flag("--list-devices", common_.list_devices, "list the Vulkan devices and end");

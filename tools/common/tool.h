@@ -15,16 +15,16 @@
 
 namespace mono3d::tools {
 
-// What every tool has: --version, --config, --device, --list-devices, --validation, --verbose.
+// What tools of the chain have beside --version and --config.
 struct CommonArguments {
   DeviceOptions device;
   bool list_devices = false;
   bool verbose = false;
 };
 
-// Does the tool compute on a Vulkan device, and read options from a file? If not, it has --version
-// and --verbose alone.
-enum class ToolKind { kOfTheChain, kPlain };
+// A tool of the chain computes on a Vulkan device and reads options from a file; one without device
+// does the latter alone; a plain one has --version and --verbose alone.
+enum class ToolKind { kOfTheChain, kWithoutDevice, kPlain };
 
 // One tool: its name, its arguments and what it does with them.
 class Tool {
