@@ -171,6 +171,9 @@ TEST(SequenceResult, FailsByEachPartOfTheRule) {
   Json evaluation = GoodEvaluation();
   evaluation["model"]["model"]["error"]["estimate_to_truth_m"]["rmse"] = 6;
   EXPECT_THAT(reason(GoodRun(), evaluation), HasSubstr("the model is off by 6.0 %"));
+  evaluation = GoodEvaluation();
+  evaluation["trajectory"]["final"]["rotation_deg"]["rmse"] = 92;
+  EXPECT_EQ(reason(GoodRun(), evaluation), "the trajectory is turned by 92 degrees");
 }
 
 TEST(SuiteTables, FailuresAreCountedAndLeftOutOfTheMeans) {

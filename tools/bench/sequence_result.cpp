@@ -53,6 +53,12 @@ std::string WhyNot(const SequenceResult& result, const Json& run) {
     std::string reason = TooLarge(what, rmse);
     if (!reason.empty()) return reason;
   }
+  for (const auto& [what, rmse_deg] :
+       {std::pair("the trajectory", result.final_rotation_rmse_deg),
+        std::pair("the trajectory after registration", result.model_rotation_rmse_deg)}) {
+    if (!rmse_deg || *rmse_deg <= kMaxRotationRmseDeg) continue;
+    return std::string(what) + " is turned by " + FormatNumber(*rmse_deg, 3) + " degrees";
+  }
   return {};
 }
 
@@ -74,9 +80,10 @@ std::string SuccessRule() {
   return "A success: the run ended in order and made a model, one map holds at least " +
          FormatPercent(kMinTrackedShare, 0) +
          " of the frames, and the RMSE of both trajectories and of the model is at most " +
-         FormatPercent(kMaxRmse, 0) +
-         " of the mean depth, each where there is a truth for it. Failures are counted and left "
-         "out of the means, as in the paper.";
+         FormatPercent(kMaxRmse, 0) + " of the mean depth and that of the orientations " +
+         FormatNumber(kMaxRotationRmseDeg, 2) +
+         " degrees, each where there is a truth for it. Failures are counted and left out of the "
+         "means, as in the paper.";
 }
 
 SequenceResult ReadSequenceResult(const std::string& name, const Json& run,
@@ -91,6 +98,8 @@ SequenceResult ReadSequenceResult(const std::string& name, const Json& run,
       ReadErrors(evaluation, "/trajectory/model/position_m", result.mean_depth_m);
   result.final_trajectory =
       ReadErrors(evaluation, "/trajectory/final/position_m", result.mean_depth_m);
+  result.model_rotation_rmse_deg = Number(evaluation, "/trajectory/model/rotation_deg/rmse");
+  result.final_rotation_rmse_deg = Number(evaluation, "/trajectory/final/rotation_deg/rmse");
   result.depth_rmse = Ratio(Number(evaluation, "/depth/mean/rmse_m"), result.mean_depth_m);
   result.depth_l1_rel = Number(evaluation, "/depth/mean/l1_rel");
   result.delta_125 = Number(evaluation, "/depth/mean/delta_1.25");
@@ -127,8 +136,10 @@ Json ToJson(const SequenceResult& result) {
   json["model_trajectory_of_mean_depth"] = ToJson(result.model_trajectory);
   json["final_trajectory_of_mean_depth"] = ToJson(result.final_trajectory);
   json["model_of_mean_depth"] = ToJson(result.model);
-  const std::array<std::pair<const char*, std::optional<double>>, 12> values = {
-      {{"depth_rmse_of_mean_depth", result.depth_rmse},
+  const std::array<std::pair<const char*, std::optional<double>>, 14> values = {
+      {{"final_rotation_rmse_deg", result.final_rotation_rmse_deg},
+       {"model_rotation_rmse_deg", result.model_rotation_rmse_deg},
+       {"depth_rmse_of_mean_depth", result.depth_rmse},
        {"depth_l1_rel", result.depth_l1_rel},
        {"delta_1.25", result.delta_125},
        {"delta_1.05", result.delta_105},

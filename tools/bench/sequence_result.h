@@ -26,9 +26,11 @@ struct SequenceResult {
 
   std::optional<double> mean_depth_m;
   double num_frames = 0;
-  double tracked_share = 0;          // frames in the trajectory of the first map by all
-  LengthErrors model_trajectory;     // after registration with the model: frames with a depth map
-  LengthErrors final_trajectory;     // every tracked frame
+  double tracked_share = 0;       // frames in the trajectory of the first map by all
+  LengthErrors model_trajectory;  // after registration with the model: frames with a depth map
+  LengthErrors final_trajectory;  // every tracked frame
+  std::optional<double> model_rotation_rmse_deg;
+  std::optional<double> final_rotation_rmse_deg;
   std::optional<double> depth_rmse;  // share of the mean depth
   std::optional<double> depth_l1_rel;
   std::optional<double> delta_125;
@@ -46,11 +48,13 @@ struct SequenceResult {
 
 // When is a sequence a success? The paper: when the registration of the depth maps does not fail
 // and the trajectory is usable. Here, in numbers: the run ended in order and made a model; the
-// trajectory of one map holds at least half of the frames; and no error exceeds 5 % of the mean
-// depth: RMSE of the trajectory of all frames, of the trajectory after registration, and of the
-// model, each where there is a truth for it.
+// trajectory of one map holds at least half of the frames; no error exceeds 5 % of the mean depth:
+// RMSE of the trajectory of all frames, of the trajectory after registration, and of the model; and
+// the RMSE of the orientations of either trajectory is at most 5 degrees (positions along a
+// straight line fit even where every view looks the wrong way). Each where there is a truth for it.
 inline constexpr double kMinTrackedShare = 0.5;
 inline constexpr double kMaxRmse = 0.05;
+inline constexpr double kMaxRotationRmseDeg = 5;
 std::string SuccessRule();
 
 // Takes the figures from the records that mono3d-reconstruct (run.json) and mono3d-evaluate

@@ -5,69 +5,183 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "tracking/bundle_adjustment.h"
 #include "tracking/frame_tracking.h"
+#include "tracking/map.h"
+#include "tracking/patch_alignment.h"
 #include "tracking/pose_optimisation.h"
 
 namespace mono3d::tracking {
 namespace {
 
-// Two thousand measurements share one error law, so that a twentieth of the mean error is far
-// outside of chance; twice that leaves room for matches that are wrong under either motion.
-constexpr double kClearCost = 0.9;
+constexpr std::size_t kMinPlaces = 30;
+// px of the octave of alignment: noise of the image and of the bilinear interpolation.
+constexpr double kAlignedSigma = 0.3;
+constexpr double kTakenSigma = 0.1;  // px: next to nothing, yet not a division by it
 
-// Adds a view between to the problem, at the pose that suits the points best.
-void AddBetween(const BetweenView& between, const TwoViewStart& start,
-                const std::vector<std::optional<std::size_t>>& point_of_feature,
-                BundleProblem& problem) {
-  const std::size_t view = problem.T_cam_world.size();
-  std::vector<PointMeasurement> measurements;
-  std::vector<BundleObservation> observations;
-  for (const FeatureMatch& match : between.matches) {
-    const std::optional<std::size_t> point = point_of_feature[match.feature_a];
-    if (!point) continue;
-    const Feature& feature = between.view->features[match.feature_b];
-    measurements.push_back({start.p_a[*point], feature.pixel, feature.sigma_px});
-    observations.push_back({view, *point, feature.pixel, feature.sigma_px});
+// A place of the first view in one of the others.
+struct Place {
+  std::size_t feature_a = 0;
+  Eigen::Vector2d pixel;
+  double sigma_px = 1;
+};
+
+// A view besides the first, and where it shows the features of that.
+struct Witness {
+  double progress = 0;  // 0 at the first view, 1 at the second
+  std::vector<Place> places;
+};
+
+// Where the other view shows the patches of the matches' features, to a fraction of a pixel: the
+// two motions over a plane differ by less than corners are sure of. Without images, the corners.
+std::vector<Place> Locate(const View& a, const View& other,
+                          const std::vector<FeatureMatch>& matches) {
+  constexpr int kCoarseLevel = 4;  // 1.2^4 = 2.07, an octave
+  constexpr double kMinCorrelation = 0.9;
+  std::vector<Place> places;
+  for (const FeatureMatch& match : matches) {
+    const Feature& in_a = a.features[match.feature_a];
+    const Feature& in_other = other.features[match.feature_b];
+    if (a.octaves.empty() || other.octaves.empty()) {
+      places.push_back({match.feature_a, in_other.pixel, in_other.sigma_px});
+      continue;
+    }
+    const int octave = in_a.level >= kCoarseLevel ? 1 : 0;
+    const std::optional<Patch> patch = TakePatch(a.octaves, in_a.pixel, octave);
+    if (!patch) continue;
+    const std::optional<PatchPosition> found =
+        AlignPatch(*patch, Eigen::Matrix2d::Identity(), other.octaves, in_other.pixel);
+    if (!found || found->correlation < kMinCorrelation) continue;
+    places.push_back(
+        {match.feature_a, found->pixel, kAlignedSigma * std::ldexp(1.0, found->octave)});
   }
-  constexpr std::size_t kMinMeasurements = 20;
-  if (measurements.size() < kMinMeasurements) return;
-  const Pose guess = ScaleMotion(start.T_b_a, between.progress);
-  problem.T_cam_world.push_back(OptimisePose(problem.camera, guess, measurements).T_cam_world);
-  problem.is_fixed.push_back(0);
-  problem.observations.insert(problem.observations.end(), observations.begin(), observations.end());
+  return places;
 }
 
-// Mean robust error over the measurements; infinite where the views between add nothing.
-double MeanCost(const TwoViewStart& start, const View& a, const View& b,
-                const std::vector<BetweenView>& between, std::size_t num_points,
-                const CameraModel& camera) {
+// A feature of the first view, and its point in space under each of the candidates.
+struct CommonPoint {
+  std::size_t feature_a = 0;
+  std::vector<Eigen::Vector3d> p_a;
+};
+
+// Those that all candidates have a point for: on others their errors could not be compared.
+std::vector<CommonPoint> CommonPoints(const std::vector<TwoViewStart>& candidates,
+                                      std::size_t num_features) {
+  std::vector<CommonPoint> of_feature(num_features);
+  for (const TwoViewStart& candidate : candidates) {
+    for (std::size_t i = 0; i < candidate.matches.size(); ++i) {
+      of_feature[candidate.matches[i].feature_a].p_a.push_back(candidate.p_a[i]);
+    }
+  }
+  std::vector<CommonPoint> common;
+  for (std::size_t feature = 0; feature < num_features; ++feature) {
+    if (of_feature[feature].p_a.size() != candidates.size()) continue;
+    common.push_back({feature, std::move(of_feature[feature].p_a)});
+  }
+  return common;
+}
+
+// The views and points of one candidate, each view at the pose that suits the points best.
+BundleProblem BuildProblem(const std::vector<CommonPoint>& points, std::size_t candidate,
+                           const Pose& T_b_a, const View& a, const std::vector<Witness>& witnesses,
+                           const CameraModel& camera) {
   BundleProblem problem;
   problem.camera = camera;
-  problem.T_cam_world = {Pose(), start.T_b_a};
-  problem.is_fixed = {1, 0};
-  problem.p_world = start.p_a;
+  problem.T_cam_world = {Pose()};
+  problem.is_fixed = {1};
   std::vector<std::optional<std::size_t>> point_of_feature(a.features.size());
-  for (std::size_t i = 0; i < start.matches.size(); ++i) {
-    const Feature& in_a = a.features[start.matches[i].feature_a];
-    const Feature& in_b = b.features[start.matches[i].feature_b];
-    problem.observations.push_back({0, i, in_a.pixel, in_a.sigma_px});
-    problem.observations.push_back({1, i, in_b.pixel, in_b.sigma_px});
-    point_of_feature[start.matches[i].feature_a] = i;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    problem.p_world.push_back(points[i].p_a[candidate]);
+    point_of_feature[points[i].feature_a] = i;
+    const Feature& in_a = a.features[points[i].feature_a];
+    // Patches are taken at this very place: what is unsure is where the others show them.
+    const double sigma_px = a.octaves.empty() ? in_a.sigma_px : kTakenSigma;
+    problem.observations.push_back({0, i, in_a.pixel, sigma_px});
   }
-  for (const BetweenView& view : between) {
-    AddBetween(view, start, point_of_feature, problem);
+  for (const Witness& witness : witnesses) {
+    const std::size_t view = problem.T_cam_world.size();
+    std::vector<PointMeasurement> measurements;
+    for (const Place& place : witness.places) {
+      const std::optional<std::size_t> point = point_of_feature[place.feature_a];
+      if (!point) continue;
+      measurements.push_back({problem.p_world[*point], place.pixel, place.sigma_px});
+      problem.observations.push_back({view, *point, place.pixel, place.sigma_px});
+    }
+    const Pose guess = ScaleMotion(T_b_a, witness.progress);
+    problem.T_cam_world.push_back(OptimisePose(camera, guess, measurements).T_cam_world);
+    problem.is_fixed.push_back(0);
   }
-  if (problem.T_cam_world.size() < 3) return HUGE_VAL;
-  constexpr int kSteps = 15;
-  const BundleReport report = AdjustBundle(problem, {kSteps, 0});
-  // Points that fit another motion but not this one count as if just beyond the limit.
-  const auto missing = static_cast<double>(num_points - start.p_a.size());
-  const double per_point =
-      static_cast<double>(problem.observations.size()) / static_cast<double>(start.p_a.size());
-  const double cost = report.final_cost + kChi2TwoDof * missing * per_point;
-  return cost / (per_point * static_cast<double>(num_points));
+  return problem;
+}
+
+// A candidate after the adjustment over all views.
+struct Adjusted {
+  TwoViewStart start;
+  std::vector<double> costs;  // what is left of the error of each point over all views
+};
+
+// An outlier counts as if at the limit, under either motion.
+Adjusted Adjust(BundleProblem problem, const std::vector<CommonPoint>& points,
+                const TwoViewStart& candidate) {
+  constexpr int kSteps = 40;
+  constexpr double kMinGain = 1e-6;  // a plane seen under little parallax settles slowly
+  AdjustBundle(problem, {kSteps, 0, kMinGain});
+  Adjusted adjusted;
+  adjusted.costs.assign(points.size(), 0);
+  for (const BundleObservation& observation : problem.observations) {
+    const Eigen::Vector3d p_cam =
+        problem.T_cam_world[observation.view] * problem.p_world[observation.point];
+    const double chi2 = (problem.camera.Project(p_cam) - observation.pixel).squaredNorm() /
+                        (observation.sigma_px * observation.sigma_px);
+    adjusted.costs[observation.point] += p_cam.z() > 0 ? std::min(chi2, kChi2TwoDof) : kChi2TwoDof;
+  }
+  adjusted.start.T_b_a = problem.T_cam_world.back();
+  adjusted.start.is_planar = candidate.is_planar;
+  std::vector<std::optional<std::size_t>> point_of_feature;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    point_of_feature.resize(std::max(point_of_feature.size(), points[i].feature_a + 1));
+    point_of_feature[points[i].feature_a] = i;
+  }
+  for (const FeatureMatch& match : candidate.matches) {
+    if (match.feature_a >= point_of_feature.size() || !point_of_feature[match.feature_a]) continue;
+    const Eigen::Vector3d& p_a = problem.p_world[*point_of_feature[match.feature_a]];
+    if (p_a.z() <= 0 || (adjusted.start.T_b_a * p_a).z() <= 0) continue;
+    adjusted.start.matches.push_back(match);
+    adjusted.start.p_a.push_back(p_a);
+  }
+  return adjusted;
+}
+
+double Sum(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// Is one model better than another beyond chance? The difference of their errors is a sum over
+// independent points, so its standard deviation is known from their scatter (Vuong 1989).
+bool IsClearlyBetter(const std::vector<double>& better, const std::vector<double>& worse) {
+  constexpr double kMinSigmas = 3.5;  // by chance one time in 4000
+  // Errors that are no noise, as of the calibration, may favour a wrong motion by a little.
+  constexpr double kMaxCostShare = 0.9;
+  if (!(Sum(better) < kMaxCostShare * Sum(worse))) return false;
+  const auto count = static_cast<double>(better.size());
+  const double mean = (Sum(worse) - Sum(better)) / count;
+  double variance = 0;
+  for (std::size_t i = 0; i < better.size(); ++i) {
+    variance += std::pow(worse[i] - better[i] - mean, 2) / count;
+  }
+  return mean * std::sqrt(count) > kMinSigmas * std::sqrt(variance);
+}
+
+// Where the motion is along the normal of the plane the two motions are one, and the adjustment
+// takes both to the same place.
+bool IsSame(const Pose& a, const Pose& b) {
+  constexpr double kMaxRotation_rad = 0.003;
+  constexpr double kMinCosine = 0.9986;  // 3 degrees
+  return (a.Inverse() * b).RotationAngle() < kMaxRotation_rad &&
+         a.translation().normalized().dot(b.translation().normalized()) > kMinCosine;
 }
 
 }  // namespace
@@ -77,21 +191,31 @@ std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candid
                                          const CameraModel& camera) {
   if (candidates.empty()) return std::nullopt;
   if (candidates.size() == 1) return candidates.front();
-  std::size_t best = 0;
-  double best_cost = HUGE_VAL;
-  double second_cost = HUGE_VAL;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const double cost = MeanCost(candidates[i], a, b, between, candidates[0].p_a.size(), camera);
-    if (cost < best_cost) {
-      second_cost = best_cost;
-      best_cost = cost;
-      best = i;
-    } else {
-      second_cost = std::min(second_cost, cost);
-    }
+  std::vector<Witness> witnesses;
+  for (const BetweenView& view : between) {
+    Witness witness{view.progress, Locate(a, *view.view, view.matches)};
+    if (witness.places.size() >= kMinPlaces) witnesses.push_back(std::move(witness));
   }
-  if (!(best_cost < kClearCost * second_cost)) return std::nullopt;
-  return candidates[best];
+  if (witnesses.empty()) return std::nullopt;  // two views fit either way
+  witnesses.push_back({1, Locate(a, b, candidates.front().matches)});
+  const std::vector<CommonPoint> points = CommonPoints(candidates, a.features.size());
+  if (points.size() < kMinPlaces || witnesses.back().places.size() < kMinPlaces) {
+    return std::nullopt;
+  }
+  std::vector<Adjusted> adjusted;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Pose& T_b_a = candidates[i].T_b_a;
+    adjusted.push_back(
+        Adjust(BuildProblem(points, i, T_b_a, a, witnesses, camera), points, candidates[i]));
+  }
+  const auto best =
+      std::min_element(adjusted.begin(), adjusted.end(),
+                       [](const auto& l, const auto& r) { return Sum(l.costs) < Sum(r.costs); });
+  for (auto other = adjusted.begin(); other != adjusted.end(); ++other) {
+    if (other == best || IsSame(best->start.T_b_a, other->start.T_b_a)) continue;
+    if (!IsClearlyBetter(best->costs, other->costs)) return std::nullopt;
+  }
+  return std::move(best->start);
 }
 
 }  // namespace mono3d::tracking

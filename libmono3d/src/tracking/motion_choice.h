@@ -17,8 +17,10 @@ struct BetweenView {
   std::vector<FeatureMatch> matches;  // with the first view
 };
 
-// Which of several motions holds for the views between as well: each is adjusted over all views
-// (bundle adjustment) and must leave clearly less error than the others. Nothing when none does.
+// Which of several motions holds for the views between as well. The points are found in all views
+// by their patches, each motion is adjusted over all of them (bundle adjustment), and one must
+// leave less error than the others beyond what chance explains (Vuong 1989). Nothing when none
+// does, or when no view between sees enough of the points.
 std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
                                          const CameraModel& camera);
