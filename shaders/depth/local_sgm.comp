@@ -16,7 +16,7 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer costs;  // local_sweep.comp
-layout(binding = 1, r32ui) uniform readonly uimageBuffer ranges;    // prior.comp
+layout(binding = 1, rg32ui) uniform readonly uimageBuffer ranges;   // prior.comp
 layout(binding = 2, r32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
 // L as bytes, a texel of 16 a pixel as the costs; the volumes of directions one after the other.
 layout(binding = 3, std430) writeonly buffer Paths {
@@ -72,8 +72,9 @@ void main() {
   for (int step = 0; step < num_steps; ++step) {
     const int pixel = LocalPixel(x, y, height);
     const uvec4 cost = imageLoad(costs, pixel);
-    const int range = int(imageLoad(ranges, 2 * pixel).x);
-    const int jump = bitfieldExtract(int(imageLoad(ranges, 2 * pixel + 1).x), jump_shift, 4);
+    const ivec2 range_and_jumps = ivec2(imageLoad(ranges, pixel).xy);
+    const int range = range_and_jumps.x;
+    const int jump = bitfieldExtract(range_and_jumps.y, jump_shift, 4);
     const int difference = abs((range >> 16) - (range_before >> 16));
     const uint penalty = imageLoad(p2, starts ? 0 : difference).x;
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;

@@ -11,9 +11,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer census;
+layout(binding = 0, rg32ui) uniform readonly uimageBuffer census;
 layout(binding = 1, r32f) uniform readonly imageBuffer projections;
-layout(binding = 2, r32ui) uniform readonly uimageBuffer ranges;  // prior.comp
+layout(binding = 2, rg32ui) uniform readonly uimageBuffer ranges;  // prior.comp
 // 16 bytes of each local pixel, the farthest plane first.
 layout(binding = 3, std430) writeonly buffer Costs {
   uvec4 costs[];
@@ -54,20 +54,17 @@ Line LineOf(Source source, float row, float first, float last) {
   return Line(in_front ? from + 0.5 : vec2(-1e6), (to - from) / float(kLocalPlanes - 1));
 }
 
-// Hamming distance, or kNoProjection.
-uint Distance(Line line, float k, int first_word) {
+View ViewFrom(int source, Line line, float k) {
   const vec2 at = line.at + k * line.step;
   const ivec2 pixel = ivec2(at);
   const bool visible = at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y;
-  const int index = visible ? first_word + pixel.y * stride_px + pixel.x : 0;
-  const uint distance = HammingDistance(index);
-  return visible ? distance : kNoProjection;
+  return ViewOf(visible, (source + 1) * census_pixels + pixel.y * stride_px + pixel.x);
 }
 
 void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
   LoadReference(y * stride_px + x);
   const int pixel = LocalPixel(x, y, int(params.height_px));
-  const float range = float(imageLoad(ranges, 2 * pixel).x & 0xffffu);
+  const float range = float(imageLoad(ranges, pixel).x & 0xffffu);
   const float first = params.inverse_depth + range * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
   const Line l0 = LineOf(s0, row, first, last);
@@ -79,8 +76,7 @@ void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float 
   for (int i = 0; i < 4; ++i) {
     uint word = 0u;
     [[unroll]] for (int j = 0; j < 4; ++j) {
-      word |= CostOf(Distance(l0, k, 2 * census_words), Distance(l1, k, 4 * census_words),
-                     Distance(l2, k, 6 * census_words), Distance(l3, k, 8 * census_words))
+      word |= CostOf(ViewFrom(0, l0, k), ViewFrom(1, l1, k), ViewFrom(2, l2, k), ViewFrom(3, l3, k))
               << (8 * j);
       k += 1.0;
     }
@@ -95,7 +91,7 @@ void main() {
   const int height = int(params.height_px);
   if (x >= int(params.width_px) || first_row >= height) return;
   stride_px = 4 * (int(params.width_px + 3u) / 4);
-  census_words = stride_px * height;
+  census_pixels = stride_px * height;
   size = vec2(params.width_px, params.height_px);
   const vec3 p = vec3(x, first_row, 1);
   const Source s0 = LoadSource(0, p);

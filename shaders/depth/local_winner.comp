@@ -16,7 +16,7 @@ layout(local_size_x = 64) in;
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer paths;       // four of local_sgm.comp
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_paths;  // the other four
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer costs;       // local_sweep.comp
-layout(binding = 3, r32ui) uniform readonly uimageBuffer ranges;         // prior.comp
+layout(binding = 3, rg32ui) uniform readonly uimageBuffer ranges;         // prior.comp
 layout(binding = 4, std430) writeonly buffer InverseDepth {  // 1/su; 0: no estimate
   float inverse_depth[];
 };
@@ -70,7 +70,7 @@ void main() {
     const float curvature = float(below) - 2.0 * float(here) + float(above);
     const bool inside = best > 0 && best < 15 && curvature > 0.0;
     const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
-    const float plane = float((imageLoad(ranges, 2 * pixel).x & 0xffffu) + uint(best)) + offset;
+    const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
     result = params.inverse_depth + plane * params.inverse_depth_step;
   }
   const int index = y * int(params.width_px) + x;

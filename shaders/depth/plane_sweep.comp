@@ -10,7 +10,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer census;
+layout(binding = 0, rg32ui) uniform readonly uimageBuffer census;
 layout(binding = 1, r32f) uniform readonly imageBuffer projections;
 // Four costs a word; the planes of a pixel lie together, pixels in rows of width_px.
 layout(binding = 2, std430) writeonly buffer Costs {
@@ -29,7 +29,7 @@ int shift;   // 1 when there are half-pixel positions
 // Once for a pixel, before Cost.
 void PreparePixel(int x, int y) {
   stride_px = 4 * (int(params.width_px + 3u) / 4);
-  census_words = stride_px * int(params.height_px);
+  census_pixels = stride_px * int(params.height_px);
   last = ivec2(params.positions_per_px * (params.width_px - 1u),
                params.positions_per_px * (params.height_px - 1u));
   shift = int(params.positions_per_px) - 1;
@@ -48,21 +48,18 @@ void PreparePixel(int x, int y) {
   b3 = scale * LoadB(3);
 }
 
-// Hamming distance, or kNoProjection.
-uint Distance(vec3 at, int source) {
+View ViewFrom(int source, vec3 at) {
   const float scale = 1.0 / at.z;
   const int x = int(floor(at.x * scale + 0.5));
   const int y = int(floor(at.y * scale + 0.5));
   const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last.x && y <= last.y;
   const int image = 1 + (source << (2 * shift)) + (((y & shift) << 1) | (x & shift));
-  const int index = visible ? 2 * image * census_words + (y >> shift) * stride_px + (x >> shift) : 0;
-  const uint distance = HammingDistance(index);
-  return visible ? distance : kNoProjection;
+  return ViewOf(visible, image * census_pixels + (y >> shift) * stride_px + (x >> shift));
 }
 
 uint Cost(float w) {
-  return CostOf(Distance(a0 + w * b0, 0), Distance(a1 + w * b1, 1), Distance(a2 + w * b2, 2),
-                Distance(a3 + w * b3, 3));
+  return CostOf(ViewFrom(0, a0 + w * b0), ViewFrom(1, a1 + w * b1), ViewFrom(2, a2 + w * b2),
+                ViewFrom(3, a3 + w * b3));
 }
 
 void main() {

@@ -22,13 +22,10 @@ std::vector<std::uint64_t> CensusOnDevice(const std::vector<cv::Mat>& images) {
   const auto words = census.Download<std::uint32_t>();
   std::vector<std::uint64_t> result;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const auto low = words.begin() + static_cast<std::ptrdiff_t>(2 * i * plane);
-    const auto middle = low + static_cast<std::ptrdiff_t>(plane);
-    const auto low_bits = WithoutStride({low, middle}, size);
-    const auto high_bits =
-        WithoutStride({middle, middle + static_cast<std::ptrdiff_t>(plane)}, size);
-    for (std::size_t p = 0; p < low_bits.size(); ++p) {
-      result.push_back(low_bits[p] | std::uint64_t{high_bits[p]} << 32);
+    for (std::size_t p = 0; p < size.num_pixels(); ++p) {
+      const std::size_t at =
+          i * plane + p / size.width_px * 4 * size.groups_per_row() + p % size.width_px;
+      result.push_back(words[2 * at] | std::uint64_t{words[2 * at + 1]} << 32);
     }
   }
   return result;

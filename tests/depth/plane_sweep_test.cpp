@@ -26,9 +26,9 @@ std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
   for (std::size_t i = 0; i < census.size(); ++i) {
     for (std::size_t p = 0; p < size.num_pixels(); ++p) {
       const std::size_t at =
-          2 * i * plane + p / size.width_px * 4 * size.groups_per_row() + p % size.width_px;
+          2 * (i * plane + p / size.width_px * 4 * size.groups_per_row() + p % size.width_px);
       words[at] = static_cast<std::uint32_t>(census[i][p]);
-      words[at + plane] = static_cast<std::uint32_t>(census[i][p] >> 32);
+      words[at + 1] = static_cast<std::uint32_t>(census[i][p] >> 32);
     }
   }
   std::vector<float> numbers;

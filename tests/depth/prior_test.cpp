@@ -101,9 +101,9 @@ TEST(LocalSweep, EqualsReferenceButForRounding) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
       census[i].push_back(bits(random));
       const std::size_t at =
-          2 * i * plane + p / kFine.width_px * 4 * kFine.groups_per_row() + p % kFine.width_px;
+          2 * (i * plane + p / kFine.width_px * 4 * kFine.groups_per_row() + p % kFine.width_px);
       words[at] = static_cast<std::uint32_t>(census[i][p]);
-      words[at + plane] = static_cast<std::uint32_t>(census[i][p] >> 32);
+      words[at + 1] = static_cast<std::uint32_t>(census[i][p] >> 32);
     }
   }
   // Cameras on a line that also moves forward a little, a pixel a plane at the ends.

@@ -9,6 +9,11 @@
 #include "depth/census.spirv.h"
 
 namespace mono3d {
+namespace {
+
+constexpr std::uint64_t kRowsPerInvocation = 2;
+
+}  // namespace
 
 CensusStage::CensusStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/census", depth_census_spirv}) {}
@@ -17,7 +22,7 @@ void CensusStage::Record(Recorder& recorder, const Buffer& images, LevelSize siz
                          std::uint32_t num_images, const Buffer& census) const {
   recorder.Dispatch(kernel_, {images, census}, CensusParams{size.width_px, size.height_px},
                     {DivideRoundingUp(size.groups_per_row(), kernel_.workgroup_size()[0]),
-                     size.height_px, num_images});
+                     DivideRoundingUp(size.height_px, kRowsPerInvocation), num_images});
 }
 
 }  // namespace mono3d

@@ -112,6 +112,10 @@ TexelFormatInfo InfoOf(TexelFormat format) {
       return {vk::Format::eR32Sint, 4};
     case TexelFormat::kR32f:
       return {vk::Format::eR32Sfloat, 4};
+    case TexelFormat::kRg32ui:
+      return {vk::Format::eR32G32Uint, 8};
+    case TexelFormat::kRg32f:
+      return {vk::Format::eR32G32Sfloat, 8};
     case TexelFormat::kRgba32ui:
       return {vk::Format::eR32G32B32A32Uint, 16};
     case TexelFormat::kRgba32i:

@@ -68,6 +68,10 @@ std::optional<TexelFormat> ToTexelFormat(SpvImageFormat format) {
       return TexelFormat::kR32i;
     case SpvImageFormatR32f:
       return TexelFormat::kR32f;
+    case SpvImageFormatRg32ui:
+      return TexelFormat::kRg32ui;
+    case SpvImageFormatRg32f:
+      return TexelFormat::kRg32f;
     case SpvImageFormatRgba32ui:
       return TexelFormat::kRgba32ui;
     case SpvImageFormatRgba32i:
@@ -82,7 +86,7 @@ std::optional<TexelFormat> ToTexelFormat(SpvImageFormat format) {
 TexelFormat ReadTexelFormat(const Reflection& shader, spvc_type type, const std::string& name) {
   const auto format = ToTexelFormat(spvc_type_get_image_storage_format(type));
   if (spvc_type_get_image_dimension(type) != SpvDimBuffer || !format) {
-    shader.Fail(name + " is no imageBuffer of format r32* or rgba32*");
+    shader.Fail(name + " is no imageBuffer of format r32*, rg32* or rgba32*");
   }
   return *format;
 }

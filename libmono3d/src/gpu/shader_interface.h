@@ -12,8 +12,9 @@
 
 namespace mono3d {
 
-// The image formats that a texel buffer may have: those that every Vulkan device can store.
-enum class TexelFormat { kR32ui, kR32i, kR32f, kRgba32ui, kRgba32i, kRgba32f };
+// The image formats that a texel buffer may have: those that every Vulkan device can store. (A
+// shader that names one of two components also needs "extended image formats", DeviceFeatures.)
+enum class TexelFormat { kR32ui, kR32i, kR32f, kRg32ui, kRg32f, kRgba32ui, kRgba32i, kRgba32f };
 
 struct ShaderBinding {
   enum class Kind { kStorageBuffer, kTexelBuffer };
