@@ -4,7 +4,7 @@
 // 5x5 median of inverse depth over the pixels with an estimate, the upper one where their number is
 // even; outside the image its border is repeated. A pixel keeps, or gets, an estimate when enough of
 // the window agrees with the median: that fills pinholes and removes speckles. Confidence is the
-// mean over the agreeing pixels times their share of the window.
+// mean over the agreeing pixels times their share of the window. Four pixels an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,68 +14,98 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kWithConfidence = true;  // else it is 0
 
-layout(binding = 0, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
-layout(binding = 1, r32f) uniform readonly imageBuffer confidence;     // 0 to 1
-layout(binding = 2, std430) writeonly buffer MedianDepth {             // as inverse_depth
+layout(binding = 0, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
+layout(binding = 1, r32f) uniform readonly imageBuffer confidence;        // 0 to 1
+layout(binding = 2, std430) writeonly buffer MedianDepth {                // as inverse_depth
   float median_depth[];
 };
 layout(binding = 3, std430) writeonly buffer MedianConfidence {  // as confidence
   float median_confidence[];
 };
 
-const float kInfinity = 3.4e38;
+#define MAP inverse_depth
+#include "depth/map_row.glsl"
 
-void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  const int width = int(params.width_px);
-  const int height = int(params.height_px);
-  if (x >= width || y >= height) return;
+// Positive floats are in the order of their bits, which are faster to compare. The ends of that order
+// stand for no estimate.
+const int kInfinity = 0x7f7fffff;
+const int kMinusInfinity = -1;
 
-  // Pixels without estimate become plus and minus infinity in turn, so that the middle of all 25 is
-  // the middle of the rest.
-  float value[25];
-  bool odd = false;
-  [[unroll]] for (int i = 0; i < 25; ++i) {
-    const int column = clamp(x + i % 5 - 2, 0, width - 1);
-    const int row = clamp(y + i / 5 - 2, 0, height - 1);
-    const float w = imageLoad(inverse_depth, row * width + column).x;
-    value[i] = w > 0.0 ? w : (odd ? -kInfinity : kInfinity);
-    odd = w > 0.0 ? odd : !odd;
-  }
+// Of the 25 values whose middle is the median.
+int MedianOf(int value[25]) {
   // Forgetful selection: of 14 values neither the least nor the greatest can be the median of 25.
-  float kept[14];
+  int kept[14];
   [[unroll]] for (int i = 0; i < 14; ++i) kept[i] = value[i];
   [[unroll]] for (int n = 14; n >= 3; --n) {
     [[unroll]] for (int i = 1; i < 14; ++i) {
       if (i < n) {
-        const float less = min(kept[0], kept[i]);
+        const int less = min(kept[0], kept[i]);
         kept[i] = max(kept[0], kept[i]);
         kept[0] = less;
       }
     }
     [[unroll]] for (int i = 1; i < 13; ++i) {
       if (i < n - 1) {
-        const float greater = max(kept[i], kept[n - 1]);
+        const int greater = max(kept[i], kept[n - 1]);
         kept[i] = min(kept[i], kept[n - 1]);
         kept[n - 1] = greater;
       }
     }
     if (n > 3) kept[0] = value[28 - n];
   }
-  const float median = kept[1];
+  return kept[1];
+}
 
-  uint support = 0u;
-  float sum = 0.0;
-  [[unroll]] for (int i = 0; i < 25; ++i) {
-    const int column = clamp(x + i % 5 - 2, 0, width - 1);
-    const int row = clamp(y + i / 5 - 2, 0, height - 1);
-    const bool agrees = abs(value[i] - median) <= params.tolerance;
-    support += agrees ? 1u : 0u;
-    if (kWithConfidence) sum += agrees ? imageLoad(confidence, row * width + column).x : 0.0;
+float Confidence(int x, int y, int width, int height, int window_index) {
+  const int column = clamp(x + window_index % 5 - 2, 0, width - 1);
+  const int row = clamp(y + window_index / 5 - 2, 0, height - 1);
+  return imageLoad(confidence, row * width + column).x;
+}
+
+void main() {
+  const int width = int(params.width_px);
+  const int height = int(params.height_px);
+  const int group = int(gl_GlobalInvocationID.x);
+  const int y = int(gl_GlobalInvocationID.y);
+  if (4 * group >= width || y >= height) return;
+  float rows[5][12];
+  [[unroll]] for (int dy = 0; dy < 5; ++dy) {
+    LoadMapRow(width, height, group, clamp(y + dy - 2, 0, height - 1), rows[dy]);
+    // The border is repeated.
+    [[unroll]] for (int i = 3; i >= 2; --i) {
+      rows[dy][i] = 4 * group - 4 + i < 0 ? rows[dy][i + 1] : rows[dy][i];
+    }
+    [[unroll]] for (int i = 5; i < 10; ++i) {
+      rows[dy][i] = 4 * group - 4 + i >= width ? rows[dy][i - 1] : rows[dy][i];
+    }
   }
-  const bool valid = abs(median) < kInfinity && support >= params.min_support;
-  const int pixel = y * width + x;
-  median_depth[pixel] = valid ? median : 0.0;
-  median_confidence[pixel] = valid ? sum / 25.0 : 0.0;
+  [[unroll]] for (int p = 0; p < 4; ++p) {
+    const int x = 4 * group + p;
+    // Pixels without estimate become plus and minus infinity in turn, so that the middle of all 25
+    // is the middle of the rest.
+    int value[25];
+    int none = kInfinity;
+    [[unroll]] for (int i = 0; i < 25; ++i) {
+      const float w = rows[i / 5][p + 2 + i % 5];
+      value[i] = w > 0.0 ? floatBitsToInt(w) : none;
+      none = w > 0.0 ? none : none ^ (kInfinity ^ kMinusInfinity);
+    }
+    const int middle = MedianOf(value);
+    const float median = intBitsToFloat(middle);
+    uint support = 0u;
+    float sum = 0.0;
+    [[unroll]] for (int i = 0; i < 25; ++i) {
+      // With an estimate of its own, which 0 is not.
+      const float w = rows[i / 5][p + 2 + i % 5];
+      const bool agrees = abs(w - median) <= params.tolerance && w > 0.0;
+      support += agrees ? 1u : 0u;
+      if (kWithConfidence) sum += agrees ? Confidence(x, y, width, height, i) : 0.0;
+    }
+    const bool valid = middle > 0 && middle < kInfinity && support >= params.min_support;
+    if (x < width) {
+      const int pixel = y * width + x;
+      median_depth[pixel] = valid ? median : 0.0;
+      median_confidence[pixel] = valid ? sum / 25.0 : 0.0;
+    }
+  }
 }

@@ -9,7 +9,7 @@
 //
 // SGM^sn: on a plane n.X = c inverse depth is affine in the pixel, and a step of one pixel changes it
 // by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path that jump, rounded to planes, costs
-// nothing. (Rounding the places on the surface instead of their difference would fix where between
+// nothing. The four fine pixels of a coarse one an invocation. (Rounding the places on the surface instead of their difference would fix where between
 // two planes the jump takes place, and so keep the coarse level's errors.)
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -62,43 +62,52 @@ uint Jump(vec2 slope, float dx, float dy, int direction) {
   return (uint(jump) & 15u) << (4 * direction);
 }
 
+uint Grey(int x, int y) {
+  const uint word =
+      imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
+  return (word >> (8 * (x & 3))) & 0xffu;
+}
+
 void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
+  const int column = int(gl_GlobalInvocationID.x);
+  const int row = int(gl_GlobalInvocationID.y);
   width = int(params.coarse_width_px);
   height = int(params.coarse_height_px);
-  const int column = x / 2;
-  const int row = y / 2;
+  if (column >= width || row >= height) return;
   float nearest = 0.0;
   float farthest = 3.4e38;
+  float own = 0.0;
   [[unroll]] for (int i = 0; i < 9; ++i) {
     const float w = imageLoad(coarse_depth, clamp(row + i / 3 - 1, 0, height - 1) * width +
                                                 clamp(column + i % 3 - 1, 0, width - 1)).x;
     nearest = max(nearest, w);
     farthest = min(farthest, w > 0.0 ? w : farthest);
+    if (i == 4) own = w;
   }
-  const float own = imageLoad(coarse_depth, row * width + column).x;
   const bool found = nearest > 0.0;
   const float w = own > 0.0 ? own : (found ? 0.5 * (nearest + farthest) : 0.0);
   const vec2 slope = own > 0.0 ? Slope(column, row, w) : vec2(0);
-  const vec2 from_centre = vec2((x & 1) == 0 ? -0.5 : 0.5, (y & 1) == 0 ? -0.5 : 0.5);
-  const float position =
-      (found ? Position(w) : 0.5 * float(params.num_planes)) + dot(slope, from_centre);
-
-  // The middle of the neighbourhood, but never so that the prior's own margin is left.
-  const float middle = found ? 0.5 * (Position(nearest) + Position(farthest)) : position;
-  const float reach = 0.5 * kNumPlanes - kMargin;
-  const float centre = clamp(middle, position - reach, position + reach);
-  const float most = max(float(params.num_planes) - kNumPlanes, 0.0);
-  const float first = clamp(floor(centre - 0.5 * kNumPlanes + 1.0), 0.0, most);
-
-  const uint word =
-      imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
-  const uint grey = (word >> (8 * (x & 3))) & 0xffu;
+  const float coarse_position = found ? Position(w) : 0.5 * float(params.num_planes);
   const uint jumps = Jump(slope, 1, 0, 0) | Jump(slope, -1, 0, 1) |
                      Jump(slope, 0, 1, 2) | Jump(slope, 0, -1, 3) |
                      Jump(slope, 1, 1, 4) | Jump(slope, -1, -1, 5) |
                      Jump(slope, -1, 1, 6) | Jump(slope, 1, -1, 7);
-  ranges[LocalPixel(x, y, int(params.height_px))] = uvec2(uint(first) | (grey << 16), jumps);
+  const float reach = 0.5 * kNumPlanes - kMargin;
+  const float most = max(float(params.num_planes) - kNumPlanes, 0.0);
+  const float around = 0.5 * (Position(nearest) + Position(farthest));
+
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    const int x = 2 * column + (i & 1);
+    const int y = 2 * row + (i >> 1);
+    const vec2 from_centre = vec2((i & 1) == 0 ? -0.5 : 0.5, (i >> 1) == 0 ? -0.5 : 0.5);
+    const float position = coarse_position + dot(slope, from_centre);
+    // The middle of the neighbourhood, but never so that the prior's own margin is left.
+    const float middle = found ? around : position;
+    const float centre = clamp(middle, position - reach, position + reach);
+    const float first = clamp(floor(centre - 0.5 * kNumPlanes + 1.0), 0.0, most);
+    if (x < int(params.width_px) && y < int(params.height_px)) {
+      ranges[LocalPixel(x, y, int(params.height_px))] =
+          uvec2(uint(first) | (Grey(x, y) << 16), jumps);
+    }
+  }
 }

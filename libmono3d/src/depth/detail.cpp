@@ -8,6 +8,11 @@
 #include "depth/detail.spirv.h"
 
 namespace mono3d {
+namespace {
+
+constexpr std::uint64_t kRowsPerInvocation = 4;
+
+}  // namespace
 
 DetailStage::DetailStage(std::shared_ptr<Device> device)
     : kernel_(std::move(device), {"depth/detail", depth_detail_spirv}) {}
@@ -16,7 +21,7 @@ void DetailStage::Record(Recorder& recorder, const DetailParams& params, std::ui
                          const Buffer& images, const Buffer& quarter, const Buffer& detail) const {
   recorder.Dispatch(kernel_, {images, quarter, detail}, params,
                     {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
-                     params.height_px, num_images});
+                     DivideRoundingUp(params.height_px, kRowsPerInvocation), num_images});
 }
 
 }  // namespace mono3d

@@ -16,9 +16,9 @@ MedianStage::MedianStage(std::shared_ptr<Device> device, bool with_confidence)
 void MedianStage::Record(Recorder& recorder, const MedianParams& params,
                          const Buffer& inverse_depth, const Buffer& confidence,
                          const Buffer& median_depth, const Buffer& median_confidence) const {
-  recorder.Dispatch(
-      kernel_, {inverse_depth, confidence, median_depth, median_confidence}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {inverse_depth, confidence, median_depth, median_confidence}, params,
+                    {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
+                     params.height_px, 1});
 }
 
 }  // namespace mono3d

@@ -14,9 +14,9 @@ NormalsStage::NormalsStage(std::shared_ptr<Device> device)
 
 void NormalsStage::Record(Recorder& recorder, const NormalsParams& params,
                           const Buffer& inverse_depth, const Buffer& normals) const {
-  recorder.Dispatch(
-      kernel_, {inverse_depth, normals}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {inverse_depth, normals}, params,
+                    {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
+                     params.height_px, 1});
 }
 
 }  // namespace mono3d

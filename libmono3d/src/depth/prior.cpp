@@ -15,9 +15,9 @@ PriorStage::PriorStage(std::shared_ptr<Device> device)
 void PriorStage::Record(Recorder& recorder, const PriorParams& params, const Buffer& coarse_depth,
                         const Buffer& coarse_normal, const Buffer& image,
                         const Buffer& ranges) const {
-  recorder.Dispatch(
-      kernel_, {coarse_depth, coarse_normal, image, ranges}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {coarse_depth, coarse_normal, image, ranges}, params,
+                    {DivideRoundingUp(params.coarse_width_px, kernel_.workgroup_size()[0]),
+                     params.coarse_height_px, 1});
 }
 
 }  // namespace mono3d
