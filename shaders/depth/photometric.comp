@@ -20,7 +20,7 @@ layout(binding = 1, r32ui) uniform readonly uimageBuffer more_detail;  // of sou
 layout(binding = 2, r32f) uniform readonly imageBuffer projections;    // projections.glsl
 layout(binding = 3, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // Inverse depth before and after the step; its information, 1 / (standard deviation in planes)^2;
-// and the mean weight of the sources, 0 to 1.
+// and the mean weight of the sources, 0 to 1. With a border of three zeros, for windows of 7x7.
 layout(binding = 4, std430) writeonly buffer Measurements {
   vec4 measurements[];
 };
@@ -28,6 +28,7 @@ layout(binding = 4, std430) writeonly buffer Measurements {
 #include "depth/projections.glsl"
 
 const int kRowsPerInvocation = 4;  // as photometric.cpp dispatches
+const int kBorder = 3;
 
 int stride;
 int image_words;
@@ -75,9 +76,10 @@ void AddSource(Source from, int source, float row, float w) {
 }
 
 void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
-  const int pixel = y * int(params.width_px) + x;
-  const float w = imageLoad(inverse_depth, pixel).x;
-  reference = float(imageLoad(detail, y * stride + x).x & 0xffu);
+  const int width = int(params.width_px);
+  const bool inside = x >= 0 && x < width && y >= 0 && y < int(params.height_px);
+  const float w = inside ? imageLoad(inverse_depth, inside ? y * width + x : 0).x : 0.0;
+  reference = float(imageLoad(detail, inside ? y * stride + x : 0).x & 0xffu);
   sums = vec2(0);
   support = 0.0;
   num_visible = 0.0;
@@ -86,27 +88,28 @@ void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row
   AddSource(s2, 2, row, w);
   AddSource(s3, 3, row, w);
   const float step = clamp(-sums.x / (sums.y + 2.0 * noise_variance), -1.0, 1.0);
-  measurements[pixel] =
+  measurements[(y + kBorder) * (width + 2 * kBorder) + x + kBorder] =
       w > 0.0 ? vec4(w, w + step * params.inverse_depth_step, sums.y / (2.0 * noise_variance) + 1.0,
                      support / max(num_visible, 1.0))
               : vec4(0);
 }
 
 void main() {
-  const int x = int(gl_GlobalInvocationID.x);
+  const int column = int(gl_GlobalInvocationID.x);
   const int first_row = kRowsPerInvocation * int(gl_GlobalInvocationID.y);
-  const int height = int(params.height_px);
-  if (x >= int(params.width_px) || first_row >= height) return;
+  const int num_columns = int(params.width_px) + 2 * kBorder;
+  const int num_rows = int(params.height_px) + 2 * kBorder;
+  if (column >= num_columns || first_row >= num_rows) return;
   stride = 4 * (int(params.width_px + 3u) / 4);
-  image_words = stride * height;
+  image_words = stride * int(params.height_px);
   noise_variance = params.noise * params.noise;
-  const vec3 p = vec3(x, first_row, 1);
+  const int x = column - kBorder;
+  const int y = first_row - kBorder;
+  const vec3 p = vec3(x, y, 1);
   const Source s0 = LoadSource(0, p);
   const Source s1 = LoadSource(1, p);
   const Source s2 = LoadSource(2, p);
   const Source s3 = LoadSource(3, p);
-  const int num_rows = min(kRowsPerInvocation, height - first_row);
-  for (int row = 0; row < num_rows; ++row) {
-    Measure(s0, s1, s2, s3, x, first_row + row, float(row));
-  }
+  const int rows_here = min(kRowsPerInvocation, num_rows - first_row);
+  for (int row = 0; row < rows_here; ++row) Measure(s0, s1, s2, s3, x, y + row, float(row));
 }

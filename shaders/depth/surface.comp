@@ -8,7 +8,7 @@
 // the smaller the distance. Confidence is sqrt(a) / (1 + s): a is the share of the window's pixels and sources that
 // agree; s is the standard deviation of the depth in per cent, that of the measurements and of the
 // surface around its plane plus what a pixel of place makes on the slope of the 5x5 window, which at
-// steps is large.
+// steps is large. Two pixels, one above the other, an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,9 +16,11 @@
 #include "depth/surface.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kWithConfidence = true;  // else it is not written
 
-layout(binding = 0, rgba32f) uniform readonly imageBuffer measurements;  // photometric.comp
-layout(binding = 1, std430) writeonly buffer InverseDepth {              // 1/su; 0: no estimate
+// photometric.comp, with a border of three zeros.
+layout(binding = 0, rgba32f) uniform readonly imageBuffer measurements;
+layout(binding = 1, std430) writeonly buffer InverseDepth {  // 1/su; 0: no estimate
   float inverse_depth[];
 };
 layout(binding = 2, std430) writeonly buffer Confidence {  // 0 to 1
@@ -26,76 +28,106 @@ layout(binding = 2, std430) writeonly buffer Confidence {  // 0 to 1
 };
 
 const int kRadius = 3;
+const int kRowsPerInvocation = 2;  // as surface.cpp dispatches
 // exp(-d^2 / (2 * 1.5^2)): half of the weight lies within 1.8 px.
 const float kFalloff[4] = float[](1.0, 0.8007, 0.4111, 0.1353);
 const float kWholeWindow = 13.6686;  // sum over the window
 const float kHalfConfidence = 0.01;  // standard deviation over depth
 
-void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
-  const int width = int(params.width_px);
-  const int height = int(params.height_px);
-  if (x >= width || y >= height) return;
-  const int pixel = y * width + x;
-  const vec4 middle = imageLoad(measurements, pixel);
-  const float per_plane = 1.0 / params.inverse_depth_step;
+// Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one; the sum of the
+// supports; and the least and the greatest inverse depth of the 5x5 window, as the bits of positive
+// floats, which have the same order: the least less 1, so that no estimate is the greatest number.
+struct Sums {
+  float n, x, y, xx, xy, yy, v, xv, yv, vv, support;
+  uint nearest, farthest;
+};
 
-  // Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one.
-  float n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
-  float sv = 0.0, sxv = 0.0, syv = 0.0, svv = 0.0, support = 0.0;
-  float nearest = 0.0, farthest = 3.4e38;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    const int row = y + dy;
-    const float fdy = float(dy);
-    const float falloff_y = kFalloff[abs(dy)];
-    [[unroll]] for (int dx = -kRadius; dx <= kRadius; ++dx) {
-      const int column = x + dx;
-      const bool inside = row >= 0 && row < height && column >= 0 && column < width;
-      const vec4 m = imageLoad(measurements, inside ? row * width + column : pixel);
-      const float reach = float(max(max(abs(dx), abs(dy)), 1));
-      const bool member =
-          inside && m.x > 0.0 && abs(m.x - middle.x) * per_plane <= reach;
-      const float falloff = member ? falloff_y * kFalloff[abs(dx)] : 0.0;
-      const bool near = inside && max(abs(dx), abs(dy)) <= 2;
-      nearest = near ? max(nearest, m.x) : nearest;
-      farthest = near && m.x > 0.0 ? min(farthest, m.x) : farthest;
-      const float u = falloff * m.z;
-      const float v = (m.y - middle.x) * per_plane;
-      const float fdx = float(dx);
-      support += falloff * m.w;
-      n += u;
-      sx += u * fdx;
-      sy += u * fdy;
-      sxx += u * fdx * fdx;
-      sxy += u * fdx * fdy;
-      syy += u * fdy * fdy;
-      sv += u * v;
-      sxv += u * v * fdx;
-      syv += u * v * fdy;
-      svv += u * v * v;
+// One row of the window.
+void AddRow(inout Sums s, vec4 row[7], float middle, int dy) {
+  const float per_plane = 1.0 / params.inverse_depth_step;
+  float n = 0.0, sx = 0.0, sxx = 0.0, sv = 0.0, sxv = 0.0, svv = 0.0, support = 0.0;
+  [[unroll]] for (int dx = -kRadius; dx <= kRadius; ++dx) {
+    const vec4 m = row[dx + kRadius];
+    const float reach = float(max(max(abs(dx), abs(dy)), 1)) * params.inverse_depth_step;
+    // Pixels without estimate have neither information nor support.
+    const float falloff = abs(m.x - middle) <= reach ? kFalloff[abs(dx)] : 0.0;
+    const float u = falloff * m.z;
+    const float v = (m.y - middle) * per_plane;
+    const float uv = u * v;
+    n += u;
+    sx += u * float(dx);
+    sxx += u * float(dx * dx);
+    sv += uv;
+    sxv += uv * float(dx);
+    svv += uv * v;
+    support += falloff * m.w;
+    if (kWithConfidence && max(abs(dx), abs(dy)) <= 2) {
+      s.nearest = max(s.nearest, floatBitsToUint(m.x));
+      s.farthest = min(s.farthest, floatBitsToUint(m.x) - 1u);
     }
   }
+  const float falloff = kFalloff[abs(dy)];
+  const float fdy = float(dy);
+  s.n += falloff * n;
+  s.x += falloff * sx;
+  s.y += falloff * fdy * n;
+  s.xx += falloff * sxx;
+  s.xy += falloff * fdy * sx;
+  s.yy += falloff * fdy * fdy * n;
+  s.v += falloff * sv;
+  s.xv += falloff * sxv;
+  s.yv += falloff * fdy * sv;
+  s.vv += falloff * svv;
+  s.support += falloff * support;
+}
+
+void Store(Sums s, float middle, int pixel) {
   // Gradient by Cramer's rule on the centred moments.
-  const float cxx = n * sxx - sx * sx;
-  const float cxy = n * sxy - sx * sy;
-  const float cyy = n * syy - sy * sy;
-  const float cxv = n * sxv - sx * sv;
-  const float cyv = n * syv - sy * sv;
+  const float cxx = s.n * s.xx - s.x * s.x;
+  const float cxy = s.n * s.xy - s.x * s.y;
+  const float cyy = s.n * s.yy - s.y * s.y;
+  const float cxv = s.n * s.xv - s.x * s.v;
+  const float cyv = s.n * s.yv - s.y * s.v;
   const float determinant = cxx * cyy - cxy * cxy;
-  float w = middle.x;
+  float w = middle;
   float sure = 0.0;
   if (w > 0.0 && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0) {
     const float gx = (cxv * cyy - cyv * cxy) / determinant;
     const float gy = (cyv * cxx - cxv * cxy) / determinant;
-    const float g0 = (sv - gx * sx - gy * sy) / n;
-    w = max(middle.x + params.inverse_depth_step * clamp(g0, -1.0, 1.0), 0.5 * middle.x);
-    const float misfit = max(svv - g0 * sv - gx * sxv - gy * syv, 0.0);
-    const float slope = (nearest - farthest) / 4.0;
-    const float deviation = sqrt((1.0 + misfit) / n) * params.inverse_depth_step + slope;
-    sure = sqrt(support / kWholeWindow) / (1.0 + deviation / (kHalfConfidence * w));
+    const float g0 = (s.v - gx * s.x - gy * s.y) / s.n;
+    w = max(middle + params.inverse_depth_step * clamp(g0, -1.0, 1.0), 0.5 * middle);
+    const float misfit = max(s.vv - g0 * s.v - gx * s.xv - gy * s.yv, 0.0);
+    const float slope = (uintBitsToFloat(s.nearest) - uintBitsToFloat(s.farthest + 1u)) / 4.0;
+    const float deviation = sqrt((1.0 + misfit) / s.n) * params.inverse_depth_step + slope;
+    sure = sqrt(s.support / kWholeWindow) / (1.0 + deviation / (kHalfConfidence * w));
   }
   inverse_depth[pixel] = w;
   // An isolated pixel keeps its depth, with the least confidence there is.
-  confidence[pixel] = w > 0.0 ? clamp(sure, 1e-3, 1.0) : 0.0;
+  if (kWithConfidence) confidence[pixel] = w > 0.0 ? clamp(sure, 1e-3, 1.0) : 0.0;
+}
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int y = kRowsPerInvocation * int(gl_GlobalInvocationID.y);
+  const int width = int(params.width_px);
+  const int height = int(params.height_px);
+  if (x >= width || y >= height) return;
+  const int stride = width + 2 * kRadius;
+  const int first = y * stride + x;  // of the window, whose corner the border moves to the pixel
+  // Of an odd number of rows the last has none below.
+  const int last_row = height + 2 * kRadius - 1;
+  const float middle = imageLoad(measurements, first + kRadius * stride + kRadius).x;
+  const float middle_below =
+      imageLoad(measurements, min(y + kRadius + 1, last_row) * stride + x + kRadius).x;
+  Sums above = Sums(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0u, 0xffffffffu);
+  Sums below = above;
+  [[unroll]] for (int i = 0; i < 8; ++i) {
+    vec4 row[7];
+    const int start = min(y + i, last_row) * stride + x;
+    [[unroll]] for (int dx = 0; dx < 7; ++dx) row[dx] = imageLoad(measurements, start + dx);
+    if (i < 7) AddRow(above, row, middle, i - kRadius);
+    if (i > 0) AddRow(below, row, middle_below, i - 1 - kRadius);
+  }
+  Store(above, middle, y * width + x);
+  if (y + 1 < height) Store(below, middle_below, (y + 1) * width + x);
 }

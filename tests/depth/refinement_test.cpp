@@ -69,6 +69,12 @@ TEST(Detail, DoesNotSeeBrightness) {
   }
 }
 
+// Place of pixel i among the measurements, which have a border of zeros.
+std::size_t MeasurementIndex(std::size_t i) {
+  return (i / kSize.width_px + kMeasurementBorder) * (kSize.width_px + 2 * kMeasurementBorder) +
+         i % kSize.width_px + kMeasurementBorder;
+}
+
 // A smooth pattern with slopes in both directions.
 double Pattern(double x, double y) { return 128 + 40 * std::sin(0.7 * x) + 30 * std::cos(0.5 * y); }
 
@@ -113,7 +119,7 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
   }
   const auto packed = Pack(scene.projections);
   const std::ptrdiff_t first_of_more = std::ptrdiff_t(3 * kSize.num_strided_pixels());
-  const Buffer measurements = MakeBuffer<float>(4 * kSize.num_pixels());
+  const Buffer measurements = MakeBuffer<float>(4 * NumMeasurements(kSize));
   Recorder recorder(TestDevice());
   PhotometricStage(TestDevice())
       .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f}, ToBuffer(words),
@@ -121,9 +127,14 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
               ToBuffer(std::vector<float>(packed.begin(), packed.end())), ToBuffer(inverse_depth),
               measurements);
   recorder.Submit();
-  const auto numbers = FirstOf<float>(measurements, 4 * kSize.num_pixels());
+  const auto numbers = FirstOf<float>(measurements, 4 * NumMeasurements(kSize));
   std::vector<Eigen::Vector4f> result;
-  for (std::size_t i = 0; i < numbers.size(); i += 4) result.emplace_back(numbers.data() + i);
+  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
+    result.emplace_back(numbers.data() + 4 * MeasurementIndex(i));
+  }
+  // The border, above and to the left.
+  EXPECT_EQ(numbers[0], 0);
+  EXPECT_EQ(numbers[4 * MeasurementIndex(0) - 1], 0);
   return result;
 }
 
@@ -179,9 +190,10 @@ TEST(Photometric, StaysWhereThereIsNoTexture) {
 reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measurements) {
   const Buffer inverse_depth = MakeBuffer<float>(measurements.size());
   const Buffer confidence = MakeBuffer<float>(measurements.size());
-  std::vector<float> numbers;
-  for (const Eigen::Vector4f& m : measurements) {
-    numbers.insert(numbers.end(), {m.x(), m.y(), m.z(), m.w()});
+  std::vector<float> numbers(4 * NumMeasurements(kSize), 0);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    std::copy_n(measurements[i].data(), 4,
+                numbers.begin() + std::ptrdiff_t(4 * MeasurementIndex(i)));
   }
   Recorder recorder(TestDevice());
   SurfaceStage(TestDevice())

@@ -21,10 +21,10 @@ void PhotometricStage::Record(Recorder& recorder, const PhotometricParams& param
                               const Buffer& detail, const Buffer& more_detail,
                               const Buffer& projections, const Buffer& inverse_depth,
                               const Buffer& measurements) const {
-  recorder.Dispatch(kernel_, {detail, more_detail, projections, inverse_depth, measurements},
-                    params,
-                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
-                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
+  recorder.Dispatch(
+      kernel_, {detail, more_detail, projections, inverse_depth, measurements}, params,
+      {DivideRoundingUp(params.width_px + 2 * kMeasurementBorder, kernel_.workgroup_size()[0]),
+       DivideRoundingUp(params.height_px + 2 * kMeasurementBorder, kRowsPerInvocation), 1});
 }
 
 }  // namespace mono3d

@@ -23,7 +23,8 @@ Refiner::Refiner(std::shared_ptr<Device> device, const RefinementOptions& option
       options_(options),
       detail_stage_(device_),
       photometric_(device_),
-      surface_(device_),
+      surface_(device_, false),
+      last_surface_(device_),
       projections_(device_, sizeof(PackedProjections), "depth/refiner_projections") {}
 
 void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {
@@ -31,7 +32,7 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
   Reserve(detail_, device_, 4 * kNumDetail * size.num_strided_pixels(), "depth/detail");
   Reserve(more_detail_, device_, 4 * kNumMoreDetail * size.num_strided_pixels(),
           "depth/more_detail");
-  Reserve(measurements_, device_, 4 * sizeof(float) * size.num_pixels(), "depth/photometric");
+  Reserve(measurements_, device_, 4 * sizeof(float) * NumMeasurements(size), "depth/photometric");
   Reserve(inverse_depth_, device_, sizeof(float) * size.num_pixels(), "depth/surface");
   Reserve(confidence_, device_, sizeof(float) * size.num_pixels(), "depth/confidence");
   const PackedProjections packed = Pack(geometry.Projections(0));
@@ -48,11 +49,12 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
                          .noise = static_cast<float>(input.noise)},
                         detail_, more_detail_, projections_,
                         i == 0 ? input.inverse_depth : inverse_depth_, measurements_);
-    surface_.Record(recorder,
-                    {.width_px = size.width_px,
-                     .height_px = size.height_px,
-                     .inverse_depth_step = static_cast<float>(input.step)},
-                    measurements_, inverse_depth_, confidence_);
+    const SurfaceStage& surface = i + 1 < options_.iterations ? surface_ : last_surface_;
+    surface.Record(recorder,
+                   {.width_px = size.width_px,
+                    .height_px = size.height_px,
+                    .inverse_depth_step = static_cast<float>(input.step)},
+                   measurements_, inverse_depth_, confidence_);
   }
 }
 

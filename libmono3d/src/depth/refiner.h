@@ -40,7 +40,8 @@ class Refiner {
   RefinementOptions options_;
   DetailStage detail_stage_;
   PhotometricStage photometric_;
-  SurfaceStage surface_;
+  SurfaceStage surface_;  // of all iterations but the last
+  SurfaceStage last_surface_;
   Buffer projections_;
   Buffer detail_;       // of the reference and the two sources before it
   Buffer more_detail_;  // of the two after it: all five are too large to bind at 3840x2160

@@ -8,16 +8,22 @@
 #include "depth/surface.spirv.h"
 
 namespace mono3d {
+namespace {
 
-SurfaceStage::SurfaceStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/surface", depth_surface_spirv}) {}
+constexpr std::uint64_t kRowsPerInvocation = 2;
+
+}  // namespace
+
+SurfaceStage::SurfaceStage(std::shared_ptr<Device> device, bool with_confidence)
+    : kernel_(std::move(device), {"depth/surface", depth_surface_spirv},
+              {with_confidence ? 1u : 0u}) {}
 
 void SurfaceStage::Record(Recorder& recorder, const SurfaceParams& params,
                           const Buffer& measurements, const Buffer& inverse_depth,
                           const Buffer& confidence) const {
-  recorder.Dispatch(
-      kernel_, {measurements, inverse_depth, confidence}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+  recorder.Dispatch(kernel_, {measurements, inverse_depth, confidence}, params,
+                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
+                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }
 
 }  // namespace mono3d

@@ -10,11 +10,11 @@
 
 namespace mono3d {
 
-// Inverse depth and confidence of the surface through each pixel
-// (shaders/depth/surface.comp).
+// Inverse depth and confidence of the surface through each pixel (shaders/depth/surface.comp).
+// `measurements` is that of PhotometricStage; the confidence is only written when asked for.
 class SurfaceStage {
  public:
-  explicit SurfaceStage(std::shared_ptr<Device> device);
+  explicit SurfaceStage(std::shared_ptr<Device> device, bool with_confidence = true);
 
   void Record(Recorder& recorder, const SurfaceParams& params, const Buffer& measurements,
               const Buffer& inverse_depth, const Buffer& confidence) const;
