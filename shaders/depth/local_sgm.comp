@@ -75,7 +75,7 @@ void main() {
     const ivec2 range_and_jumps = ivec2(imageLoad(ranges, pixel).xy);
     const int range = range_and_jumps.x;
     const int jump = bitfieldExtract(range_and_jumps.y, jump_shift, 4);
-    const int difference = abs((range >> 16) - (range_before >> 16));
+    const int difference = abs(((range >> 16) & 0xff) - ((range_before >> 16) & 0xff));
     const uint penalty = imageLoad(p2, starts ? 0 : difference).x;
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;
     range_before = range;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Matching costs of the 16 planes around each pixel's prior (prior.comp), by plane_cost.glsl. Four
-// rows an invocation, which share the projections.
+// Matching costs of the 16 planes around each pixel's prior (prior.comp), or of the 8 in the middle
+// where its range is narrow, by plane_cost.glsl. Four rows an invocation, which share the projections.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,6 +24,8 @@ layout(binding = 3, std430) writeonly buffer Costs {
 #include "depth/projections.glsl"
 
 const int kRowsPerInvocation = 4;  // as local_sweep.cpp dispatches
+
+const uint kNotMatched = 0xffffffffu;  // four planes of kInvalidCost
 
 int stride_px;
 vec2 size;
@@ -64,16 +66,18 @@ View ViewFrom(int source, Line line, float k) {
 void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
   LoadReference(y * stride_px + x);
   const int pixel = LocalPixel(x, y, int(params.height_px));
-  const float range = float(imageLoad(ranges, pixel).x & 0xffffu);
-  const float first = params.inverse_depth + range * params.inverse_depth_step;
+  const uint range = imageLoad(ranges, pixel).x;
+  const bool narrow = (range & kNarrow) != 0u;
+  const float first = params.inverse_depth + float(range & 0xffffu) * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
   const Line l0 = LineOf(s0, row, first, last);
   const Line l1 = LineOf(s1, row, first, last);
   const Line l2 = LineOf(s2, row, first, last);
   const Line l3 = LineOf(s3, row, first, last);
   uvec4 words = uvec4(0);
-  float k = 0.0;
-  for (int i = 0; i < 4; ++i) {
+  float k = narrow ? 4.0 : 0.0;
+  const int num_words = narrow ? 2 : 4;
+  for (int i = 0; i < num_words; ++i) {
     uint word = 0u;
     [[unroll]] for (int j = 0; j < 4; ++j) {
       word |= CostOf(ViewFrom(0, l0, k), ViewFrom(1, l1, k), ViewFrom(2, l2, k), ViewFrom(3, l3, k))
@@ -82,7 +86,7 @@ void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float 
     }
     words = uvec4(words.yzw, word);
   }
-  costs[pixel] = words;
+  costs[pixel] = narrow ? uvec4(kNotMatched, words.zw, kNotMatched) : words;
 }
 
 void main() {

@@ -5,5 +5,6 @@
 // side; so the pixels lie in columns of eight, each column from top to bottom, and paths down and
 // across run through memory in order. Host side: depth/local_volume.h.
 const int kLocalPlanes = 16;
+const uint kNarrow = 0x01000000u;  // flag of a range (prior.comp): only planes 4 to 11 are matched
 
 int LocalPixel(int x, int y, int height) { return (((x >> 3) * height + y) << 3) + (x & 7); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Of the 16 planes of each pixel that of the smallest sum over the eight paths, the first of equals,
+// Of the 16 planes of each pixel that of the smallest sum over the paths, the first of equals,
 // and between the planes the lowest point of the parabola through its neighbours; at an end of the
 // range the plane itself. No estimate where the plane does not match, and where another one, not next
 // to it, is nearly as good. One pixel an invocation.
@@ -12,6 +12,7 @@
 #include "depth/local_winner.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kEightPaths = true;  // else those of `paths` alone
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer paths;       // four of local_sgm.comp
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_paths;  // the other four
@@ -41,9 +42,13 @@ void main() {
   uvec4 odd = uvec4(0);
   [[unroll]] for (int i = 0; i < 4; ++i) {
     const uvec4 one = imageLoad(paths, i * volume + pixel);
-    const uvec4 other = imageLoad(more_paths, i * volume + pixel);
-    even += (one & 0x00ff00ffu) + (other & 0x00ff00ffu);
-    odd += ((one >> 8) & 0x00ff00ffu) + ((other >> 8) & 0x00ff00ffu);
+    even += one & 0x00ff00ffu;
+    odd += (one >> 8) & 0x00ff00ffu;
+    if (kEightPaths) {
+      const uvec4 other = imageLoad(more_paths, i * volume + pixel);
+      even += other & 0x00ff00ffu;
+      odd += (other >> 8) & 0x00ff00ffu;
+    }
   }
   uint sums[16];
   [[unroll]] for (int i = 0; i < 4; ++i) {

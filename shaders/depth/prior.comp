@@ -23,8 +23,10 @@ layout(local_size_x = 64) in;
 layout(binding = 0, r32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
 layout(binding = 1, r32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
 layout(binding = 2, r32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
-// Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23; and
-// the planes from the pixel before to this one, 4 bits with sign for each direction of a path.
+// Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23, and
+// kNarrow where the 8 planes in the middle hold the neighbourhood with a margin, so that the others need
+// not be matched; and the planes from the pixel before to this one, 4 bits with sign for each direction
+// of a path.
 layout(binding = 3, std430) writeonly buffer Ranges {
   uvec2 ranges[];
 };
@@ -95,6 +97,7 @@ void main() {
   const float reach = 0.5 * kNumPlanes - kMargin;
   const float most = max(float(params.num_planes) - kNumPlanes, 0.0);
   const float around = 0.5 * (Position(nearest) + Position(farthest));
+  const float spread = Position(nearest) - Position(farthest);
 
   [[unroll]] for (int i = 0; i < 4; ++i) {
     const int x = 2 * column + (i & 1);
@@ -104,10 +107,12 @@ void main() {
     // The middle of the neighbourhood, but never so that the prior's own margin is left.
     const float middle = found ? around : position;
     const float centre = clamp(middle, position - reach, position + reach);
-    const float first = clamp(floor(centre - 0.5 * kNumPlanes + 1.0), 0.0, most);
+    const float wanted = floor(centre - 0.5 * kNumPlanes + 1.0);
+    const float first = clamp(wanted, 0.0, most);
+    const bool narrow = found && first == wanted && spread <= 0.5 * kNumPlanes - 2.0 * kMargin;
     if (x < int(params.width_px) && y < int(params.height_px)) {
       ranges[LocalPixel(x, y, int(params.height_px))] =
-          uvec2(uint(first) | (Grey(x, y) << 16), jumps);
+          uvec2(uint(first) | (Grey(x, y) << 16) | (narrow ? kNarrow : 0u), jumps);
     }
   }
 }

@@ -23,7 +23,7 @@ std::vector<LocalVolume> PathsOnDevice(const LocalVolume& costs,
   Recorder recorder(TestDevice());
   const LocalSgmStage stage(TestDevice(), options);
   stage.Record(recorder, size, LocalToBuffer(costs, size), LocalToBuffer(ranges, size), paths,
-               more_paths);
+               more_paths, kNumPaths);
   recorder.Submit();
   std::vector<LocalVolume> result;
   for (std::size_t i = 0; i < kNumPaths; ++i) {
@@ -90,39 +90,46 @@ TEST(LocalSgm, DisjointRangesCostOneJump) {
   EXPECT_EQ(paths[0][1][0], 60 + SgmOptions().p2);
 }
 
+void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, std::mt19937& random) {
+  const LocalVolume costs = RandomLocalVolume(size, 124, random);
+  const auto ranges = RandomLocalRanges(size, random);
+  std::vector<LocalVolume> paths;
+  std::vector<std::uint8_t> halves[2] = {{}, std::vector<std::uint8_t>(16)};  // never empty
+  for (std::size_t i = 0; i < num_paths; ++i) {
+    paths.push_back(RandomLocalVolume(size, 255, random));
+    const auto bytes = LocalToBuffer(paths.back(), size).Download<std::uint8_t>();
+    auto& half = halves[i / 4];
+    if (i % 4 == 0) half.clear();
+    half.insert(half.end(), bytes.begin(), bytes.end());
+  }
+  const LocalWinnerParams params{.width_px = size.width_px,
+                                 .height_px = size.height_px,
+                                 .max_cost = 100,
+                                 .min_uniqueness = 0.02f,
+                                 .inverse_depth = 0.5f,
+                                 .inverse_depth_step = 0.01f};
+  const Buffer inverse_depth = MakeBuffer<float>(size.num_pixels());
+  const Buffer uniqueness = MakeBuffer<float>(size.num_pixels());
+  Recorder recorder(TestDevice());
+  LocalWinnerStage(TestDevice(), num_paths)
+      .Record(recorder, params, ToBuffer(halves[0]), ToBuffer(halves[1]),
+              LocalToBuffer(costs, size), LocalToBuffer(ranges, size), inverse_depth, uniqueness);
+  recorder.Submit();
+  const auto expected = reference::LocalWinners(paths, costs, ranges, params);
+  const auto depth = FirstOf<float>(inverse_depth, size.num_pixels());
+  const auto share = FirstOf<float>(uniqueness, size.num_pixels());
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    // Float against double: a few roundings of values near 1.
+    ASSERT_NEAR(depth[i], expected.inverse_depth[i], 1e-6);
+    ASSERT_NEAR(share[i], expected.uniqueness[i], 1e-6);
+  }
+}
+
 TEST(LocalWinner, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
-    const LocalVolume costs = RandomLocalVolume(size, 124, random);
-    const auto ranges = RandomLocalRanges(size, random);
-    std::vector<LocalVolume> paths;
-    std::vector<std::uint8_t> halves[2];
-    for (std::size_t i = 0; i < kNumPaths; ++i) {
-      paths.push_back(RandomLocalVolume(size, 255, random));
-      const auto bytes = LocalToBuffer(paths.back(), size).Download<std::uint8_t>();
-      auto& half = halves[i / 4];
-      half.insert(half.end(), bytes.begin(), bytes.end());
-    }
-    const LocalWinnerParams params{.width_px = size.width_px,
-                                   .height_px = size.height_px,
-                                   .max_cost = 100,
-                                   .min_uniqueness = 0.02f,
-                                   .inverse_depth = 0.5f,
-                                   .inverse_depth_step = 0.01f};
-    const Buffer inverse_depth = MakeBuffer<float>(size.num_pixels());
-    const Buffer uniqueness = MakeBuffer<float>(size.num_pixels());
-    Recorder recorder(TestDevice());
-    LocalWinnerStage(TestDevice())
-        .Record(recorder, params, ToBuffer(halves[0]), ToBuffer(halves[1]),
-                LocalToBuffer(costs, size), LocalToBuffer(ranges, size), inverse_depth, uniqueness);
-    recorder.Submit();
-    const auto expected = reference::LocalWinners(paths, costs, ranges, params);
-    const auto depth = FirstOf<float>(inverse_depth, size.num_pixels());
-    const auto share = FirstOf<float>(uniqueness, size.num_pixels());
-    for (std::size_t i = 0; i < depth.size(); ++i) {
-      // Float against double: a few roundings of values near 1.
-      ASSERT_NEAR(depth[i], expected.inverse_depth[i], 1e-6);
-      ASSERT_NEAR(share[i], expected.uniqueness[i], 1e-6);
+    for (const std::uint32_t num_paths : {kFewPaths, kNumPaths}) {
+      ExpectWinnersEqualReference(size, num_paths, random);
     }
   }
 }

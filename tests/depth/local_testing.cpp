@@ -22,7 +22,8 @@ Buffer LocalToBuffer(const std::vector<LocalRange>& ranges, LevelSize size) {
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
     const std::size_t at = 2 * LocalIndex(size, pixel);
     words[at] = static_cast<std::uint32_t>(ranges[pixel].first_plane) |
-                static_cast<std::uint32_t>(ranges[pixel].grey) << 16;
+                static_cast<std::uint32_t>(ranges[pixel].grey) << 16 |
+                (ranges[pixel].narrow ? 1u << 24 : 0u);
     for (std::size_t i = 0; i < ranges[pixel].jumps.size(); ++i) {
       words[at + 1] |= (static_cast<std::uint32_t>(ranges[pixel].jumps[i]) & 15u) << (4 * i);
     }
@@ -46,7 +47,8 @@ std::vector<LocalRange> LocalRangesOf(const Buffer& buffer, LevelSize size) {
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
     const std::size_t at = 2 * LocalIndex(size, pixel);
     ranges[pixel].first_plane = static_cast<int>(words[at] & 0xffffu);
-    ranges[pixel].grey = static_cast<int>(words[at] >> 16);
+    ranges[pixel].grey = static_cast<int>((words[at] >> 16) & 0xffu);
+    ranges[pixel].narrow = (words[at] >> 24) != 0;
     for (std::size_t i = 0; i < ranges[pixel].jumps.size(); ++i) {
       const int bits = static_cast<int>((words[at + 1] >> (4 * i)) & 15u);
       ranges[pixel].jumps[i] = bits < 8 ? bits : bits - 16;
@@ -68,6 +70,7 @@ std::vector<LocalRange> RandomLocalRanges(LevelSize size, std::mt19937& random) 
   for (LocalRange& range : ranges) {
     range.first_plane = static_cast<int>(random() % 24);
     range.grey = static_cast<int>(random() % 256);
+    range.narrow = random() % 2 == 0;
     for (int& jump : range.jumps) jump = static_cast<int>(random() % 16) - 8;
   }
   return ranges;

@@ -65,8 +65,8 @@ TEST(Prior, EqualsReferenceButForRounding) {
     std::size_t num_different = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
       EXPECT_EQ(found[i].grey, expected[i].grey);
-      num_different +=
-          found[i].first_plane != expected[i].first_plane || found[i].jumps != expected[i].jumps;
+      num_different += found[i].first_plane != expected[i].first_plane ||
+                       found[i].narrow != expected[i].narrow || found[i].jumps != expected[i].jumps;
     }
     EXPECT_LE(double(num_different), kLargestShareOfOtherRounding * double(found.size()));
   }

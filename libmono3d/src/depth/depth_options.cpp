@@ -32,6 +32,7 @@ void SgmOptions::Visit(OptionVisitor& visit) {
   visit("gradient", gradient, "grey levels of difference that halve p2");
   visit("follow_normals", follow_normals,
         "let steps along the surface of the level above cost nothing");
+  visit("finest_paths", finest_paths, "paths of the finest level of several: 4 or 8");
 }
 
 void WinnerTakesAllOptions::Visit(OptionVisitor& visit) {
@@ -78,6 +79,8 @@ void DepthEstimatorOptions::Validate() const {
   require_int(sgm.p2, sgm.p1, kLargestP2, "sgm.p2");
   require_int(sgm.min_p2, sgm.p1, sgm.p2, "sgm.min_p2");
   require_int(sgm.gradient, 1, 255, "sgm.gradient");
+  RequireOption(sgm.finest_paths == 4 || sgm.finest_paths == 8, "sgm.finest_paths", "4 or 8",
+                sgm.finest_paths);
   require_int(winner_takes_all.max_cost, 0, 124, "winner_takes_all.max_cost");
   RequireOption(winner_takes_all.min_uniqueness >= 0 && winner_takes_all.min_uniqueness < 1,
                 "winner_takes_all.min_uniqueness", "0 to less than 1",

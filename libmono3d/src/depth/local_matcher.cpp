@@ -19,7 +19,8 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       census_stage_(device_),
       sweep_(device_),
       sgm_(device_, options.sgm),
-      winner_(device_),
+      winner_(device_, kNumPaths),
+      last_winner_(device_, static_cast<std::uint32_t>(options.sgm.finest_paths)),
       median_(device_, options.refinement.iterations == 0) {}
 
 std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size) {
@@ -60,13 +61,20 @@ void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buf
                 coarse_depth, coarse_normals_, images, ranges_);
 }
 
-void LocalMatcher::RecordSweep(Recorder& recorder, const SweepPlan& plan, const Buffer& projections,
+std::uint32_t LocalMatcher::NumPaths(const Level& level) const {
+  return level.is_last ? static_cast<std::uint32_t>(options_.sgm.finest_paths) : kNumPaths;
+}
+
+void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level, const Buffer& projections,
                                const Buffer& images) {
+  const SweepPlan& plan = level.plan;
   const std::size_t num_pixels = NumLocalPixels(plan.size);
   Reserve(census_, device_, 8 * plan.size.num_strided_pixels() * kBundleSize, "depth/local_census");
   Reserve(costs_, device_, kLocalPlanes * num_pixels, "depth/local_costs");
   Reserve(paths_, device_, LargestBufferBytes(plan.size), "depth/paths");
-  Reserve(more_paths_, device_, LargestBufferBytes(plan.size), "depth/more_paths");
+  // Bound even where it is not written.
+  Reserve(more_paths_, device_, NumPaths(level) > kFewPaths ? LargestBufferBytes(plan.size) : 16,
+          "depth/more_paths");
   census_stage_.Record(recorder, images, plan.size, kBundleSize, census_);
   sweep_.Record(recorder,
                 {.width_px = plan.size.width_px,
@@ -74,7 +82,7 @@ void LocalMatcher::RecordSweep(Recorder& recorder, const SweepPlan& plan, const 
                  .inverse_depth = static_cast<float>(plan.inverse_depth),
                  .inverse_depth_step = static_cast<float>(plan.step)},
                 census_, projections, ranges_, costs_);
-  sgm_.Record(recorder, plan.size, costs_, ranges_, paths_, more_paths_);
+  sgm_.Record(recorder, plan.size, costs_, ranges_, paths_, more_paths_, NumPaths(level));
 }
 
 void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
@@ -85,7 +93,8 @@ void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
   Reserve(winner_uniqueness_, device_, map_bytes, "depth/local_uniqueness");
   Reserve(median_depth_, device_, map_bytes, "depth/local_median");
   Reserve(median_confidence_, device_, map_bytes, "depth/local_confidence");
-  winner_.Record(
+  const LocalWinnerStage& winner = level.is_last ? last_winner_ : winner_;
+  winner.Record(
       recorder,
       {.width_px = plan.size.width_px,
        .height_px = plan.size.height_px,
@@ -112,7 +121,7 @@ void LocalMatcher::Record(Recorder& recorder, const Level& level,
   const PackedProjections packed = Pack(projections);
   projections_[index].Upload(std::span<const float>(packed));
   RecordPrior(recorder, level, images, coarse_depth);
-  RecordSweep(recorder, level.plan, projections_[index], images);
+  RecordSweep(recorder, level, projections_[index], images);
   RecordChoice(recorder, level);
 }
 

@@ -51,8 +51,9 @@ class LocalMatcher {
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
                    const Buffer& coarse_depth);
-  void RecordSweep(Recorder& recorder, const SweepPlan& plan, const Buffer& projections,
+  void RecordSweep(Recorder& recorder, const Level& level, const Buffer& projections,
                    const Buffer& images);
+  std::uint32_t NumPaths(const Level& level) const;
   void RecordChoice(Recorder& recorder, const Level& level);
 
   std::shared_ptr<Device> device_;
@@ -63,6 +64,7 @@ class LocalMatcher {
   LocalSweepStage sweep_;
   LocalSgmStage sgm_;
   LocalWinnerStage winner_;
+  LocalWinnerStage last_winner_;
   MedianStage median_;
   std::vector<Buffer> projections_;  // by level: all are read at Submit
   Buffer coarse_normals_;

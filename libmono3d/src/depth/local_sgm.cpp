@@ -21,16 +21,15 @@ LocalSgmStage::LocalSgmStage(std::shared_ptr<Device> device, const SgmOptions& o
 }
 
 void LocalSgmStage::Record(Recorder& recorder, LevelSize size, const Buffer& costs,
-                           const Buffer& ranges, const Buffer& paths,
-                           const Buffer& more_paths) const {
+                           const Buffer& ranges, const Buffer& paths, const Buffer& more_paths,
+                           std::uint32_t num_paths) const {
   const auto num_pixels = static_cast<std::uint32_t>(NumLocalPixels(size));
-  for (std::uint32_t i = 0; i < kNumPaths; ++i) {
+  for (std::uint32_t i = 0; i < num_paths; ++i) {
     const auto& [step_x, step_y] = kPathDirections[i];
     const std::uint32_t num_scanlines = step_y == 0 ? size.height_px : size.width_px;
     recorder.Dispatch(kernel_, {costs, ranges, jump_penalties_, i < 4 ? paths : more_paths},
                       LocalSgmParams{.width_px = size.width_px,
                                      .height_px = size.height_px,
-
                                      .step_x = step_x,
                                      .step_y = step_y,
                                      .direction = i,

@@ -16,11 +16,11 @@ class LocalSgmStage {
  public:
   LocalSgmStage(std::shared_ptr<Device> device, const SgmOptions& options);
 
-  // `ranges` is that of PriorStage, `costs` of LocalSweepStage. `paths` and
-  // `more_paths` get the path costs of four directions each, 4 * kLocalPlanes bytes for each of
-  // NumLocalPixels.
+  // The first `num_paths` directions, kFewPaths or kNumPaths. `ranges` is that of PriorStage,
+  // `costs` of LocalSweepStage. `paths` and `more_paths` get the path costs of four directions
+  // each, 4 * kLocalPlanes bytes for each of NumLocalPixels.
   void Record(Recorder& recorder, LevelSize size, const Buffer& costs, const Buffer& ranges,
-              const Buffer& paths, const Buffer& more_paths) const;
+              const Buffer& paths, const Buffer& more_paths, std::uint32_t num_paths) const;
 
  private:
   SgmOptions options_;

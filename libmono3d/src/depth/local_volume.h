@@ -14,6 +14,7 @@ namespace mono3d {
 // (shaders/depth/prior.comp).
 inline constexpr std::uint32_t kLocalPlanes = 16;
 inline constexpr std::uint32_t kNumPaths = 8;
+inline constexpr std::uint32_t kFewPaths = 4;  // along rows and columns
 
 // Columns of eight pixels, from top to bottom (shaders/depth/local_volume.glsl).
 inline std::size_t NumLocalPixels(LevelSize size) {

@@ -9,8 +9,9 @@
 
 namespace mono3d {
 
-LocalWinnerStage::LocalWinnerStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/local_winner", depth_local_winner_spirv}) {}
+LocalWinnerStage::LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths)
+    : kernel_(std::move(device), {"depth/local_winner", depth_local_winner_spirv},
+              {num_paths == kNumPaths ? 1u : 0u}) {}
 
 void LocalWinnerStage::Record(Recorder& recorder, const LocalWinnerParams& params,
                               const Buffer& paths, const Buffer& more_paths, const Buffer& costs,

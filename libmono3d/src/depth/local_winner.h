@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "depth/local_volume.h"
 #include "depth/local_winner.params.h"
 #include "gpu/recorder.h"
 
@@ -14,7 +15,8 @@ namespace mono3d {
 // `more_paths` hold the volumes of four directions each; the results are size.num_pixels() floats.
 class LocalWinnerStage {
  public:
-  explicit LocalWinnerStage(std::shared_ptr<Device> device);
+  // `num_paths`: kNumPaths, or kFewPaths, for which `more_paths` is not read.
+  LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths);
 
   void Record(Recorder& recorder, const LocalWinnerParams& params, const Buffer& paths,
               const Buffer& more_paths, const Buffer& costs, const Buffer& ranges,

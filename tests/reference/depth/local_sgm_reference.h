@@ -13,6 +13,7 @@ namespace mono3d::reference {
 struct LocalRange {
   int first_plane = 0;
   int grey = 0;
+  bool narrow = false;         // only planes 4 to 11 are matched
   std::array<int, 8> jumps{};  // by direction
 };
 

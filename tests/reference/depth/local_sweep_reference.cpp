@@ -26,8 +26,9 @@ LocalVolume LocalSweep(const std::vector<std::vector<std::uint64_t>>& census,
   LocalVolume local(ranges.size());
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
     for (std::size_t d = 0; d < local[pixel].size(); ++d) {
-      local[pixel][d] = costs[pixel * all.padded_planes +
-                              static_cast<std::size_t>(ranges[pixel].first_plane) + d];
+      const bool matched = !ranges[pixel].narrow || (d >= 4 && d < 12);
+      const std::size_t plane = static_cast<std::size_t>(ranges[pixel].first_plane) + d;
+      local[pixel][d] = matched ? costs[pixel * all.padded_planes + plane] : std::uint8_t{255};
     }
   }
   return local;

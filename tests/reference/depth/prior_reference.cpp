@@ -51,9 +51,11 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
       const auto own = static_cast<std::size_t>(y / 2 * width + x / 2);
       double position = 0.5 * params.num_planes;
       double middle = position;
+      double spread = 0;
       Eigen::Vector2d slope = Eigen::Vector2d::Zero();
       if (!around.empty()) {
         const auto [farthest, nearest] = std::minmax_element(around.begin(), around.end());
+        spread = plane_of(*nearest) - plane_of(*farthest);
         middle = 0.5 * (plane_of(*farthest) + plane_of(*nearest));
         position = middle;
         if (coarse_depth[own] > 0) {
@@ -67,6 +69,7 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
       LocalRange range;
       range.first_plane = static_cast<int>(
           std::clamp(std::floor(centre - 7), 0.0, std::max(double(params.num_planes) - 16, 0.0)));
+      range.narrow = !around.empty() && spread <= 2 && range.first_plane == std::floor(centre - 7);
       range.grey = grey.at<std::uint8_t>(y, x);
       for (std::size_t i = 0; i < kDirections.size(); ++i) {
         const double jump = slope.x() * kDirections[i][0] + slope.y() * kDirections[i][1];

@@ -62,6 +62,9 @@ struct SgmOptions {
   int min_p2 = 20;             // across the strongest edges
   int gradient = 8;            // grey levels of difference that halve P2
   bool follow_normals = true;  // SGM^sn below the coarsest level
+  // Of the finest level where it is not the coarsest: 8, or 4 along rows and columns, which are as
+  // good around a prior that eight have smoothed.
+  int finest_paths = 4;
 
   void Visit(OptionVisitor& visit);
 };
