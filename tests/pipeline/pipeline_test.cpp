@@ -17,7 +17,8 @@ namespace {
 
 // Stages that do as little as the interfaces allow, so that the chain alone is under test.
 
-// Frame i is at x = i; frames 10 to 12 are lost and begin map 1. A keyframe settles one frame late.
+// Frame i is at x = i; frames 10 to 12 are lost; 13 begins map 1, and 12 gets its pose then. A
+// keyframe settles one frame late.
 class FakeTracker final : public Tracker {
  public:
   TrackingResult Track(const Frame& frame) override {
@@ -33,6 +34,10 @@ class FakeTracker final : public Tracker {
     const Eigen::Vector3d position_su(static_cast<double>(frame.index), 0, 0);
     result.T_world_cam = Pose(Eigen::Quaterniond::Identity(), position_su);
     entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
+    if (frame.index == 13) {
+      result.recovered = {{12, frame.timestamp_s - 1, 1, *result.T_world_cam}};
+      entries_.insert(entries_.end() - 1, result.recovered.front());
+    }
     if (pending_) result.settled_keyframes.push_back(*std::exchange(pending_, std::nullopt));
     pending_ = Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}};
     return result;
@@ -143,6 +148,7 @@ TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
   const PipelineCounts& counts = result.counts;
   EXPECT_EQ(counts.num_frames, 16);
   EXPECT_EQ(counts.num_tracked, 13);
+  EXPECT_EQ(counts.num_recovered, 1);
   EXPECT_EQ(counts.num_keyframes, 13);  // the last one comes out of Finish
   EXPECT_EQ(counts.num_bundles, 13);
   EXPECT_EQ(counts.num_depth_maps, 8);  // not 0, 3, 6, 9, 15
@@ -166,7 +172,10 @@ TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {
   EXPECT_EQ(result.maps[0].model.size(), 5U);  // frames 1 2 5 7 8
   EXPECT_EQ(result.maps[0].model_trajectory.size(), 5U);
   EXPECT_EQ(result.maps[1].map_id, 1);
-  EXPECT_EQ(result.maps[1].trajectory.size(), 3U);
+  EXPECT_EQ(result.maps[1].trajectory.size(), 4U);
+  ASSERT_EQ(result.maps[1].online_trajectory.size(), 4U);
+  EXPECT_EQ(result.maps[1].online_trajectory[0].frame_index, 12);  // in order of time
+  EXPECT_EQ(result.maps[1].online_trajectory[1].frame_index, 13);
   EXPECT_EQ(result.maps[1].model.size(), 2U);  // frames 13 14
 }
 

@@ -173,7 +173,7 @@ TEST(SequenceResult, FailsByEachPartOfTheRule) {
   EXPECT_THAT(reason(GoodRun(), evaluation), HasSubstr("the model is off by 6.0 %"));
   evaluation = GoodEvaluation();
   evaluation["trajectory"]["final"]["rotation_deg"]["rmse"] = 92;
-  EXPECT_EQ(reason(GoodRun(), evaluation), "the trajectory is turned by 92 degrees");
+  EXPECT_EQ(reason(GoodRun(), evaluation), "the trajectory is turned by 92.0 degrees");
 }
 
 TEST(SuiteTables, FailuresAreCountedAndLeftOutOfTheMeans) {

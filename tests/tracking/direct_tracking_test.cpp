@@ -39,9 +39,9 @@ Map GroundMap() {
   View first = ViewOf(0);
   first.features = ExtractFeatures(first.octaves[0], {}, 600);
   first.points.resize(first.features.size());
-  map.AddKeyframe(first, 0);
+  map.AddKeyframe(first);
   View second = ViewOf(1);
-  map.AddKeyframe(second, 1);
+  map.AddKeyframe(second);
   for (std::size_t i = 0; i < first.features.size(); ++i) {
     const Eigen::Vector3d p = OnGround(first, first.features[i].pixel);
     Feature in_second = first.features[i];
@@ -143,7 +143,7 @@ TEST(FindPatch, NeedsAPatchAndImages) {
 TEST(CountTrackable, TakesOnePointOfACellSeenByThreeKeyframes) {
   Map map(0, SmallCamera(), FeatureOptions{});
   for (int i = 0; i < 3; ++i) {
-    map.AddKeyframe(MakeView(SmallCamera(), {{10, 10}, {14, 14}, {100, 100}, {200, 100}}), i);
+    map.AddKeyframe(MakeView(SmallCamera(), {{10, 10}, {14, 14}, {100, 100}, {200, 100}}));
   }
   for (std::size_t feature = 0; feature < 4; ++feature) {
     const PointId point = map.AddPoint({0, 0, 4});

@@ -48,6 +48,7 @@ DriftedMap OutAndBack() {
                       flight.T_world_cam[kNumOutward - 1].translation()};
     View view;
     view.frame = flight.frames[at];
+    view.frame.index = i;
     view.octaves = BuildOctaves(ToGrey(view.frame.bgr));
     view.T_cam_world = (drift * T_true).Inverse();
     // Neighbours take their own from different stripes of the ground.
@@ -57,7 +58,7 @@ DriftedMap OutAndBack() {
     }
     view.grid = FeatureGrid(view.features, 384, 224);
     view.points.resize(view.features.size());
-    const auto id = world.map.AddKeyframe(view, i);
+    const auto id = world.map.AddKeyframe(view);
     world.truth.push_back(T_true);
     for (std::size_t k = 0; k < view.features.size(); ++k) {
       const Eigen::Vector3d p = OnGround(T_true, view.features[k].pixel);

@@ -16,7 +16,7 @@ Map ThreeKeyframes() {
   for (int i = 0; i < 3; ++i) {
     View view = MakeView(SmallCamera(), {{50, 50}, {100, 50}, {50, 100}, {100, 100}});
     view.T_cam_world = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-i, 0, 0));
-    map.AddKeyframe(std::move(view), 10 + i);
+    map.AddKeyframe(std::move(view));
   }
   return map;
 }

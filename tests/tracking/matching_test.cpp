@@ -116,9 +116,9 @@ TEST(MatchNearby, LooksWithinTheRadiusAndTheLevels) {
 TEST(ProjectMapPoint, PredictsPixelAndLevelOrSaysNo) {
   Map map(0, SmallCamera(), FeatureOptions{});
   View view = MakeView(SmallCamera(), {{191.5, 111.5}});
-  map.AddKeyframe(view, 0);
+  map.AddKeyframe(view);
   view.T_cam_world = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-0.1, 0, 0));
-  map.AddKeyframe(view, 1);
+  map.AddKeyframe(view);
   const PointId point = map.AddPoint({0, 0, 4});
   map.AddObservation(point, {0, 0});
   map.AddObservation(point, {1, 0});

@@ -119,6 +119,9 @@ void Pipeline::Process(const Frame& frame) {
   } else {
     ++state.counts.untracked_frames[ReasonClass(tracking.reason)];
   }
+  state.counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
+  state.online_trajectory.insert(state.online_trajectory.end(), tracking.recovered.begin(),
+                                 tracking.recovered.end());
   for (const Keyframe& keyframe : tracking.settled_keyframes) state.ProcessKeyframe(keyframe);
   if (state.observer.on_frame) {
     state.observer.on_frame(
@@ -136,6 +139,10 @@ Reconstruction Pipeline::Finish() {
   std::map<int, std::int64_t> num_frames_of_map;
   for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
 
+  std::stable_sort(state.online_trajectory.begin(), state.online_trajectory.end(),
+                   [](const TrajectoryEntry& a, const TrajectoryEntry& b) {
+                     return a.frame_index < b.frame_index;
+                   });
   Reconstruction result;
   for (const auto& [map_id, num_frames] : num_frames_of_map) {
     result.maps.push_back({map_id, OfMap(trajectory, map_id),

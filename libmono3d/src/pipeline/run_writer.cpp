@@ -84,6 +84,7 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
   return {{"frames", counts.num_frames},
           {"images_skipped", num_skipped_images},
           {"tracked", counts.num_tracked},
+          {"recovered", counts.num_recovered},
           {"keyframes", counts.num_keyframes},
           {"bundles", counts.num_bundles},
           {"depth_maps", counts.num_depth_maps},

@@ -49,8 +49,6 @@ std::optional<MapStart> Initialiser::Add(View view, std::string& reason) {
     MapStart start;
     start.first = std::move(views_[first]);
     start.second = std::move(view);
-    std::move(views_.begin() + static_cast<std::ptrdiff_t>(first) + 1, views_.end(),
-              std::back_inserter(start.between));
     start.motion = *std::move(motion);
     views_.clear();
     return start;

@@ -15,8 +15,7 @@ namespace mono3d::tracking {
 struct MapStart {
   View first;
   View second;
-  std::vector<View> between;  // by time
-  TwoViewStart motion;        // from the first to the second
+  TwoViewStart motion;  // from the first to the second
 };
 
 // Waits, over the views of a video, for two from which a map can start. It keeps views of the past,

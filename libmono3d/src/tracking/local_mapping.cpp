@@ -4,6 +4,7 @@
 #include "tracking/local_mapping.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "mono3d/geometry/triangulation.h"
@@ -13,6 +14,9 @@
 
 namespace mono3d::tracking {
 namespace {
+
+// Keyframes after this many newer ones in their bundle adjustments have settled.
+constexpr int kMinNewer = 2;
 
 // A bundle problem and where its parts come from.
 struct MapBundle {
@@ -104,6 +108,16 @@ bool IsRedundant(const Map& map, KeyframeId id, double max_share) {
     num_seen_by_others += num_others >= 3 ? 1 : 0;
   }
   return num_seen_by_others > max_share * num_points;
+}
+
+// The keyframe of a lower number that shares most with one, else the next lower one.
+KeyframeId AnchorOf(const Map& map, KeyframeId id) {
+  for (const Covisible& other : map.CovisibleKeyframes(id)) {
+    if (other.keyframe < id) return other.keyframe;
+  }
+  KeyframeId anchor = id - 1;
+  while (!map.keyframe(anchor).alive) --anchor;
+  return anchor;
 }
 
 Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
@@ -224,9 +238,7 @@ void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
     // The first one defines the world; those that have not settled are still awaited.
     if (neighbour.keyframe == 0 || !map.keyframe(neighbour.keyframe).is_settled) continue;
     if (!IsRedundant(map, neighbour.keyframe, options.max_redundant_share)) continue;
-    KeyframeId anchor = neighbour.keyframe - 1;
-    while (!map.keyframe(anchor).alive) --anchor;
-    map.RemoveKeyframe(neighbour.keyframe, anchor);
+    map.RemoveKeyframe(neighbour.keyframe, AnchorOf(map, neighbour.keyframe));
   }
 }
 
@@ -241,22 +253,36 @@ std::vector<KeyframeCorrection> CorrectionsOf(const Map& map) {
   return corrections;
 }
 
-std::vector<Keyframe> TakeSettled(Map& map, bool all) {
-  constexpr int kMinNewer = 2;
+std::vector<KeyframeId> InOrderOfFlight(const Map& map) {
+  std::vector<KeyframeId> ids(map.keyframes().size());
+  std::iota(ids.begin(), ids.end(), KeyframeId{0});
+  std::stable_sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
+    return map.keyframe(a).view.frame.index < map.keyframe(b).view.frame.index;
+  });
+  return ids;
+}
+
+std::vector<Keyframe> TakeSettled(Map& map, bool all, std::int64_t& next_id) {
   // One that has lost sight of the newer ones settles by age.
   constexpr KeyframeId kMaxAge = 8;
   std::vector<Keyframe> settled;
-  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+  for (const KeyframeId id : InOrderOfFlight(map)) {
     MapKeyframe& keyframe = map.keyframe(id);
     if (keyframe.is_settled) continue;
     const bool is_old = id + kMaxAge < map.keyframes().size();
     if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
+    keyframe.id = next_id++;
     settled.push_back(ToKeyframe(map, keyframe));
     keyframe.is_settled = true;
     keyframe.settled_scale = keyframe.scale;
     keyframe.view.frame.bgr.release();
   }
   return settled;
+}
+
+void MarkAdjusted(Map& map, KeyframeId keyframe) {
+  int& count = map.keyframe(keyframe).num_newer_adjusted;
+  count = std::max(count, kMinNewer);
 }
 
 }  // namespace mono3d::tracking

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono3d/core/timing.h"
@@ -37,8 +38,15 @@ void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
 // Where the keyframes that were handed out are now, also the culled ones.
 std::vector<KeyframeCorrection> CorrectionsOf(const Map& map);
 
-// Hands out the keyframes that have settled, in order: those that shared a bundle adjustment with
-// two newer ones. `all`: every one left. Their images are released here.
-std::vector<Keyframe> TakeSettled(Map& map, bool all);
+// The keyframes of a map, also the culled ones, by time: those from before a start came later.
+std::vector<KeyframeId> InOrderOfFlight(const Map& map);
+
+// Hands out the keyframes that have settled, in the order of flight: those that shared a bundle
+// adjustment with two newer ones. `all`: every one left. They are numbered by `next_id`; their
+// images are released here.
+std::vector<Keyframe> TakeSettled(Map& map, bool all, std::int64_t& next_id);
+
+// Counts a keyframe as adjusted with newer ones as often as it takes to settle.
+void MarkAdjusted(Map& map, KeyframeId keyframe);
 
 }  // namespace mono3d::tracking

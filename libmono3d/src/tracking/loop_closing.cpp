@@ -139,15 +139,18 @@ Graph BuildGraph(const Map& map) {
   const auto relative = [&](KeyframeId a, KeyframeId b) {
     return Similarity(1, map.T_cam_world(b) * map.T_cam_world(a).Inverse());
   };
-  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
-    const KeyframeId id = graph.keyframes[i];
+  std::optional<KeyframeId> before;  // in flight
+  for (const KeyframeId id : InOrderOfFlight(map)) {
+    if (!map.keyframe(id).alive) continue;
     // To the one before in any case, so that the graph is in one piece.
-    if (i > 0) graph.AddEdge(graph.keyframes[i - 1], id, relative(graph.keyframes[i - 1], id));
+    if (before) graph.AddEdge(*before, id, relative(*before, id));
     for (const Covisible& other : map.CovisibleKeyframes(id)) {
-      if (other.num_shared < kMinShared || other.keyframe >= id) continue;
-      if (i > 0 && other.keyframe == graph.keyframes[i - 1]) continue;
+      if (other.num_shared < kMinShared || other.keyframe >= id || other.keyframe == before) {
+        continue;
+      }
       graph.AddEdge(other.keyframe, id, relative(other.keyframe, id));
     }
+    before = id;
   }
   return graph;
 }

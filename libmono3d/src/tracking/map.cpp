@@ -10,11 +10,10 @@
 
 namespace mono3d::tracking {
 
-KeyframeId Map::AddKeyframe(View view, std::int64_t public_id) {
+KeyframeId Map::AddKeyframe(View view) {
   const KeyframeId id = keyframes_.size();
   MapKeyframe keyframe;
   keyframe.view = std::move(view);
-  keyframe.id = public_id;
   keyframes_.push_back(std::move(keyframe));
   const auto& points = keyframes_[id].view.points;
   for (std::size_t feature = 0; feature < points.size(); ++feature) {

@@ -63,7 +63,7 @@ struct MapPoint {
 
 struct MapKeyframe {
   View view;
-  std::int64_t id = 0;  // over all maps
+  std::int64_t id = 0;  // over all maps, from when it has settled
   bool alive = true;
   int num_newer_adjusted = 0;  // newer keyframes that it shared a bundle adjustment with
   bool is_settled = false;
@@ -96,7 +96,7 @@ class Map {
   const MapKeyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
 
   // Takes the view over; its points gain an observation each.
-  KeyframeId AddKeyframe(View view, std::int64_t public_id);
+  KeyframeId AddKeyframe(View view);
   PointId AddPoint(const Eigen::Vector3d& p_world);
   // The feature must not have a point yet, nor the keyframe see the point.
   void AddObservation(PointId point, const Observation& observation);

@@ -28,13 +28,13 @@ void Sharpen(Map& map, PointId point) {
 
 }  // namespace
 
-void FillMap(const MapStart& start, std::int64_t first_id, Map& map) {
+void FillMap(const MapStart& start, Map& map) {
   View a = start.first;
   View b = start.second;
   a.T_cam_world = Pose();
   b.T_cam_world = start.motion.T_b_a;
-  const KeyframeId id_a = map.AddKeyframe(std::move(a), first_id);
-  const KeyframeId id_b = map.AddKeyframe(std::move(b), first_id + 1);
+  const KeyframeId id_a = map.AddKeyframe(std::move(a));
+  const KeyframeId id_b = map.AddKeyframe(std::move(b));
   for (std::size_t i = 0; i < start.motion.matches.size(); ++i) {
     const PointId point = map.AddPoint(start.motion.p_a[i]);
     map.AddObservation(point, {id_a, start.motion.matches[i].feature_a});

@@ -3,15 +3,13 @@
 
 #pragma once
 
-#include <cstdint>
-
 #include "tracking/initialiser.h"
 #include "tracking/map.h"
 
 namespace mono3d::tracking {
 
 // Fills an empty map with the keyframes and points of a start: the points found to a fraction of a
-// pixel, all adjusted, with median depth 1. `first_id`: of the first keyframe over all maps.
-void FillMap(const MapStart& start, std::int64_t first_id, Map& map);
+// pixel, all adjusted, with median depth 1.
+void FillMap(const MapStart& start, Map& map);
 
 }  // namespace mono3d::tracking

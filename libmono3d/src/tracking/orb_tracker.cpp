@@ -13,6 +13,7 @@
 #include "tracking/local_mapping.h"
 #include "tracking/loop_closing.h"
 #include "tracking/map_start.h"
+#include "tracking/relocalisation.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -30,7 +31,10 @@ TrackingResult NotInitialised(std::string reason) {
 }  // namespace
 
 OrbTracker::OrbTracker(const TrackerOptions& options, StageTimes* times)
-    : options_(options), times_(times), initialiser_(options.initialisation, options.seed) {
+    : options_(options),
+      times_(times),
+      backlog_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))),
+      initialiser_(options.initialisation, options.seed) {
   options_.Validate();
 }
 
@@ -44,7 +48,9 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
   }
   camera_ = frame.camera;
   View view = MakeView(frame);
-  return has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
+  TrackingResult result = has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
+  if (!result.T_world_cam) backlog_.Add(frame);
+  return result;
 }
 
 View OrbTracker::MakeView(const Frame& frame) const {
@@ -83,23 +89,9 @@ TrackingResult OrbTracker::Initialise(View view) {
     waiting.map_id = static_cast<int>(maps_.size());
     return waiting;
   }
-  maps_.push_back(
-      std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
-  FillMap(*start, next_keyframe_id_, map());
-  next_keyframe_id_ += 2;
-  places_.emplace_back();
-  for (const KeyframeId id : {0, 1})
-    places_.back().Add(id, FeaturesWithPoints(map().keyframe(id).view));
-  has_map_ = true;
-  newest_ = 1;
-  const View& first = map().keyframe(0).view;
-  records_.push_back({first.frame.index, first.frame.timestamp_s, map().id(), 0, {}, 1});
-  reference_ = 0;
-  for (View& between : start->between) FindBetween(std::move(between));
-  reference_ = 1;
-
-  View second = map().keyframe(1).view;
   TrackingResult result;
+  result.recovered = StartMap(*start);
+  View second = map().keyframe(1).view;
   result.status = TrackingStatus::kTracking;
   result.map_id = map().id();
   result.T_world_cam = second.T_cam_world.Inverse();
@@ -109,12 +101,78 @@ TrackingResult OrbTracker::Initialise(View view) {
   return result;
 }
 
-// Frames that came while the start was awaited get their poses after all.
-void OrbTracker::FindBetween(View view) {
-  view.T_cam_world = PreviousPose();
-  const View first = previous_ ? *previous_ : map().keyframe(0).view;
-  PoseResult pose = TrackDirectly(map(), first, view);
-  if (pose.num_inliers >= options_.min_inliers) Remember(std::move(view));
+// Then the frames that came before get their poses after all: those between the two views, and
+// those before the first, backwards, for which the map grows as it does forwards.
+std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
+  current_ = maps_.size();
+  maps_.push_back(
+      std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
+  FillMap(start, map());
+  places_.emplace_back();
+  for (const KeyframeId id : {0, 1})
+    places_[current_].Add(id, FeaturesWithPoints(map().keyframe(id).view));
+  has_map_ = true;
+  reference_ = 0;
+  newest_ = 0;
+  const View first = map().keyframe(0).view;
+  Remember(first);
+  std::vector<TrajectoryEntry> recovered = {ToEntry(records_.back(), map())};
+  const auto add = [&](const std::vector<TrajectoryEntry>& entries) {
+    recovered.insert(recovered.end(), entries.begin(), entries.end());
+  };
+  add(TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false));
+  std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
+  std::reverse(before.begin(), before.end());
+  add(TrackBacklog(before, true));
+  backlog_.Clear();
+  // All of them are through with their adjustment: nothing older will come.
+  for (KeyframeId id = 2; id < map().keyframes().size(); ++id) MarkAdjusted(map(), id);
+  newest_ = 1;
+  reference_ = 1;
+  return recovered;
+}
+
+// Tracks frames left without a pose, each from the one before in the list, the first from the last
+// tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
+std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& frames,
+                                                      bool may_insert) {
+  constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
+  const std::optional<View> from = previous_;
+  const std::size_t from_record = previous_record_;
+  const KeyframeId from_reference = reference_;
+  velocity_.reset();
+  std::vector<TrajectoryEntry> tracked;
+  int num_failures = 0;
+  for (const Frame& frame : frames) {
+    if (num_failures > kMaxFailures) break;
+    View view = MakeView(frame);
+    view.T_cam_world = PredictPose(frame.timestamp_s);
+    const PoseResult pose = TrackDirectly(map(), *previous_, view);
+    ++num_failures;
+    if (pose.num_inliers < options_.min_inliers) continue;
+    num_failures = 0;
+    UpdateMotion(view);
+    if (may_insert && InsertIfNeeded(view, pose)) {
+      places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+      view = map().keyframe(newest_).view;
+    }
+    Remember(std::move(view));
+    tracked.push_back(ToEntry(records_.back(), map()));
+  }
+  previous_ = from;
+  previous_record_ = from_record;
+  reference_ = from_reference;
+  velocity_.reset();
+  return tracked;
+}
+
+// The frames of a loss, backwards from where the track was found again.
+std::vector<TrajectoryEntry> OrbTracker::TrackLostFrames() {
+  std::vector<Frame> lost = backlog_.Take(-1, previous_->frame.index);
+  std::reverse(lost.begin(), lost.end());
+  std::vector<TrajectoryEntry> tracked = TrackBacklog(lost, false);
+  std::reverse(tracked.begin(), tracked.end());
+  return tracked;
 }
 
 // Directly where the prediction holds, else by features.
@@ -175,15 +233,21 @@ TrackingResult OrbTracker::Follow(View view) {
   return Continue(std::move(view), pose);
 }
 
-TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
+// The motion since the previous view, and the keyframe that shares most with this one.
+void OrbTracker::UpdateMotion(const View& view) {
   velocity_.reset();
   if (previous_ && !lost_since_s_) {
     velocity_ = view.T_cam_world * PreviousPose().Inverse();
     velocity_duration_s_ = view.frame.timestamp_s - previous_->frame.timestamp_s;
   }
-  lost_since_s_.reset();
   const std::vector<Covisible> seeing = map().KeyframesSeeing(view.points);
   if (!seeing.empty()) reference_ = seeing.front().keyframe;
+}
+
+TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
+  UpdateMotion(view);
+  const bool was_lost = lost_since_s_.has_value() || backlog_.size() > 0;
+  lost_since_s_.reset();
 
   TrackingResult result;
   result.status = TrackingStatus::kTracking;
@@ -194,10 +258,11 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   if (result.is_keyframe) {
     result.corrections = CloseLoopIfAny();
     view = map().keyframe(newest_).view;
-    result.settled_keyframes = TakeSettled(map(), false);
+    result.settled_keyframes = TakeSettled(map(), false, next_keyframe_id_);
   }
   result.T_world_cam = view.T_cam_world.Inverse();
   Remember(std::move(view));
+  if (was_lost) result.recovered = TrackLostFrames();
   return result;
 }
 
@@ -208,7 +273,7 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   result.map_id = map().id();
   if (!lost_since_s_) lost_since_s_ = view.frame.timestamp_s;
   if (view.frame.timestamp_s - *lost_since_s_ >= options_.recovery_s) {
-    result.settled_keyframes = TakeSettled(map(), true);
+    result.settled_keyframes = TakeSettled(map(), true, next_keyframe_id_);
     result.reason += "; starting anew";
     has_map_ = false;
     previous_.reset();
@@ -218,34 +283,9 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   return result;
 }
 
-// The keyframes that look most like the view, then the newest.
-std::vector<KeyframeId> OrbTracker::RecoveryCandidates(const View& view) const {
-  constexpr std::size_t kMaxPlaces = 5;
-  constexpr std::size_t kMaxCandidates = 8;
-  std::vector<KeyframeId> candidates;
-  for (const PlaceMatch& place : places_.back().Query(view.features, kMaxPlaces)) {
-    if (map().keyframe(place.keyframe).alive) candidates.push_back(place.keyframe);
-  }
-  for (KeyframeId id = map().keyframes().size(); id-- > 0 && candidates.size() < kMaxCandidates;) {
-    const bool is_listed = std::find(candidates.begin(), candidates.end(), id) != candidates.end();
-    if (map().keyframe(id).alive && !is_listed) candidates.push_back(id);
-  }
-  return candidates;
-}
-
 PoseResult OrbTracker::Recover(View& view) {
   const ScopedStageTimer timer(times_, "tracking/relocalisation");
-  // More than to go on tracking: a wrong place must not pass.
-  const int needed = options_.min_inliers * 5 / 3;
-  PoseResult best;
-  for (const KeyframeId id : RecoveryCandidates(view)) {
-    PoseResult pose = Relocalise(map(), id, view, options_.seed);
-    if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
-    if (pose.num_inliers >= needed) return pose;
-    if (pose.num_inliers > best.num_inliers) best = pose;
-  }
-  best.num_inliers = std::min(best.num_inliers, options_.min_inliers - 1);
-  return best;
+  return RelocaliseInMap(map(), places_[current_], view, options_.min_inliers, options_.seed);
 }
 
 // While no new map has started, the last one may come into view again.
@@ -272,7 +312,7 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   evidence.num_reference_points = CountTrackable(map(), map().keyframe(reference_).view);
   if (!NeedsKeyframe(evidence, options_.insertion)) return false;
   AddFeatures(view);
-  newest_ = map().AddKeyframe(view, next_keyframe_id_++);
+  newest_ = map().AddKeyframe(view);
   MapKeyframeInto(map(), newest_, options_.mapping, times_);
   reference_ = newest_;
   return true;
@@ -282,8 +322,8 @@ std::vector<KeyframeCorrection> OrbTracker::CloseLoopIfAny() {
   std::optional<Loop> loop;
   {
     const ScopedStageTimer timer(times_, "tracking/place_recognition");
-    loop = FindLoop(map(), places_.back(), newest_, options_.seed);
-    places_.back().Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+    loop = FindLoop(map(), places_[current_], newest_, options_.seed);
+    places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
   }
   if (!loop) return {};
   const ScopedStageTimer timer(times_, "tracking/loop_closing");
@@ -299,22 +339,13 @@ std::vector<KeyframeCorrection> OrbTracker::CloseLoopIfAny() {
 void OrbTracker::Remember(View view) {
   KeyframeId keyframe = reference_;
   while (!map().keyframe(keyframe).alive) --keyframe;
-  records_.push_back({view.frame.index, view.frame.timestamp_s, map().id(), keyframe,
-                      view.T_cam_world * map().T_cam_world(keyframe).Inverse(),
-                      map().keyframe(keyframe).scale});
+  previous_record_ = records_.size();
+  records_.push_back(MakeRecord(view, map(), keyframe));
   view.frame.bgr.release();
   previous_ = std::move(view);
 }
 
-Pose OrbTracker::PoseOf(const Record& record) const {
-  const Map& of = *maps_[static_cast<std::size_t>(record.map_id)];
-  const double scale = of.keyframe(record.keyframe).scale / record.scale;
-  const Pose T_cam_keyframe(record.T_cam_keyframe.rotation(),
-                            scale * record.T_cam_keyframe.translation());
-  return T_cam_keyframe * of.T_cam_world(record.keyframe);
-}
-
-Pose OrbTracker::PreviousPose() const { return PoseOf(records_.back()); }
+Pose OrbTracker::PreviousPose() const { return PoseOf(records_[previous_record_], map()); }
 
 // Constant velocity, also over frames left out.
 Pose OrbTracker::PredictPose(double timestamp_s) const {
@@ -326,24 +357,17 @@ Pose OrbTracker::PredictPose(double timestamp_s) const {
 
 std::vector<Keyframe> OrbTracker::Finish() {
   if (!has_map_) return {};
-  return TakeSettled(map(), true);
+  return TakeSettled(map(), true, next_keyframe_id_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {
-  std::vector<TrajectoryEntry> entries;
-  for (const Record& record : records_) {
-    entries.push_back(
-        {record.frame_index, record.timestamp_s, record.map_id, PoseOf(record).Inverse()});
-  }
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const auto& a, const auto& b) { return a.frame_index < b.frame_index; });
-  return entries;
+  return ToTrajectory(records_, maps_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
   std::vector<TrajectoryEntry> entries;
   for (const std::unique_ptr<Map>& of : maps_) {
-    for (KeyframeId id = 0; id < of->keyframes().size(); ++id) {
+    for (const KeyframeId id : InOrderOfFlight(*of)) {
       const Frame& frame = of->keyframe(id).view.frame;
       entries.push_back({frame.index, frame.timestamp_s, of->id(), of->T_cam_world(id).Inverse()});
     }

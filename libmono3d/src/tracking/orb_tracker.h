@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "mono3d/tracking/tracker.h"
+#include "tracking/backlog.h"
+#include "tracking/frame_record.h"
 #include "tracking/frame_tracking.h"
 #include "tracking/initialiser.h"
 #include "tracking/map.h"
@@ -30,50 +32,44 @@ class OrbTracker final : public Tracker {
   PointCloud MapPoints(int map_id) const override;
 
  private:
-  // A tracked frame, fixed to a keyframe whose pose may still change.
-  struct Record {
-    std::int64_t frame_index = 0;
-    double timestamp_s = 0;
-    int map_id = 0;
-    KeyframeId keyframe = 0;
-    Pose T_cam_keyframe;
-    double scale = 1;  // of the keyframe at that time
-  };
-
   View MakeView(const Frame& frame) const;
   void AddFeatures(View& view) const;
   TrackingResult Initialise(View view);
-  void FindBetween(View view);
+  std::vector<TrajectoryEntry> StartMap(const MapStart& start);
+  std::vector<TrajectoryEntry> TrackBacklog(const std::vector<Frame>& frames, bool may_insert);
+  std::vector<TrajectoryEntry> TrackLostFrames();
   TrackingResult Follow(View view);
   PoseResult FindPose(View& view);
   PoseResult FindPoseByFeatures(View& view);
   PoseResult Sharpen(View& view, const PoseResult& pose);
   TrackingResult Lose(const View& view, const std::string& reason);
   TrackingResult Continue(View view, const PoseResult& pose);
-  std::vector<KeyframeId> RecoveryCandidates(const View& view) const;
   PoseResult Recover(View& view);
   std::optional<TrackingResult> Return(View& view);
   bool InsertIfNeeded(View& view, const PoseResult& pose);
   std::vector<KeyframeCorrection> CloseLoopIfAny();
-  Pose PoseOf(const Record& record) const;  // T_cam_world
+  void UpdateMotion(const View& view);
   void Remember(View view);
 
-  Map& map() { return *maps_.back(); }
-  const Map& map() const { return *maps_.back(); }
+  Map& map() { return *maps_[current_]; }
+  const Map& map() const { return *maps_[current_]; }
   Pose PreviousPose() const;
   Pose PredictPose(double timestamp_s) const;
 
   TrackerOptions options_;
   StageTimes* times_;
   std::optional<CameraModel> camera_;
-  std::vector<std::unique_ptr<Map>> maps_;  // the last one is in use unless `has_map_` is false
-  std::vector<PlaceIndex> places_;          // of each map
-  std::vector<Record> records_;
+  std::vector<std::unique_ptr<Map>> maps_;
+  std::vector<PlaceIndex> places_;  // of each map
+  std::size_t current_ = 0;         // the map in use, unless `has_map_` is false
+  std::vector<FrameRecord> records_;
   std::int64_t next_keyframe_id_ = 0;
 
   bool has_map_ = false;
-  Initialiser initialiser_;         // of the start to come
-  std::optional<View> previous_;    // the last tracked frame
+  Backlog backlog_;
+  Initialiser initialiser_;       // of the start to come
+  std::optional<View> previous_;  // the last tracked frame
+  std::size_t previous_record_ = 0;
   std::optional<Pose> velocity_;    // T_current_previous of the last two tracked frames
   double velocity_duration_s_ = 0;  // between those two
   KeyframeId reference_ = 0;        // the keyframe that shares most points with the last frame

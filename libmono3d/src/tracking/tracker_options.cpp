@@ -32,6 +32,8 @@ void InitialisationOptions::Visit(OptionVisitor& visit) {
   visit("min_parallax_deg", min_parallax_deg, "parallax of the 50th best point");
   visit("search_radius_share", search_radius_share, "search radius over the image width");
   visit("max_wait_s", max_wait_s, "time after which the first view is given up");
+  visit("max_kept_mb", max_kept_mb,
+        "megabytes of images that wait for a pose, to be tracked after the start");
 }
 
 void KeyframeInsertionOptions::Visit(OptionVisitor& visit) {
@@ -89,6 +91,7 @@ void TrackerOptions::Validate() const {
   share("initialisation.search_radius_share", initialisation.search_radius_share);
   require(initialisation.max_wait_s > 0, "initialisation.max_wait_s", "more than 0",
           initialisation.max_wait_s);
+  at_least("initialisation.max_kept_mb", "0 or more", initialisation.max_kept_mb, 0);
   require(insertion.max_rotation_deg > 0, "insertion.max_rotation_deg", "more than 0",
           insertion.max_rotation_deg);
   share("insertion.max_baseline_share", insertion.max_baseline_share);

@@ -56,13 +56,14 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
 // What happened so far.
 struct PipelineCounts {
   std::int64_t num_frames = 0;
-  std::int64_t num_tracked = 0;
+  std::int64_t num_tracked = 0;    // when they came
+  std::int64_t num_recovered = 0;  // later: before a start, or during a loss
   std::int64_t num_keyframes = 0;  // settled ones
   std::int64_t num_bundles = 0;
   std::int64_t num_depth_maps = 0;
   std::int64_t num_fused = 0;
   // How often, by reason.
-  std::map<std::string, std::int64_t> untracked_frames;
+  std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;
   std::map<std::string, std::int64_t> rejected_depth_maps;
 };
@@ -83,7 +84,7 @@ struct PipelineObserver {
 struct MapReconstruction {
   int map_id = 0;
   std::vector<TrajectoryEntry> trajectory;         // every tracked frame, final
-  std::vector<TrajectoryEntry> online_trajectory;  // as known when tracked
+  std::vector<TrajectoryEntry> online_trajectory;  // as known when tracked, in order of time
   std::vector<TrajectoryEntry> keyframes;
   std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
   PointCloud model;

@@ -30,6 +30,13 @@ struct KeyframeCorrection {
   double scale = 1;  // lengths around it, over those at the time it was handed out
 };
 
+struct TrajectoryEntry {
+  std::int64_t frame_index = 0;
+  double timestamp_s = 0;
+  int map_id = 0;
+  Pose T_world_cam;
+};
+
 // What became of one frame.
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
@@ -39,18 +46,14 @@ struct TrackingResult {
   bool is_keyframe = false;
   int num_inliers = 0;         // map points that the pose rests on
   double reprojection_px = 0;  // root mean square over the inliers
+  // Frames that came before without a pose and have one now, as known now: those before a start,
+  // tracked backwards, and those of a loss, once the track is found again. Of map `map_id`.
+  std::vector<TrajectoryEntry> recovered;
   // Keyframes that have settled since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> settled_keyframes;
   // Where a loop was closed: all keyframes of the map that were handed out before.
   std::vector<KeyframeCorrection> corrections;
-};
-
-struct TrajectoryEntry {
-  std::int64_t frame_index = 0;
-  double timestamp_s = 0;
-  int map_id = 0;
-  Pose T_world_cam;
 };
 
 // Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
@@ -90,7 +93,8 @@ struct InitialisationOptions {
   int min_points = 50;
   double min_parallax_deg = 1;
   double search_radius_share = 0.13;  // of the image width: 100 px of 768
-  double max_wait_s = 2;              // the first view is given up after this time
+  double max_wait_s = 60;             // the first view is given up after this time
+  double max_kept_mb = 128;           // images without a pose that are kept for a pose later
 
   void Visit(OptionVisitor& visit);
 };
