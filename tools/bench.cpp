@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables.
+// mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
+// and what a depth map costs.
 
 #include <cstdio>
 #include <filesystem>
 
+#include "bench/depth_bench.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
 #include "common/tool.h"
@@ -63,18 +65,16 @@ int RunBench(const Arguments& arguments) {
   return 0;
 }
 
-}  // namespace
-}  // namespace mono3d::tools
+int RunDepthBench(const DepthBenchOptions& options, const DeviceOptions& device,
+                  const std::string& json) {
+  RequireOption(options.num_repeats >= 1, "--repeat", "at least 1", options.num_repeats);
+  const DepthBenchResult result = BenchDepth(options, device);
+  if (!json.empty()) WriteFileAtomically(json, ToJson(result).dump(2) + "\n");
+  std::printf("%s\n", ToText(ToTable(result)).c_str());
+  return 0;
+}
 
-int main(int argc, char** argv) {
-  using namespace mono3d::tools;
-  Tool tool("mono3d-bench",
-            "Reconstructs and evaluates many sequences and sets the figures beside the paper's.\n"
-            "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
-            ToolKind::kPlain);
-  tool.app().require_subcommand(1);
-  CLI::App& app = *tool.app().add_subcommand("suite", "all sequences of a folder");
-  Arguments arguments;
+void AddSuiteArguments(CLI::App& app, Arguments& arguments) {
   SuiteOptions& suite = arguments.suite;
   app.add_option("DIR", suite.folder, "folder of sequence folders")->required();
   app.add_option("-o,--output", suite.output, "folder for the runs, bench.json and index.html")
@@ -91,5 +91,46 @@ int main(int argc, char** argv) {
   app.add_option("--report", arguments.report, "default: index.html in the output folder");
   app.add_option("OPTIONS", suite.reconstruct_arguments,
                  "after --: options for mono3d-reconstruct");
-  return tool.Run(argc, argv, [&] { return RunBench(arguments); });
+}
+
+void AddDepthArguments(CLI::App& app, DepthBenchOptions& depth, DeviceOptions& device,
+                       std::string& json) {
+  app.add_option("DIR", depth.folder, "folder of a sequence")->required();
+  app.add_option("--poses", depth.poses,
+                 "TUM file, a pose for each image; default: groundtruth.txt");
+  app.add_option("--resize", depth.resize, "WIDTHxHEIGHT or \"calibration\"");
+  app.add_option("--reference", depth.reference,
+                 "index of the middle image; -1: that of the middle")
+      ->capture_default_str();
+  app.add_option("--step", depth.step, "images from one of the five to the next")
+      ->capture_default_str();
+  app.add_option("--repeat", depth.num_repeats, "maps that are timed")->capture_default_str();
+  app.add_flag("!--alone", depth.compare, "do not measure OpenCV's StereoSGBM beside it");
+  app.add_option("--json", json, "write the figures as JSON");
+  app.add_option("--device", device.device, "Vulkan device: its index or part of its name");
+  Tool::AddOptions(app, ListOptions(depth.depth), "depth.");
+}
+
+}  // namespace
+}  // namespace mono3d::tools
+
+int main(int argc, char** argv) {
+  using namespace mono3d::tools;
+  Tool tool("mono3d-bench",
+            "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
+            "or measures what a depth map costs.\n"
+            "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
+            ToolKind::kPlain);
+  tool.app().require_subcommand(1);
+  CLI::App& suite = *tool.app().add_subcommand("suite", "all sequences of a folder");
+  CLI::App& depth = *tool.app().add_subcommand("depth", "what a depth map costs, by stage");
+  Arguments arguments;
+  AddSuiteArguments(suite, arguments);
+  DepthBenchOptions depth_options;
+  mono3d::DeviceOptions device;
+  std::string depth_json;
+  AddDepthArguments(depth, depth_options, device, depth_json);
+  return tool.Run(argc, argv, [&] {
+    return depth.parsed() ? RunDepthBench(depth_options, device, depth_json) : RunBench(arguments);
+  });
 }

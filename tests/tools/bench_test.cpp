@@ -214,5 +214,25 @@ TEST(Process, ReportsExitSignalAndTimeLimit) {
   std::filesystem::remove(log);
 }
 
+TEST(DepthBench, MeasuresTheStagesOfAMap) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_depth_bench";
+  std::filesystem::create_directories(folder);
+  const std::string command = std::string(MONO3D_BENCH_TOOL) + " depth " + MONO3D_EXAMPLE +
+                              " --resize 192x112 --repeat 1 --json " +
+                              (folder / "depth.json").string();
+  const CommandResult result = RunCommand(command, folder);
+  EXPECT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("192 x 112"), HasSubstr("depth/local_sweep"),
+                                   HasSubstr("times the CPU of OpenCV's StereoSGBM")));
+  const Json json = Json::parse(std::ifstream(folder / "depth.json"));
+  EXPECT_GT(json.at("map_cpu").at("least_ms").get<double>(), 0);
+  EXPECT_TRUE(json.at("stages").contains("depth/local_sgm"));
+
+  const CommandResult too_far = RunCommand(command + " --step 30", folder);
+  EXPECT_EQ(too_far.exit_status, 1);
+  EXPECT_THAT(too_far.errors, HasSubstr("the five images leave the sequence"));
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace mono3d::tools

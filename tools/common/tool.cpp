@@ -92,7 +92,8 @@ Tool::Tool(const std::string& name, const std::string& description, ToolKind kin
                 "run with the Khronos validation layer (for developers)");
 }
 
-void Tool::AddOptions(const std::vector<OptionField>& fields, const std::string& prefix) {
+void Tool::AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
+                      const std::string& prefix) {
   for (const OptionField& field : fields) {
     std::string name = prefix + field.name;
     const std::size_t dot = name.find('.');
@@ -101,7 +102,7 @@ void Tool::AddOptions(const std::vector<OptionField>& fields, const std::string&
     const std::string group = dot == std::string::npos ? "Input" : "Stage " + name.substr(0, dot);
     std::visit(
         [&](auto* value) {
-          app_.add_option("--" + name, *value, field.help)->group(group)->capture_default_str();
+          app.add_option("--" + name, *value, field.help)->group(group)->capture_default_str();
         },
         field.value);
   }

@@ -35,9 +35,14 @@ class Tool {
   CLI::App& app() { return app_; }
   const CommonArguments& common() const { return common_; }
 
+  // As below, to the tool itself.
+  void AddOptions(const std::vector<OptionField>& fields, const std::string& prefix = {}) {
+    AddOptions(app_, fields, prefix);
+  }
   // Binds every field as --<prefix><name>, in one group of the help per room. The variables must
   // outlive the tool.
-  void AddOptions(const std::vector<OptionField>& fields, const std::string& prefix = {});
+  static void AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
+                         const std::string& prefix = {});
 
   // Reads the arguments and runs `body`. Returns the exit status: what `body` returns, 2 for wrong
   // usage, 1 for any other failure. An error is one line on stderr.

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "bench/depth_bench.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "mono3d/io/camera_file.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/io/trajectory_file.h"
+
+namespace mono3d::tools {
+namespace {
+
+constexpr int kSgbmDisparities = 128;
+constexpr int kSgbmBlock = 5;
+
+Spread SpreadOf(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  return {values.front(), values[values.size() / 2]};
+}
+
+ImageBundle ReadBundle(const DepthBenchOptions& options) {
+  const std::filesystem::path folder = options.folder;
+  const std::vector<std::string> images = ListImages(options.folder);
+  const std::string poses_file =
+      options.poses.empty() ? (folder / "groundtruth.txt").string() : options.poses;
+  const std::vector<StampedPose> poses = ReadTrajectory(poses_file);
+  if (poses.size() != images.size()) {
+    throw Error(ErrorParts{.what = "wrong number of poses",
+                           .where = poses_file,
+                           .expected = std::to_string(images.size()) + ", one for each image",
+                           .found = std::to_string(poses.size())});
+  }
+  const int num_images = static_cast<int>(images.size());
+  const int reference = options.reference < 0 ? num_images / 2 : options.reference;
+  const int reach = static_cast<int>(kBundleSize / 2) * options.step;
+  if (options.step < 1 || reference < reach || reference + reach >= num_images) {
+    throw Error(ErrorParts{
+        .what = "the five images leave the sequence",
+        .where = options.folder,
+        .expected = "images 0 to " + std::to_string(num_images - 1),
+        .found = std::to_string(reference - reach) + " to " + std::to_string(reference + reach)});
+  }
+  FrameSourceOptions source_options;
+  source_options.resize = options.resize;
+  ImageBundle bundle;
+  std::vector<std::string> chosen;
+  for (int i = -reach; i <= reach; i += options.step) {
+    const auto index = static_cast<std::size_t>(reference + i);
+    chosen.push_back(images[index]);
+    Keyframe keyframe;
+    keyframe.id = static_cast<std::int64_t>(bundle.keyframes.size());
+    keyframe.T_world_cam = poses[index].T_world_cam;
+    bundle.keyframes.push_back(keyframe);
+  }
+  const auto source =
+      OpenFrameSource(chosen, ReadCameraFile((folder / "camera.yaml").string()), source_options);
+  for (Keyframe& keyframe : bundle.keyframes) keyframe.frame = source->Next().value();
+  return bundle;
+}
+
+// The middle image and the next one, as they are: what it costs does not depend on what they show.
+double SgbmCpuMs(const ImageBundle& bundle) {
+  cv::Mat left, right, disparity;
+  const std::size_t middle = bundle.reference_index();
+  cv::cvtColor(bundle.keyframes[middle].frame.bgr, left, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(bundle.keyframes[middle + 1].frame.bgr, right, cv::COLOR_BGR2GRAY);
+  constexpr int kArea = kSgbmBlock * kSgbmBlock;
+  const auto matcher =
+      cv::StereoSGBM::create(0, kSgbmDisparities, kSgbmBlock, 8 * kArea, 32 * kArea);
+  matcher->setMode(cv::StereoSGBM::MODE_HH);
+  const double start_ms = ProcessCpuMs();
+  matcher->compute(left, right, disparity);
+  return ProcessCpuMs() - start_ms;
+}
+
+// Device times of the stages since the call before.
+class StageDifferences {
+ public:
+  void Add(const std::vector<StageTime>& times) {
+    for (const StageTime& time : times) {
+      if (time.gpu_ms == 0) continue;
+      if (!values_.contains(time.stage)) names_.push_back(time.stage);
+      values_[time.stage].push_back(time.gpu_ms - last_[time.stage]);
+      last_[time.stage] = time.gpu_ms;
+    }
+  }
+  void Skip(const std::vector<StageTime>& times) {
+    for (const StageTime& time : times) last_[time.stage] = time.gpu_ms;
+  }
+  std::vector<DepthBenchStage> Stages() const {
+    std::vector<DepthBenchStage> stages;
+    for (const std::string& name : names_) stages.push_back({name, SpreadOf(values_.at(name))});
+    return stages;
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, std::vector<double>> values_;
+  std::map<std::string, double> last_;
+};
+
+// Depths of some pixels of a map, in the place of a tracker's points.
+std::vector<float> SparseDepths(const cv::Mat& depth) {
+  constexpr int kSpacing_px = 24;
+  std::vector<float> depths_su;
+  for (int y = 0; y < depth.rows; y += kSpacing_px) {
+    for (int x = 0; x < depth.cols; x += kSpacing_px) {
+      if (depth.at<float>(y, x) > 0) depths_su.push_back(depth.at<float>(y, x));
+    }
+  }
+  return depths_su;
+}
+
+struct TimedMap {
+  DepthMap map;
+  double cpu_ms = 0;
+};
+
+TimedMap Estimate(DepthEstimator& estimator, const ImageBundle& bundle) {
+  const double start_ms = ProcessCpuMs();
+  DepthResult result = estimator.Estimate(bundle);
+  const double cpu_ms = ProcessCpuMs() - start_ms;
+  if (result.status != DepthStatus::kEstimated) throw Error("no depth: " + result.reason);
+  return {std::move(result.map), cpu_ms};
+}
+
+}  // namespace
+
+DepthBenchResult BenchDepth(const DepthBenchOptions& options, const DeviceOptions& device_options) {
+  options.depth.Validate();
+  ImageBundle bundle = ReadBundle(options);
+  const std::shared_ptr<Device> device = OpenDevice(device_options);
+  StageTimes times;
+  const auto estimator = CreateDepthEstimator(device, options.depth, &times);
+  DepthBenchResult result;
+  result.device = Info(*device).name;
+  result.width = bundle.reference().frame.camera.width;
+  result.height = bundle.reference().frame.camera.height;
+  // The first map, of bare poses, has to look for the range of depths; those of the chain know it
+  // from the tracker.
+  const TimedMap first = Estimate(*estimator, bundle);
+  result.first_cpu_ms = first.cpu_ms;
+  bundle.keyframes[bundle.reference_index()].sparse_depths_su = SparseDepths(first.map.depth);
+  StageDifferences stages;
+  stages.Skip(times.Snapshot());
+  if (options.compare) SgbmCpuMs(bundle);  // warm
+  std::vector<double> cpu_ms, sgbm_cpu_ms;
+  for (int i = 0; i < options.num_repeats; ++i) {
+    cpu_ms.push_back(Estimate(*estimator, bundle).cpu_ms);
+    stages.Add(times.Snapshot());
+    if (options.compare) sgbm_cpu_ms.push_back(SgbmCpuMs(bundle));
+  }
+  result.cpu_ms = SpreadOf(cpu_ms);
+  result.sgbm_cpu_ms = SpreadOf(sgbm_cpu_ms);
+  result.stages = stages.Stages();
+  return result;
+}
+
+Table ToTable(const DepthBenchResult& result) {
+  Table table;
+  table.title = "Depth of five images of " + std::to_string(result.width) + " x " +
+                std::to_string(result.height) + " on " + result.device;
+  table.columns = {"", "least ms", "median ms"};
+  const auto add = [&](const std::string& name, const Spread& ms) {
+    table.rows.push_back({name, FormatFixed(ms.least, 1), FormatFixed(ms.median, 1)});
+  };
+  for (const DepthBenchStage& stage : result.stages) add(stage.name, stage.device_ms);
+  add("process CPU, one map", result.cpu_ms);
+  if (result.sgbm_cpu_ms.least > 0) add("process CPU, one StereoSGBM", result.sgbm_cpu_ms);
+  table.notes = {"The first map took " + FormatFixed(result.first_cpu_ms, 0) +
+                 " ms of CPU. Stages are timed by the device's clock: on a CPU device busy with "
+                 "other programs they look slower than they are."};
+  if (result.sgbm_cpu_ms.least > 0) {
+    table.notes.push_back("A map takes " + FormatFixed(result.RatioToSgbm(), 2) +
+                          " times the CPU of OpenCV's StereoSGBM (MODE_HH, " +
+                          std::to_string(kSgbmDisparities) + " disparities, one pair).");
+  }
+  return table;
+}
+
+Json ToJson(const DepthBenchResult& result) {
+  const auto spread = [](const Spread& ms) {
+    return Json{{"least_ms", ms.least}, {"median_ms", ms.median}};
+  };
+  Json json = {{"device", result.device},
+               {"width_px", result.width},
+               {"height_px", result.height},
+               {"first_map_cpu_ms", result.first_cpu_ms},
+               {"map_cpu", spread(result.cpu_ms)}};
+  if (result.sgbm_cpu_ms.least > 0) {
+    json["stereo_sgbm_cpu"] = spread(result.sgbm_cpu_ms);
+    json["ratio_to_stereo_sgbm"] = result.RatioToSgbm();
+  }
+  for (const DepthBenchStage& stage : result.stages) {
+    json["stages"][stage.name] = spread(stage.device_ms);
+  }
+  return json;
+}
+
+}  // namespace mono3d::tools
