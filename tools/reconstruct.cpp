@@ -69,7 +69,7 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
       writer.WriteDepthMap(map);
     };
     Pipeline pipeline(CreateStages(arguments.pipeline, device, &times), observer,
-                      arguments.pipeline.min_observations);
+                      arguments.pipeline.surfel_export);
     ProcessFrames(*source, pipeline, times, record);
     result = pipeline.Finish();
   }

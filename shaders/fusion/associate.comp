@@ -4,8 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Each surfel looks up the pixel onto which it falls and asks what that pixel says of it: seen
-// there (the pixel confirms it), seen through (the surface is behind it), or nothing (it is out of
-// view, hidden, or the pixel has no estimate). The surfel asks, not the pixel: no surfel in view is
+// there (the pixel confirms it), seen through (the surface is behind it), hidden (the surface is
+// before it), or nothing (it is out of view, or the pixel has no estimate). The surfel asks, not the pixel: no surfel in view is
 // left out, none is confirmed twice, and no two invocations write to one place.
 #include "fusion/view.glsl"
 
@@ -17,21 +17,33 @@ layout(binding = 4, std430) writeonly buffer Association { uint association[]; }
 
 float DepthAt(ivec2 pixel) { return imageLoad(depth, pixel.y * int(params.width_px) + pixel.x).x; }
 
-// A surfel is seen through only where all nine pixels around see past it: the outlines of things
-// are uncertain by a pixel, and what lies behind them is no evidence.
-bool SeenThrough(ivec2 pixel, float inverse_depth, float weight) {
+// A surfel is seen through, or hidden, only where all nine pixels around say so: the outlines of
+// things are uncertain by a pixel, and what lies behind them is no evidence. As sure as the least
+// sure of the nine. A surfel that faces away is no surprise where it is hidden.
+uint EvidenceAgainst(ivec2 pixel, float inverse_depth, float weight, bool faces_away) {
   const ivec2 last = ivec2(int(params.width_px), int(params.height_px)) - 1;
-  if (any(lessThan(pixel, ivec2(1))) || any(greaterThanEqual(pixel, last))) return false;
+  if (any(lessThan(pixel, ivec2(1))) || any(greaterThanEqual(pixel, last))) return kUnseen;
+  bool seen_through = true;
+  bool hidden = !faces_away;
+  float confidence = 1.0;
   for (int dv = -1; dv <= 1; ++dv) {
     for (int du = -1; du <= 1; ++du) {
-      const float z = DepthAt(pixel + ivec2(du, dv));
-      if (z <= 0.0) return false;
+      const ivec2 at = pixel + ivec2(du, dv);
+      const float z = DepthAt(at);
+      if (z <= 0.0) return kUnseen;
       const float measured = 1.0 / z;
-      const float sigma = JointSigma(measured, inverse_depth, weight);
-      if (inverse_depth - measured <= params.free_space_sigmas * sigma) return false;
+      const float limit =
+          params.free_space_sigmas * JointSigma(measured, inverse_depth, weight);
+      precise float in_front = inverse_depth - measured;
+      seen_through = seen_through && in_front > limit;
+      hidden = hidden && -in_front > limit;
+      if (!seen_through && !hidden) return kUnseen;
+      confidence =
+          min(confidence, imageLoad(candidate, at.y * int(params.width_px) + at.x).w);
     }
   }
-  return true;
+  precise float steps = confidence * 255.0;
+  return (seen_through ? kSeenThrough : kHidden) | uint(steps + 0.5);
 }
 
 uint Associate(uint i) {
@@ -55,15 +67,16 @@ uint Associate(uint i) {
   const float expected =
       TangentPlaneInverseDepth(measured_normal.xyz, Ray(rounded), measured, ray);
   const float sigma = JointSigma(measured, inverse_depth, surfel_normal.w);
+  const vec3 n_cam = DirectionToCamera(surfel_normal.xyz);
   precise float difference = inverse_depth - expected;
   if (abs(difference) <= params.association_sigmas * sigma) {
-    const float cosine = Dot(DirectionToCamera(surfel_normal.xyz), measured_normal.xyz);
-    return cosine >= params.min_normal_cosine ? uint(pixel_index) : kUnseen;
+    return Dot(n_cam, measured_normal.xyz) >= params.min_normal_cosine ? uint(pixel_index)
+                                                                       : kUnseen;
   }
-  return SeenThrough(pixel, inverse_depth, surfel_normal.w) ? kSeenThrough : kUnseen;
+  return EvidenceAgainst(pixel, inverse_depth, surfel_normal.w, Dot(n_cam, p_cam) >= 0.0);
 }
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = params.first_surfel + ItemIndex();
   if (i < params.num_surfels) association[i] = Associate(i);
 }

@@ -16,7 +16,8 @@ const uint kNoCell = 0xFFFFFFFFu;
 uint IndexCell(uint i, out uint depth_bits) {
   depth_bits = 0u;
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
-  if (surfel_normal.w <= 0.0 || imageLoad(association, int(i)).x == kSeenThrough) return kNoCell;
+  if (surfel_normal.w <= 0.0) return kNoCell;
+  if (Says(imageLoad(association, int(i)).x, kSeenThrough)) return kNoCell;
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
   if (p_cam.z <= 0.0 || Dot(DirectionToCamera(surfel_normal.xyz), p_cam) >= 0.0) return kNoCell;
   precise vec2 cell = floor((Project(p_cam) + 0.5) * float(kIndexCellsPerPixel));

@@ -31,7 +31,7 @@ void main() {
   const uint i = ItemIndex();
   if (i >= params.num_surfels) return;
   const uint pixel = imageLoad(association, int(i)).x;
-  if (pixel == kUnseen || pixel == kSeenThrough) return;
+  if (!IsPixel(pixel)) return;
 
   const vec4 measured_normal = imageLoad(candidate, int(pixel));
   const float measured_depth = imageLoad(depth, int(pixel)).x;

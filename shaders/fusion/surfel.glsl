@@ -5,7 +5,8 @@
 //   position_radius  xyz in the world, su; radius, su
 //   normal_weight    unit normal in the world; weight = information on depth, 1/su^2; 0: removed
 //   history          x  colour, 10 bits each of red, green, blue, red lowest
-//                    y  depth maps that confirm it (low 16 bits), that see through it (high 16)
+//                    y  depth maps that confirm it (low 16 bits); confidence against it: of those
+//                       that see through it, in 1/8 (next 8), that see it hidden, in 1/255 (last 8)
 //                    z  first (low) and last (high) depth map that saw it
 //                    w  depth map to which it is anchored (low), sum of confidences * 256 (high)
 // The host's view of the same is libmono3d/src/fusion/surfel.h.
@@ -28,5 +29,9 @@ uint PackColour(vec3 c) {
   const uvec3 rounded = uvec3(clamp(c, 0.0, 1023.0) + 0.5);
   return rounded.x | (rounded.y << 10) | (rounded.z << 20);
 }
+
+// What speaks against a surfel, in 1/256 like the sum of confidences that speaks for it.
+uint SeenThroughAgainst(uint counts) { return ((counts >> 16) & 0xFFu) * 32u; }
+uint HiddenAgainst(uint counts) { return (counts >> 24) + (counts >> 31); }
 
 uint ConfidenceSteps(float confidence) { return uint(confidence * 256.0 + 0.5); }

@@ -9,9 +9,14 @@
 
 layout(local_size_x = 64) in;
 
-// Values of a surfel's association; any other is the index of the pixel that confirms it.
+// Values of a surfel's association; any below kHidden is the index of the pixel that confirms it.
+// The low 8 bits of the two that speak against it are the confidence with which they do.
 const uint kUnseen = 0xFFFFFFFFu;
-const uint kSeenThrough = 0xFFFFFFFEu;
+const uint kSeenThrough = 0xFFFFFE00u;  // the map sees past it, to a surface behind it
+const uint kHidden = 0xFFFFFD00u;       // the map sees a surface before it
+
+bool IsPixel(uint association) { return association < kHidden; }
+bool Says(uint association, uint what) { return (association & 0xFFFFFF00u) == what; }
 
 // Cells of the index map per pixel, along each axis.
 const uint kIndexCellsPerPixel = 2u;

@@ -58,12 +58,13 @@ TEST(Associate, ComparesDepthInSigmas) {
   };
   constexpr std::uint32_t kMiddle = 2 * 900 + 450;
   EXPECT_EQ(at(10.22F), kMiddle);
-  EXPECT_EQ(at(10.27F), kUnseen);  // hidden behind the wall
-  EXPECT_EQ(at(20), kUnseen);
+  EXPECT_EQ(at(10.27F), kUnseen);  // too far for the wall, too close to be hidden
+  EXPECT_EQ(at(10.5F), kHidden | 255U);
+  EXPECT_EQ(at(20), kHidden | 255U);
   EXPECT_EQ(at(9.78F), kMiddle);
   EXPECT_EQ(at(9.74F), kUnseen);  // too near for the wall, too close for free space
-  EXPECT_EQ(at(9.6F), kSeenThrough);
-  EXPECT_EQ(at(2), kSeenThrough);
+  EXPECT_EQ(at(9.6F), kSeenThrough | 255U);
+  EXPECT_EQ(at(2), kSeenThrough | 255U);
 }
 
 TEST(Associate, DemandsEqualNormals) {
@@ -80,12 +81,29 @@ TEST(Associate, DemandsEqualNormals) {
 TEST(Associate, TakesNoEvidenceFromOutlinesAndHoles) {
   DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
   const Surfels in_front = OneSurfel({0, 0, 1}, kTowardsCamera, kWeight * 1e4F);
-  ASSERT_EQ(AssociationWith(map, in_front), kSeenThrough);
+  ASSERT_EQ(AssociationWith(map, in_front), kSeenThrough | 255U);
   // It falls onto pixel (45, 25); beside it something is as near.
   map.depth.at<float>(24, 44) = 1;
   EXPECT_EQ(AssociationWith(map, in_front), kUnseen);
   map.depth.at<float>(24, 44) = 0;
   EXPECT_EQ(AssociationWith(map, in_front), kUnseen);
+}
+
+TEST(Associate, CallsASurfelHiddenThatFacesTheCamera) {
+  const DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+  const auto behind = [&](const Eigen::Vector3f& normal) {
+    return AssociationWith(map, OneSurfel({0, 0, 30}, normal, kWeight));
+  };
+  EXPECT_EQ(behind(kTowardsCamera), kHidden | 255U);
+  EXPECT_EQ(behind(-kTowardsCamera), kUnseen);
+}
+
+TEST(Associate, IsAsSureAsTheLeastSureOfNinePixels) {
+  DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+  map.confidence = cv::Mat(50, 90, CV_32FC1, cv::Scalar(0.8));
+  map.confidence.at<float>(24, 44) = 0.4F;
+  EXPECT_EQ(AssociationWith(map, OneSurfel({0, 0, 1}, kTowardsCamera, 1e4F)), kSeenThrough | 102U);
+  EXPECT_EQ(AssociationWith(map, OneSurfel({0, 0, 30}, kTowardsCamera, 1e4F)), kHidden | 102U);
 }
 
 TEST(Associate, EqualsReference) {
@@ -101,10 +119,14 @@ TEST(Associate, EqualsReference) {
     EXPECT_LE(DifferingShare(scene.DeviceAssociation(), expected), kMaxDifferingShare);
     if (width < 96) continue;
     // The scene has them all.
-    const auto confirmed = static_cast<std::size_t>(std::count_if(
-        expected.begin(), expected.end(), [](std::uint32_t a) { return a < kSeenThrough; }));
+    const auto confirmed =
+        static_cast<std::size_t>(std::count_if(expected.begin(), expected.end(), IsPixel));
     EXPECT_GT(confirmed, expected.size() / 2);
-    EXPECT_GT(std::count(expected.begin(), expected.end(), kSeenThrough), 0);
+    for (const std::uint32_t what : {kSeenThrough, kHidden}) {
+      EXPECT_GT(std::count_if(expected.begin(), expected.end(),
+                              [&](std::uint32_t a) { return Says(a, what); }),
+                0);
+    }
     EXPECT_GT(std::count(expected.begin(), expected.end(), kUnseen), 0);
   }
 }

@@ -84,6 +84,9 @@ StageScene::StageScene(int width_px, int height_px, unsigned seed)
         const DepthMap first = SceneMap(width_px, height_px, Pose(), width_px / 3, seed);
         Surfels model;
         reference::Integrate(MakeViewParams(first, {}, 0, 0), Pack(first), model);
+        for (int i = 0; i < 40; ++i) {  // hidden behind it all
+          Append(model, OneSurfel({0.5F * static_cast<float>(i) - 10, 1, 30}, {0, 0, -1}, 1));
+        }
         return model;
       }()) {}
 

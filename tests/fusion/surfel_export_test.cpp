@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "mono3d/core/error.h"
+
 namespace mono3d {
 namespace {
 
@@ -12,30 +14,51 @@ Surfels ThreeSurfels() {
   Surfels surfels;
   surfels.position_radius = {{1, 2, 3, 0.5F}, {4, 5, 6, 0.25F}, {7, 8, 9, 0.125F}};
   surfels.normal_weight = {{0, 0, -1, 10}, {0, -1, 0, 0}, {1, 0, 0, 20}};
-  // Red 255, green 100.5, blue 0; confirmed twice with confidence 1.5 in all, seen through once.
+  // Red 255, green 100.5, blue 0; confirmed twice with confidence 1.5 in all, seen through with
+  // confidence 0.5, hidden with 255 / 255.
   surfels.history = {
-      {1023 | 402 << 10, 0x10002, 0, 384U << 16}, {0, 9, 0, 9}, {0, 1, 0, 256U << 16}};
+      {1023 | 402 << 10, 0xFF040002, 0, 384U << 16}, {0, 9, 0, 9}, {0, 1, 0, 256U << 16}};
   return surfels;
 }
 
 TEST(SurfelExport, FillsEveryField) {
-  const PointCloud cloud = ToPointCloud(ThreeSurfels(), 2);
+  const PointCloud cloud = ToPointCloud(ThreeSurfels(), {.min_observations = 2});
   ASSERT_EQ(cloud.size(), 1U);
   EXPECT_EQ(cloud.points[0], Eigen::Vector3f(1, 2, 3));
   EXPECT_EQ(cloud.normals[0], Eigen::Vector3f(0, 0, -1));
   EXPECT_EQ(cloud.colours[0], (std::array<std::uint8_t, 3>{255, 101, 0}));
   EXPECT_EQ(cloud.radii[0], 0.5F);
-  EXPECT_FLOAT_EQ(cloud.confidences[0], 1.5F / (1.5F + 1 + 1));
+  EXPECT_FLOAT_EQ(cloud.confidences[0], 1.5F / (1.5F + 0.5F + 1 + 1));
   EXPECT_EQ(cloud.observations[0], 2U);
 }
 
 TEST(SurfelExport, LeavesOutRemovedSurfelsAndThoseOfTooFewMaps) {
-  const PointCloud all = ToPointCloud(ThreeSurfels(), 1);
+  const PointCloud all = ToPointCloud(ThreeSurfels(), {});
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all.points[0].x(), 1);
   EXPECT_EQ(all.points[1].x(), 7);
   EXPECT_EQ(all.confidences[1], 0.5F);
-  EXPECT_TRUE(ToPointCloud(ThreeSurfels(), 3).empty());
+  EXPECT_TRUE(ToPointCloud(ThreeSurfels(), {.min_observations = 3}).empty());
+}
+
+TEST(SurfelExport, LeavesOutWhatIsNotSure) {
+  // Confidences 1.5 / 4 and 1 / 2.
+  const PointCloud sure = ToPointCloud(ThreeSurfels(), {.min_confidence = 0.45});
+  ASSERT_EQ(sure.size(), 1U);
+  EXPECT_EQ(sure.points[0].x(), 7);
+  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.min_confidence = 0.35}).size(), 2U);
+}
+
+TEST(SurfelExport, ThinsToCellsOfRadii) {
+  // The median of radii 0.5 and 0.125 is taken upwards: cells of 20 su hold both.
+  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.voxel_radii = 40}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.voxel_radii = 2}).size(), 2U);
+}
+
+TEST(SurfelExport, RefusesOptionsOutOfRange) {
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.min_observations = 0}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.min_confidence = 1}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.voxel_radii = -1}), UsageError);
 }
 
 }  // namespace

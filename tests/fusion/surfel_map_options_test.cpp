@@ -47,6 +47,9 @@ TEST(SurfelMapOptions, NamesTheOptionThatIsOutOfRange) {
   options.gate.max_residual = 0;
   ExpectRefused(options, "gate.max_residual");
   options = {};
+  options.num_reviews = -1;
+  ExpectRefused(options, "num_reviews");
+  options = {};
   options.max_surfels = 0;
   ExpectRefused(options, "max_surfels");
 }
@@ -63,7 +66,7 @@ TEST(SurfelMapOptions, ListsEveryField) {
           "registration.with_scale", "registration.with_grey", "registration.prior_px",
           "registration.prior_scale", "registration.grey_noise", "registration.grey_shift_px",
           "gate.min_overlap", "gate.min_agreement", "gate.max_contradiction", "gate.max_residual",
-          "gate.max_deviation_px", "gate.max_scale_deviation", "max_surfels"));
+          "gate.max_deviation_px", "gate.max_scale_deviation", "num_reviews", "max_surfels"));
 }
 
 }  // namespace

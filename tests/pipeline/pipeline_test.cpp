@@ -100,8 +100,8 @@ class FakeSurfelMap final : public SurfelMap {
     cloud_.points.emplace_back(map.T_world_cam.translation().cast<float>());
     return result;
   }
-  PointCloud Export(int min_observations) const override {
-    log_->min_observations.push_back(min_observations);
+  PointCloud Export(const SurfelExportOptions& options) const override {
+    log_->min_observations.push_back(options.min_observations);
     return cloud_;
   }
   std::int64_t num_surfels() const override { return static_cast<std::int64_t>(cloud_.size()); }
@@ -182,7 +182,7 @@ TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {
 TEST(Pipeline, DoesNotAskForMoreObservationsThanThereAreMaps) {
   MapLog log;
   FakeSource source(3);  // one map fused of frame 1, one of frame 2
-  Pipeline pipeline(FakeStages(&log), {}, 5);
+  Pipeline pipeline(FakeStages(&log), {}, {.min_observations = 5});
   const Reconstruction result = pipeline.Run(source);
   EXPECT_EQ(log.min_observations, std::vector<int>{2});
 }
@@ -234,7 +234,7 @@ TEST(PipelineOptions, ListsEveryRoomsOptionsUnderItsName) {
 
 TEST(PipelineOptions, RefusesNoObservations) {
   PipelineOptions options;
-  options.min_observations = 0;
+  options.surfel_export.min_observations = 0;
   EXPECT_THROW(options.Validate(), UsageError);
 }
 

@@ -45,7 +45,7 @@ void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
   recorder.Dispatch(associate_,
                     {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
                      surfels.association()},
-                    params, GridFor(associate_, params.num_surfels));
+                    params, GridFor(associate_, params.num_surfels - params.first_surfel));
 }
 
 void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
@@ -83,12 +83,11 @@ void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const Dep
 }
 
 void FusionStages::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
-                                  const DepthMapBuffers& map, const SurfelStorage& surfels) const {
-  recorder.Fill(map.num_removed, 0);
+                                  const Buffer& num_removed, const SurfelStorage& surfels) const {
   recorder.Dispatch(free_space_,
                     {surfels.association(), surfels.history(), surfels.normal_weight(),
-                     surfels.history(), map.num_removed},
-                    params, GridFor(free_space_, params.num_surfels));
+                     surfels.history(), num_removed},
+                    params, GridFor(free_space_, params.num_surfels - params.first_surfel));
 }
 
 void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,

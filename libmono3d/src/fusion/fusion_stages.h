@@ -24,7 +24,7 @@ class FusionStages {
 
   // Reads depth, normal_confidence of `map`; writes candidate.
   void Prepare(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map) const;
-  // Reads the surfels, depth, candidate; writes association.
+  // Reads the surfels from params.first_surfel on, depth, candidate; writes their association.
   void Associate(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
                  const SurfelStorage& surfels) const;
   // Reads the surfels and association; writes index_map.
@@ -36,8 +36,9 @@ class FusionStages {
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms.
   void Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
              const SurfelStorage& surfels) const;
-  // Reads association; changes the surfels that are seen through and writes num_removed.
-  void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
+  // Reads association; changes the surfels from params.first_surfel on that it speaks against, and
+  // adds those that it removes to the one uint of num_removed.
+  void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
                       const SurfelStorage& surfels) const;
   // Reads depth, candidate, colour, selected, num_before; writes new surfels from slot
   // params.num_surfels on, for which there must be room.

@@ -20,7 +20,8 @@ struct Surfels {
   // Unit normal in the world, outwards; weight = information on depth, 1/su^2; 0: removed.
   std::vector<Float4> normal_weight;
   // x: colour, 10 bits each of red, green, blue, red lowest.
-  // y: depth maps that confirm it (low 16 bits), that see through it (high 16 bits).
+  // y: depth maps that confirm it (low 16 bits); confidence against it: of those that see through
+  //    it, in 1/8 (next 8 bits), of those in which it is hidden, 1 at most, in 1/255 (last 8 bits).
   // z: first (low) and last (high) depth map that saw it.
   // w: depth map to which it is anchored (low), sum of confidences * 256 (high).
   std::vector<Uint4> history;
@@ -46,9 +47,24 @@ inline bool IsRemoved(const Surfels& surfels, std::size_t i) {
 // The history of a surfel counts depth maps in 16 bits.
 inline constexpr std::uint32_t kMaxDepthMaps = 0xFFFF;
 
-// What an association says when it is not the number of the confirming pixel.
+// What speaks for and against a surfel, in 1/256.
+inline std::uint32_t ConfidenceFor(const Surfels::Uint4& history) { return High16(history[3]); }
+inline std::uint32_t SeenThroughAgainst(const Surfels::Uint4& history) {
+  return ((history[1] >> 16) & 0xFFU) * 32;
+}
+inline std::uint32_t HiddenAgainst(const Surfels::Uint4& history) {
+  return (history[1] >> 24) + (history[1] >> 31);
+}
+
+// What an association says when it is not the number of the confirming pixel, which is below
+// kHidden. The low 8 bits of the latter two are the confidence with which they say it.
 inline constexpr std::uint32_t kUnseen = 0xFFFFFFFFU;
-inline constexpr std::uint32_t kSeenThrough = 0xFFFFFFFEU;
+inline constexpr std::uint32_t kSeenThrough = 0xFFFFFE00U;
+inline constexpr std::uint32_t kHidden = 0xFFFFFD00U;
+inline bool IsPixel(std::uint32_t association) { return association < kHidden; }
+inline bool Says(std::uint32_t association, std::uint32_t what) {
+  return (association & 0xFFFFFF00U) == what;
+}
 
 // Cells of the index map per pixel, along each axis.
 inline constexpr int kIndexCellsPerPixel = 2;

@@ -4,14 +4,19 @@
 #include "fusion/surfel_export.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "mono3d/geometry/voxel_grid.h"
 
 namespace mono3d {
 namespace {
 
 // The rule of succession with one doubt to begin with: a single observation is not certain.
 float Confidence(const Surfels::Uint4& history) {
-  const float for_it = static_cast<float>(High16(history[3])) / 256.0F;
-  const auto against_it = static_cast<float>(High16(history[1]));
+  const float for_it = static_cast<float>(ConfidenceFor(history)) / 256.0F;
+  const float against_it =
+      static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
   return for_it / (for_it + against_it + 1);
 }
 
@@ -19,14 +24,26 @@ std::uint8_t Colour8(std::uint32_t colour10) {
   return static_cast<std::uint8_t>(std::min((colour10 & 0x3FFU) + 2, 0x3FFU) / 4);
 }
 
+PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
+  std::vector<float> radii = cloud.radii;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return ThinToVoxels(cloud, voxel_radii * *middle);
+}
+
 }  // namespace
 
-PointCloud ToPointCloud(const Surfels& surfels, int min_observations) {
+PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options) {
+  options.Validate();
   PointCloud cloud;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
-    if (IsRemoved(surfels, i) || static_cast<int>(observations) < min_observations) continue;
+    const float confidence = Confidence(history);
+    if (IsRemoved(surfels, i) || static_cast<int>(observations) < options.min_observations ||
+        confidence < static_cast<float>(options.min_confidence)) {
+      continue;
+    }
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
     cloud.points.emplace_back(p[0], p[1], p[2]);
@@ -34,9 +51,10 @@ PointCloud ToPointCloud(const Surfels& surfels, int min_observations) {
     cloud.colours.push_back(
         {Colour8(history[0]), Colour8(history[0] >> 10), Colour8(history[0] >> 20)});
     cloud.radii.push_back(p[3]);
-    cloud.confidences.push_back(Confidence(history));
+    cloud.confidences.push_back(confidence);
     cloud.observations.push_back(observations);
   }
+  if (options.voxel_radii > 0 && !cloud.empty()) return Thinned(cloud, options.voxel_radii);
   return cloud;
 }
 

@@ -4,12 +4,13 @@
 #pragma once
 
 #include "fusion/surfel.h"
+#include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/point_cloud.h"
 
 namespace mono3d {
 
-// The surfels with at least `min_observations` observations that are not removed, in their order;
-// the fields as SurfelMap::Export states them.
-PointCloud ToPointCloud(const Surfels& surfels, int min_observations);
+// The surfels that are not removed and meet the options, in their order; the fields as
+// SurfelMap::Export states them.
+PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options);
 
 }  // namespace mono3d

@@ -9,6 +9,7 @@
 
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
+#include "fusion/past_views.h"
 #include "fusion/registration.h"
 #include "fusion/selection.h"
 #include "fusion/surfel_export.h"
@@ -66,12 +67,14 @@ class VulkanSurfelMap : public SurfelMap {
         stages_(device_),
         registrar_(device_),
         recorder_(device_),
-        surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)) {}
+        surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)),
+        past_views_(static_cast<std::size_t>(options.num_reviews)) {}
 
   FusionResult Integrate(const DepthMap& map) override;
 
-  PointCloud Export(int min_observations) const override {
-    return ToPointCloud(surfels_.Download(), min_observations);
+  using SurfelMap::Export;
+  PointCloud Export(const SurfelExportOptions& options) const override {
+    return ToPointCloud(surfels_.Download(), options);
   }
 
   std::int64_t num_surfels() const override {
@@ -85,6 +88,7 @@ class VulkanSurfelMap : public SurfelMap {
   Registration Register(const DepthMap& map);
   Selection Associate(const ViewParams& params);
   std::uint32_t Update(const ViewParams& params, const Selection& selection);
+  void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
 
   std::shared_ptr<Device> device_;
@@ -95,6 +99,7 @@ class VulkanSurfelMap : public SurfelMap {
   Recorder recorder_;
   SurfelStorage surfels_;
   DepthMapBuffers buffers_;
+  PastViews past_views_;
   int width_px_ = 0;
   int height_px_ = 0;
   std::optional<int> map_id_;         // of the first depth map
@@ -138,6 +143,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   const std::uint32_t num_removed =
       Update(MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_), selection);
+  past_views_.Push(device_, placed, buffers_);
   surfels_.Update(selection.num_selected, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;
@@ -206,10 +212,25 @@ Selection VulkanSurfelMap::Associate(const ViewParams& params) {
 std::uint32_t VulkanSurfelMap::Update(const ViewParams& params, const Selection& selection) {
   buffers_.num_before.Upload(std::span<const std::uint32_t>(selection.num_before));
   stages_.Merge(recorder_, params, buffers_, surfels_);
-  stages_.ClearFreeSpace(recorder_, params, buffers_, surfels_);
+  recorder_.Fill(buffers_.num_removed, 0);
+  stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_);
   stages_.Insert(recorder_, params, buffers_, surfels_);
+  ReviewNew(params.num_surfels, params.num_surfels + selection.num_selected);
   recorder_.Submit(times_);
   return buffers_.num_removed.Download<std::uint32_t>().front();
+}
+
+// What the depth maps before this one say of its new surfels: they cannot confirm them, or there
+// would be a surfel there already, but they may have seen through them, or something before them.
+void VulkanSurfelMap::ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels) {
+  if (first_surfel == num_surfels) return;
+  for (const PastView& past : past_views_.views()) {
+    ViewParams params = MakeViewParams(past.view, options_, num_surfels, num_depth_maps_);
+    params.first_surfel = first_surfel;
+    params.is_past = 1;
+    stages_.Associate(recorder_, params, past.buffers, surfels_);
+    stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_);
+  }
 }
 
 bool VulkanSurfelMap::MakeRoom(std::uint32_t num_new) {

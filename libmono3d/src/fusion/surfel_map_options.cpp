@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include <cmath>
+
 #include "mono3d/fusion/surfel_map.h"
 
 namespace mono3d {
@@ -38,11 +40,29 @@ void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
 }
 
+void SurfelExportOptions::Visit(OptionVisitor& visit) {
+  visit("min_observations", min_observations,
+        "depth maps that must agree on a surfel of the exported model");
+  visit("min_confidence", min_confidence, "confidence that it must have, 0 to 1");
+  visit("voxel_radii", voxel_radii,
+        "thin the exported model to one surfel in cells of this edge, in radii of the median "
+        "surfel; 0: all");
+}
+
+void SurfelExportOptions::Validate() const {
+  RequireOption(min_observations >= 1, "export.min_observations", "1 or more", min_observations);
+  RequireOption(min_confidence >= 0 && min_confidence < 1, "export.min_confidence", "in [0, 1)",
+                min_confidence);
+  RequireOption(voxel_radii >= 0 && std::isfinite(voxel_radii), "export.voxel_radii", ">= 0",
+                voxel_radii);
+}
+
 void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("association", association);
   visit.Group("free_space", free_space);
   visit.Group("registration", registration);
   visit.Group("gate", gate);
+  visit("num_reviews", num_reviews, "past depth maps that review the surfels which a new one adds");
   visit("max_surfels", max_surfels, "size of the model beyond which depth maps are rejected");
 }
 
@@ -72,6 +92,7 @@ void SurfelMapOptions::Validate() const {
   RequireOption(gate.max_deviation_px > 0, "gate.max_deviation_px", "> 0", gate.max_deviation_px);
   RequireOption(gate.max_scale_deviation > 0, "gate.max_scale_deviation", "> 0",
                 gate.max_scale_deviation);
+  RequireOption(num_reviews >= 0, "num_reviews", ">= 0", num_reviews);
   RequireOption(max_surfels > 0, "max_surfels", "> 0", max_surfels);
 }
 

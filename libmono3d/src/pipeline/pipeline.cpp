@@ -40,7 +40,7 @@ std::vector<TrajectoryEntry> OfMap(const std::vector<TrajectoryEntry>& entries, 
 struct Pipeline::State {
   PipelineStages stages;
   PipelineObserver observer;
-  int min_observations = 0;
+  SurfelExportOptions surfel_export;
 
   PipelineCounts counts;
   std::vector<TrajectoryEntry> online_trajectory;
@@ -94,16 +94,19 @@ std::int64_t Pipeline::State::NumFused(int map_id) const {
 void Pipeline::State::CloseModel() {
   if (!surfel_map) return;
   const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(surfel_map_id));
-  finished_models[surfel_map_id] = surfel_map->Export(
-      static_cast<int>(std::min<std::int64_t>(min_observations, most_observations)));
+  SurfelExportOptions options = surfel_export;
+  options.min_observations =
+      static_cast<int>(std::min<std::int64_t>(options.min_observations, most_observations));
+  finished_models[surfel_map_id] = surfel_map->Export(options);
   surfel_map.reset();
 }
 
-Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer, int min_observations)
+Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
+                   const SurfelExportOptions& surfel_export)
     : state_(std::make_unique<State>()) {
   state_->stages = std::move(stages);
   state_->observer = std::move(observer);
-  state_->min_observations = min_observations;
+  state_->surfel_export = surfel_export;
 }
 
 Pipeline::~Pipeline() = default;

@@ -11,8 +11,7 @@ void PipelineOptions::Visit(OptionVisitor& visit) {
   visit.Group("keyframes", keyframes);
   visit.Group("depth", depth);
   visit.Group("fusion", fusion);
-  visit("pipeline.min_observations", min_observations,
-        "depth maps that must agree on a surfel of the exported model");
+  visit.Group("fusion.export", surfel_export);
 }
 
 void PipelineOptions::Validate() const {
@@ -20,7 +19,7 @@ void PipelineOptions::Validate() const {
   keyframes.Validate();
   depth.Validate();
   fusion.Validate();
-  RequireOption(min_observations >= 1, "pipeline.min_observations", "1 or more", min_observations);
+  surfel_export.Validate();
 }
 
 PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,

@@ -7,20 +7,28 @@
 namespace mono3d::reference {
 namespace {
 
-bool SeenThrough(const ViewParams& view, const PackedDepthMap& map, std::size_t pixel,
-                 float inverse_depth, float weight) {
+std::uint32_t EvidenceAgainst(const ViewParams& view, const PackedDepthMap& map,
+                              const Candidates& candidates, std::size_t pixel, float inverse_depth,
+                              float weight, bool faces_away) {
   const std::size_t x = pixel % view.width_px;
   const std::size_t y = pixel / view.width_px;
-  if (x < 1 || y < 1 || x + 1 >= view.width_px || y + 1 >= view.height_px) return false;
+  if (x < 1 || y < 1 || x + 1 >= view.width_px || y + 1 >= view.height_px) return kUnseen;
+  int num_past = 0;
+  int num_before = 0;
+  float confidence = 1;
   for (std::size_t row = y - 1; row <= y + 1; ++row) {
     for (std::size_t col = x - 1; col <= x + 1; ++col) {
       const float z = map.depth[row * view.width_px + col];
-      if (z <= 0) return false;
+      if (z <= 0) return kUnseen;
       const float sigma = JointSigma(view, 1 / z, inverse_depth, weight);
-      if (inverse_depth - 1 / z <= view.free_space_sigmas * sigma) return false;
+      num_past += inverse_depth - 1 / z > view.free_space_sigmas * sigma ? 1 : 0;
+      num_before += 1 / z - inverse_depth > view.free_space_sigmas * sigma ? 1 : 0;
+      confidence = std::min(confidence, candidates[row * view.width_px + col][3]);
     }
   }
-  return true;
+  const auto steps = static_cast<std::uint32_t>(std::lround(confidence * 255));
+  if (num_past == 9) return kSeenThrough | steps;
+  return num_before == 9 && !faces_away ? kHidden | steps : kUnseen;
 }
 
 std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
@@ -39,12 +47,13 @@ std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
                                  static_cast<float>(*pixel / view.width_px));
   const float expected = TangentPlaneInverseDepth(measured_normal, pixel_ray, measured, ray);
   const float sigma = JointSigma(view, measured, inverse_depth, weight);
+  const Vector3f normal = DirectionToCamera(view, Head(surfels.normal_weight[i]));
   if (std::abs(inverse_depth - expected) <= view.association_sigmas * sigma) {
-    const Vector3f normal = DirectionToCamera(view, Head(surfels.normal_weight[i]));
     const bool same = Dot(normal, measured_normal) >= view.min_normal_cosine;
     return same ? static_cast<std::uint32_t>(*pixel) : kUnseen;
   }
-  return SeenThrough(view, map, *pixel, inverse_depth, weight) ? kSeenThrough : kUnseen;
+  return EvidenceAgainst(view, map, candidates, *pixel, inverse_depth, weight,
+                         Dot(normal, p_cam) >= 0);
 }
 
 }  // namespace

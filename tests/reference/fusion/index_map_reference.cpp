@@ -13,7 +13,7 @@ std::vector<IndexCell> DrawIndexMap(const ViewParams& view, const Surfels& surfe
   std::vector<IndexCell> index_map(std::size_t{view.width_px} * view.height_px *
                                    kIndexCellsPerPixel * kIndexCellsPerPixel);
   for (std::size_t i = 0; i < surfels.size(); ++i) {
-    if (IsRemoved(surfels, i) || association[i] == kSeenThrough) continue;
+    if (IsRemoved(surfels, i) || Says(association[i], kSeenThrough)) continue;
     const Vector3f p_cam = PointToCamera(view, Head(surfels.position_radius[i]));
     const Vector3f normal = DirectionToCamera(view, Head(surfels.normal_weight[i]));
     const auto cell = CellOf(view, p_cam, kIndexCellsPerPixel);

@@ -75,19 +75,28 @@ void MergeOne(const ViewParams& view, const PackedDepthMap& map, const Candidate
 void Merge(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
            const std::vector<std::uint32_t>& association, Surfels& surfels) {
   for (std::size_t i = 0; i < association.size(); ++i) {
-    if (association[i] == kUnseen || association[i] == kSeenThrough) continue;
+    if (!IsPixel(association[i])) continue;
     MergeOne(view, map, candidates, association[i], surfels, i);
   }
 }
 
-std::uint32_t ClearFreeSpace(const ViewParams& /*view*/,
-                             const std::vector<std::uint32_t>& association, Surfels& surfels) {
+std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint32_t>& association,
+                             Surfels& surfels) {
   std::uint32_t num_removed = 0;
-  for (std::size_t i = 0; i < association.size(); ++i) {
-    if (association[i] != kSeenThrough) continue;
+  for (std::size_t i = view.first_surfel; i < association.size(); ++i) {
+    const bool is_seen_through = Says(association[i], kSeenThrough);
+    if (!is_seen_through && !Says(association[i], kHidden)) continue;
+    const double confidence = (association[i] & 0xFFU) / 255.0;
     auto& counts = surfels.history[i][1];
-    counts = Pack16(Low16(counts), High16(counts) + 1);
-    if (High16(counts) < Low16(counts)) continue;
+    double seen_through = (counts >> 16 & 0xFFU) / 8.0;
+    double hidden = (counts >> 24) / 255.0;
+    (is_seen_through ? seen_through : hidden) += confidence;
+    counts = Low16(counts) |
+             static_cast<std::uint32_t>(std::lround(std::min(seen_through * 8, 255.0))) << 16 |
+             static_cast<std::uint32_t>(std::lround(std::min(hidden * 255, 255.0))) << 24;
+    const std::uint32_t against = SeenThroughAgainst(surfels.history[i]) +
+                                  (Low16(counts) == 1 ? HiddenAgainst(surfels.history[i]) : 0);
+    if (view.is_past != 0 || against < ConfidenceFor(surfels.history[i])) continue;
     surfels.normal_weight[i] = {0, 0, 0, 0};
     ++num_removed;
   }

@@ -32,6 +32,20 @@ struct FusionResult {
   std::int64_t num_surfels = 0;   // in the model afterwards
 };
 
+// Which surfels belong to the exported model.
+struct SurfelExportOptions {
+  int min_observations = 1;  // depth maps that agree on a surfel
+  // 1/4: an undisputed observation of confidence 1/3 is enough, or two of 1/6; what was
+  // contradicted by a sure map needs twice as much.
+  double min_confidence = 0.25;
+  // More than 0: surfels in one cell of a grid become one; edge of a cell in radii of the median
+  // surfel.
+  double voxel_radii = 0;
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
 // The coloured surfel model of the scene (paper, section 3.3).
 class SurfelMap {
  public:
@@ -43,12 +57,17 @@ class SurfelMap {
   // one for whose new surfels there is no room.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
 
-  // The surfels that at least `min_observations` depth maps agree on, in the order in which they
-  // were inserted (by depth map, then by rows of pixels), with all fields of PointCloud filled.
-  // confidence = s / (s + n + 1), where s is the sum of the confidences with which depth maps saw
-  // the surfel (1 each where a depth map has none) and n the number of depth maps that saw through
-  // it: one sure observation gives 0.5, nine undisputed ones 0.9.
-  virtual PointCloud Export(int min_observations) const = 0;
+  // The surfels in the order in which they were inserted (by depth map, then by rows of pixels),
+  // with all fields of PointCloud filled. confidence = s / (s + a + 1): s is the sum of the
+  // confidences with which depth maps saw the surfel (1 each where a depth map has none), a the sum
+  // of those with which depth maps saw through it, and of those, 1 at most, that saw a surface
+  // before it. One sure observation gives 0.5, nine undisputed ones 0.9.
+  virtual PointCloud Export(const SurfelExportOptions& options) const = 0;
+
+  // Whatever their confidence.
+  PointCloud Export(int min_observations) const {
+    return Export(SurfelExportOptions{.min_observations = min_observations, .min_confidence = 0});
+  }
 
   virtual std::int64_t num_surfels() const = 0;
 };
@@ -74,6 +93,8 @@ struct SurfelMapOptions {
   FreeSpaceOptions free_space;
   RegistrationOptions registration;
   RegistrationGateOptions gate;
+  // So many past depth maps review the surfels that a new one adds.
+  int num_reviews = 8;
   int max_surfels = 8'000'000;  // or as many as one buffer of the device holds, where that is less
 
   void Visit(OptionVisitor& visit);

@@ -32,9 +32,9 @@ struct PipelineOptions {
   KeyframeSelectorOptions keyframes;
   DepthEstimatorOptions depth;
   SurfelMapOptions fusion;
-  // Surfels that fewer depth maps agree on stay out of the exported model. When fewer maps than
-  // that were fused, all surfels that every map agrees on are exported.
-  int min_observations = 2;
+  // What belongs to the exported model. When fewer maps were fused than must agree on a surfel, all
+  // that every map agrees on are exported.
+  SurfelExportOptions surfel_export;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -100,7 +100,7 @@ struct Reconstruction {
 class Pipeline {
  public:
   explicit Pipeline(PipelineStages stages, PipelineObserver observer = {},
-                    int min_observations = PipelineOptions{}.min_observations);
+                    const SurfelExportOptions& surfel_export = {});
   ~Pipeline();
 
   // Takes the next frame through all stages that it sets in motion.

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+
+#include "fusion/depth_map_buffers.h"
+#include "mono3d/image/depth_map.h"
+
+namespace mono3d {
+
+// A fused depth map as far as it can still speak of surfels that come later.
+struct PastView {
+  DepthMap view;            // without its images: camera, pose in the model, sigma, keyframe
+  DepthMapBuffers buffers;  // depth and candidate alone
+};
+
+// The last fused depth maps, on the device: 20 bytes a pixel each.
+class PastViews {
+ public:
+  // Keeps `max_views`, fewer where they are large, at least one (unless max_views is 0).
+  explicit PastViews(std::size_t max_views) : max_views_(max_views) {}
+
+  const std::deque<PastView>& views() const { return views_; }
+  // For corrections of their poses.
+  std::deque<PastView>& views() { return views_; }
+
+  // Takes depth and candidate out of `buffers`, which is given others, of undefined contents, for
+  // the next depth map.
+  void Push(const std::shared_ptr<Device>& device, const DepthMap& map, DepthMapBuffers& buffers);
+
+ private:
+  std::size_t max_views_;
+  std::deque<PastView> views_;  // oldest first
+};
+
+}  // namespace mono3d
