@@ -56,8 +56,10 @@ Line LineOf(Source source, float row, float first, float last) {
   return Line(in_front ? from + 0.5 : vec2(-1e6), (to - from) / float(kLocalPlanes - 1));
 }
 
-View ViewFrom(int source, Line line, float k) {
-  const vec2 at = line.at + k * line.step;
+// At line.at, which moves on to the next plane.
+View NextView(int source, inout Line line) {
+  const vec2 at = line.at;
+  line.at += line.step;
   const ivec2 pixel = ivec2(at);
   const bool visible = at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y;
   return ViewOf(visible, (source + 1) * census_pixels + pixel.y * stride_px + pixel.x);
@@ -68,21 +70,20 @@ void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float 
   const int pixel = LocalPixel(x, y, int(params.height_px));
   const uint range = imageLoad(ranges, pixel).x;
   const bool narrow = (range & kNarrow) != 0u;
-  const float first = params.inverse_depth + float(range & 0xffffu) * params.inverse_depth_step;
+  const float first_plane = float(range & 0xffffu) + (narrow ? 4.0 : 0.0);
+  const float first = params.inverse_depth + first_plane * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
-  const Line l0 = LineOf(s0, row, first, last);
-  const Line l1 = LineOf(s1, row, first, last);
-  const Line l2 = LineOf(s2, row, first, last);
-  const Line l3 = LineOf(s3, row, first, last);
+  Line l0 = LineOf(s0, row, first, last);
+  Line l1 = LineOf(s1, row, first, last);
+  Line l2 = LineOf(s2, row, first, last);
+  Line l3 = LineOf(s3, row, first, last);
   uvec4 words = uvec4(0);
-  float k = narrow ? 4.0 : 0.0;
   const int num_words = narrow ? 2 : 4;
   for (int i = 0; i < num_words; ++i) {
     uint word = 0u;
     [[unroll]] for (int j = 0; j < 4; ++j) {
-      word |= CostOf(ViewFrom(0, l0, k), ViewFrom(1, l1, k), ViewFrom(2, l2, k), ViewFrom(3, l3, k))
+      word |= CostOf(NextView(0, l0), NextView(1, l1), NextView(2, l2), NextView(3, l3))
               << (8 * j);
-      k += 1.0;
     }
     words = uvec4(words.yzw, word);
   }

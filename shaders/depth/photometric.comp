@@ -15,8 +15,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer detail;  // of the reference, sources 0 and 1
-layout(binding = 1, r32ui) uniform readonly uimageBuffer more_detail;  // of sources 2 and 3
+// Words, read by fours: of the reference, sources 0 and 1; and of sources 2 and 3.
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer detail;
+layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_detail;
 layout(binding = 2, r32f) uniform readonly imageBuffer projections;    // projections.glsl
 layout(binding = 3, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // Inverse depth before and after the step; its information, 1 / (standard deviation in planes)^2;
@@ -38,6 +39,12 @@ vec2 sums;  // of weight * J * r and of weight * J^2
 float support;
 float num_visible;
 
+// Word of a texel of four.
+uint Select(uvec4 texel, int word) {
+  const uvec2 pair = (word & 2) != 0 ? texel.zw : texel.xy;
+  return (word & 1) != 0 ? pair.y : pair.x;
+}
+
 struct Source {
   vec3 a, row, b;  // A p in the first row, its change from row to row, and b
 };
@@ -56,8 +63,9 @@ void AddSource(Source from, int source, float row, float w) {
   const vec2 corner = visible ? floor(u) : vec2(0);
   const vec2 share = u - corner;
   const int place = int(corner.y) * stride + int(corner.x);
-  const uint word = source < 2 ? imageLoad(detail, (source + 1) * image_words + place).x
-                               : imageLoad(more_detail, (source - 2) * image_words + place).x;
+  const int index = (source < 2 ? source + 1 : source - 2) * image_words + place;
+  const uvec4 texel = source < 2 ? imageLoad(detail, index >> 2) : imageLoad(more_detail, index >> 2);
+  const uint word = Select(texel, index);
   const float v00 = float(word & 0xffu), v10 = float((word >> 8) & 0xffu);
   const float v01 = float((word >> 16) & 0xffu), v11 = float(word >> 24);
   const float top = v00 + share.x * (v10 - v00);
@@ -79,7 +87,8 @@ void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row
   const int width = int(params.width_px);
   const bool inside = x >= 0 && x < width && y >= 0 && y < int(params.height_px);
   const float w = inside ? imageLoad(inverse_depth, inside ? y * width + x : 0).x : 0.0;
-  reference = float(imageLoad(detail, inside ? y * stride + x : 0).x & 0xffu);
+  const int place = inside ? y * stride + x : 0;
+  reference = float(Select(imageLoad(detail, place >> 2), place) & 0xffu);
   sums = vec2(0);
   support = 0.0;
   num_visible = 0.0;
