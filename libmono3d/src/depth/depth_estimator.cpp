@@ -13,17 +13,13 @@
 
 #include "depth/buffers.h"
 #include "depth/dog.h"
-#include "depth/local_matcher.h"
-#include "depth/matcher.h"
+#include "depth/hierarchy.h"
 #include "depth/normals.h"
-#include "depth/padded_image.h"
-#include "depth/pyramid.h"
 #include "depth/refiner.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "depth/texture_filter.h"
 #include "depth/upsample.h"
-#include "gpu/device_handle.h"
 #include "gpu/recorder.h"
 
 namespace mono3d {
@@ -33,12 +29,6 @@ namespace {
 constexpr double kLeastMotionPx = 2;
 // Less of the reference in view of any source, halfway through the range, is no overlap.
 constexpr double kLeastVisibleShare = 0.1;
-// The sweep that only looks for the range does so on images of a quarter of the size or less.
-constexpr int kRangeSearchLevel = 2;
-// Below this the coarsest level shows too little for windows and paths.
-constexpr std::uint32_t kLeastCoarseSide = 48;
-// detail.comp takes away the images of this level.
-constexpr int kDetailLevel = 2;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.
 constexpr double kLeastDensity = 0.01;
 // Pixels of the census window, 9x7, over which the texture is averaged.
@@ -79,15 +69,6 @@ class VulkanDepthEstimator final : public DepthEstimator {
   DepthResult Estimate(const ImageBundle& bundle) override;
 
  private:
-  void Upload(const ImageBundle& bundle);
-  void RecordPyramid(const LevelSize& full, int level);
-  std::optional<InverseDepthRange> FindRange(const ImageBundle& bundle,
-                                             const SweepGeometry& geometry);
-  std::optional<InverseDepthRange> SearchRange(const SweepGeometry& geometry);
-  SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
-  SweepPlan RecordHierarchy(const SweepGeometry& geometry, const InverseDepthRange& range);
-  int FinestLevel(const CameraModel& camera) const;
-  int CoarsestLevel(const CameraModel& camera, int finest) const;
   void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
 
@@ -95,17 +76,12 @@ class VulkanDepthEstimator final : public DepthEstimator {
   DepthEstimatorOptions options_;
   StageTimes* times_;
   Recorder recorder_;
-  PyramidStage pyramid_;
-  Matcher matcher_;
-  LocalMatcher local_matcher_;
+  Hierarchy hierarchy_;
   UpsampleStage upsample_;
   Refiner refiner_;
   NormalsStage normals_stage_;
   DogStage dog_;
   TextureFilterStage texture_filter_;
-  std::vector<Buffer> levels_;  // of the pyramid: five padded images, the reference first
-  const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
-  const Buffer* confidence_ = nullptr;
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
@@ -121,9 +97,7 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       options_(options),
       times_(times),
       recorder_(device_),
-      pyramid_(device_),
-      matcher_(device_, options),
-      local_matcher_(device_, options),
+      hierarchy_(device_, options),
       upsample_(device_),
       refiner_(device_, options.refinement),
       normals_stage_(device_),
@@ -135,8 +109,10 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
   if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
-  Upload(bundle);
-  const std::optional<InverseDepthRange> range = FindRange(bundle, geometry);
+  hierarchy_.Upload(bundle);
+  noise_ = NoiseOf(ToGrey(bundle.reference().frame.bgr));
+  const std::optional<InverseDepthRange> range =
+      hierarchy_.FindRange(recorder_, bundle, geometry, times_);
   if (!range) return Rejected("the images do not overlap or do not match");
   if (geometry.VisibleShare(0.5 * (range->farthest + range->nearest)) < kLeastVisibleShare) {
     return Rejected("the images do not overlap");
@@ -145,7 +121,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
       (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
   if (motion_px < kLeastMotionPx) return Rejected("the baseline is too small for the depth");
 
-  const SweepPlan plan = RecordHierarchy(geometry, *range);
+  const SweepPlan plan = hierarchy_.Record(recorder_, geometry, *range);
   RecordRefinement(geometry, plan);
   recorder_.Submit(times_);
 
@@ -167,127 +143,6 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   return result;
 }
 
-void VulkanDepthEstimator::Upload(const ImageBundle& bundle) {
-  const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
-  const std::size_t image_bytes = 4 * PaddedWords(size);
-  if (levels_.empty()) levels_.emplace_back();
-  Reserve(levels_[0], device_, image_bytes * kBundleSize, "depth/pyramid");
-  std::size_t source = 1;
-  for (std::size_t i = 0; i < kBundleSize; ++i) {
-    const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
-    const cv::Mat grey = ToGrey(bundle.keyframes[i].frame.bgr);
-    const std::vector<std::uint32_t> words = PackPadded(grey);
-    if (slot == 0) noise_ = NoiseOf(grey);
-    levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
-  }
-}
-
-void VulkanDepthEstimator::RecordPyramid(const LevelSize& full, int level) {
-  LevelSize size = full;
-  for (std::size_t fine = 0; fine < static_cast<std::size_t>(level); ++fine) {
-    if (levels_.size() <= fine + 1) levels_.emplace_back();
-    Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * kBundleSize,
-            "depth/pyramid");
-    pyramid_.Record(recorder_, levels_[fine], size, kBundleSize, levels_[fine + 1]);
-    size = size.Halved();
-  }
-}
-
-SweepPlan VulkanDepthEstimator::Plan(const SweepGeometry& geometry, const InverseDepthRange& range,
-                                     int level) const {
-  return PlanSweep(geometry, range,
-                   {.level = level,
-                    .max_planes = static_cast<std::uint32_t>(options_.plane_sweep.max_planes),
-                    .max_buffer_bytes = Limits(*device_).max_storage_buffer_bytes,
-                    .padded_planes = [this](std::uint32_t n) { return matcher_.PaddedPlanes(n); }});
-}
-
-// Of the options, else of the reference's sparse points, else of the other images' points, which
-// see much the same scene from nearly as far; else of a sweep.
-std::optional<InverseDepthRange> VulkanDepthEstimator::FindRange(const ImageBundle& bundle,
-                                                                 const SweepGeometry& geometry) {
-  const PlaneSweepOptions& sweep = options_.plane_sweep;
-  std::optional<InverseDepthRange> range;
-  if (sweep.min_depth_su <= 0 || sweep.max_depth_su <= 0) {
-    range = RangeOfDepths(bundle.reference().sparse_depths_su);
-    if (!range) {
-      std::vector<float> depths;
-      for (const Keyframe& keyframe : bundle.keyframes) {
-        depths.insert(depths.end(), keyframe.sparse_depths_su.begin(),
-                      keyframe.sparse_depths_su.end());
-      }
-      range = RangeOfDepths(depths);
-    }
-    if (!range) range = SearchRange(geometry);
-    if (!range) return std::nullopt;
-  } else {
-    range = InverseDepthRange{};
-  }
-  if (sweep.min_depth_su > 0) range->nearest = 1 / sweep.min_depth_su;
-  if (sweep.max_depth_su > 0) range->farthest = 1 / sweep.max_depth_su;
-  if (range->farthest >= range->nearest) return std::nullopt;
-  return range;
-}
-
-std::optional<InverseDepthRange> VulkanDepthEstimator::SearchRange(const SweepGeometry& geometry) {
-  const std::optional<InverseDepthRange> widest = geometry.WidestRange();
-  if (!widest) return std::nullopt;
-  const SweepPlan plan = Plan(geometry, *widest, kRangeSearchLevel);
-  RecordPyramid(SizeAtLevel(geometry.camera(), 0), plan.level);
-  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)], true);
-  recorder_.Submit(times_);
-  std::vector<float> depths(plan.size.num_pixels());
-  matcher_.inverse_depth().Download(std::span<float>(depths));
-  for (float& depth : depths) depth = depth > 0 ? 1 / depth : 0;
-  return RangeOfDepths(depths);
-}
-
-// Coarse to fine; returns the plan of the finest level.
-SweepPlan VulkanDepthEstimator::RecordHierarchy(const SweepGeometry& geometry,
-                                                const InverseDepthRange& range) {
-  const CameraModel& camera = geometry.camera();
-  const int finest = FinestLevel(camera);
-  SweepPlan plan = Plan(geometry, range, CoarsestLevel(camera, finest));
-  RecordPyramid(SizeAtLevel(camera, 0), std::max(plan.level, kDetailLevel));
-  matcher_.Record(recorder_, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
-  inverse_depth_ = &matcher_.inverse_depth();
-  confidence_ = &matcher_.confidence();
-  while (plan.level > finest) {
-    const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
-    plan = Finer(plan, camera);
-    local_matcher_.Record(
-        recorder_, {.coarse_camera = coarse_camera, .plan = plan, .is_last = plan.level == finest},
-        geometry.Projections(plan.level), levels_[static_cast<std::size_t>(plan.level)],
-        *inverse_depth_);
-    inverse_depth_ = &local_matcher_.inverse_depth();
-    confidence_ = &local_matcher_.confidence();
-  }
-  return plan;
-}
-
-// That of the options, or the first whose volumes fit the device's buffers.
-int VulkanDepthEstimator::FinestLevel(const CameraModel& camera) const {
-  int level = options_.pyramid.level;
-  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level)) >
-         Limits(*device_).max_storage_buffer_bytes) {
-    ++level;
-  }
-  return level;
-}
-
-int VulkanDepthEstimator::CoarsestLevel(const CameraModel& camera, int finest) const {
-  const int num_levels = options_.pyramid.num_levels;
-  int level = finest;
-  while (num_levels == 0 || level - finest + 1 < num_levels) {
-    const LevelSize coarser = SizeAtLevel(camera, level + 1);
-    if (std::min(coarser.width_px, coarser.height_px) < kLeastCoarseSide) break;
-    ++level;
-  }
-  return level;
-}
-
 void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan) {
   const CameraModel& camera = geometry.camera();
   const LevelSize size = SizeAtLevel(camera, 0);
@@ -296,8 +151,8 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
   Reserve(response_, device_, 4 * size.num_strided_pixels(), "depth/dog");
   Reserve(filtered_depth_, device_, map_bytes, "depth/texture_filter");
   Reserve(filtered_confidence_, device_, map_bytes, "depth/filtered_confidence");
-  const Buffer* inverse_depth = inverse_depth_;
-  const Buffer* confidence = confidence_;
+  const Buffer* inverse_depth = &hierarchy_.inverse_depth();
+  const Buffer* confidence = &hierarchy_.confidence();
   const std::uint32_t factor = 1u << static_cast<unsigned>(plan.level);
   if (plan.level > 0) {
     Reserve(upsampled_depth_, device_, map_bytes, "depth/upsample");
@@ -312,8 +167,8 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
   }
   if (options_.refinement.iterations > 0) {
     refiner_.Record(recorder_, geometry,
-                    {.images = levels_[0],
-                     .quarter = levels_[kDetailLevel],
+                    {.images = hierarchy_.images(0),
+                     .quarter = hierarchy_.images(Hierarchy::kDetailLevel),
                      .inverse_depth = *inverse_depth,
                      .step = plan.step / factor,
                      .noise = noise_});
@@ -329,7 +184,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                          .cy = static_cast<float>(camera.cy),
                          .tolerance = static_cast<float>(plan.step / factor)},
                         *inverse_depth, normals_);
-  dog_.Record(recorder_, levels_[0], size, response_);
+  dog_.Record(recorder_, hierarchy_.images(0), size, response_);
   const double min_sum = options_.dog.min_response * kDogUnitsPerGrey * kTextureWindow;
   texture_filter_.Record(
       recorder_, {size.width_px, size.height_px, static_cast<std::uint32_t>(min_sum)}, response_,

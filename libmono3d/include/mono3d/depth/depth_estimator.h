@@ -20,8 +20,10 @@ struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
   std::string reason;       // why there is no depth: "no baseline between the images"
   DepthMap map;             // empty images when rejected
-  int level = 0;            // of the pyramid on which the planes were swept
-  int num_planes = 0;       // of the sweep
+  int level = 0;            // of the pyramid, the finest that was swept
+  // Of the grid through the range on that level. All are swept only where it is the coarsest level;
+  // else each pixel is matched on the 16 of them around its prior.
+  int num_planes = 0;
   double min_depth_su = 0;  // range of the sweep
   double max_depth_su = 0;  // infinite when the farthest plane is at infinity
 };

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/hierarchy.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "depth/buffers.h"
+#include "depth/padded_image.h"
+#include "gpu/device_handle.h"
+
+namespace mono3d {
+namespace {
+
+// The sweep that only looks for the range does so on images of a quarter of the size or less.
+constexpr int kRangeSearchLevel = 2;
+// Below this the coarsest level shows too little for windows and paths.
+constexpr std::uint32_t kLeastCoarseSide = 48;
+}  // namespace
+
+Hierarchy::Hierarchy(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
+    : device_(std::move(device)),
+      options_(options),
+      pyramid_(device_),
+      matcher_(device_, options),
+      local_matcher_(device_, options) {}
+
+void Hierarchy::Upload(const ImageBundle& bundle) {
+  const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
+  const std::size_t image_bytes = 4 * PaddedWords(size);
+  if (levels_.empty()) levels_.emplace_back();
+  Reserve(levels_[0], device_, image_bytes * kBundleSize, "depth/pyramid");
+  std::size_t source = 1;
+  for (std::size_t i = 0; i < kBundleSize; ++i) {
+    const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
+    const std::vector<std::uint32_t> words = PackPadded(ToGrey(bundle.keyframes[i].frame.bgr));
+    levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
+  }
+}
+
+void Hierarchy::RecordPyramid(Recorder& recorder, const LevelSize& full, int level) {
+  LevelSize size = full;
+  for (std::size_t fine = 0; fine < static_cast<std::size_t>(level); ++fine) {
+    if (levels_.size() <= fine + 1) levels_.emplace_back();
+    Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * kBundleSize,
+            "depth/pyramid");
+    pyramid_.Record(recorder, levels_[fine], size, kBundleSize, levels_[fine + 1]);
+    size = size.Halved();
+  }
+}
+
+SweepPlan Hierarchy::Plan(const SweepGeometry& geometry, const InverseDepthRange& range,
+                          int level) const {
+  return PlanSweep(geometry, range,
+                   {.level = level,
+                    .max_planes = static_cast<std::uint32_t>(options_.plane_sweep.max_planes),
+                    .max_buffer_bytes = Limits(*device_).max_storage_buffer_bytes,
+                    .padded_planes = [this](std::uint32_t n) { return matcher_.PaddedPlanes(n); }});
+}
+
+std::optional<InverseDepthRange> Hierarchy::FindRange(Recorder& recorder, const ImageBundle& bundle,
+                                                      const SweepGeometry& geometry,
+                                                      StageTimes* times) {
+  const PlaneSweepOptions& sweep = options_.plane_sweep;
+  std::optional<InverseDepthRange> range;
+  if (sweep.min_depth_su <= 0 || sweep.max_depth_su <= 0) {
+    range = RangeOfDepths(bundle.reference().sparse_depths_su);
+    if (!range) {
+      std::vector<float> depths;
+      for (const Keyframe& keyframe : bundle.keyframes) {
+        depths.insert(depths.end(), keyframe.sparse_depths_su.begin(),
+                      keyframe.sparse_depths_su.end());
+      }
+      range = RangeOfDepths(depths);
+    }
+    if (!range) range = SearchRange(recorder, geometry, times);
+    if (!range) return std::nullopt;
+  } else {
+    range = InverseDepthRange{};
+  }
+  if (sweep.min_depth_su > 0) range->nearest = 1 / sweep.min_depth_su;
+  if (sweep.max_depth_su > 0) range->farthest = 1 / sweep.max_depth_su;
+  if (range->farthest >= range->nearest) return std::nullopt;
+  return range;
+}
+
+std::optional<InverseDepthRange> Hierarchy::SearchRange(Recorder& recorder,
+                                                        const SweepGeometry& geometry,
+                                                        StageTimes* times) {
+  const std::optional<InverseDepthRange> widest = geometry.WidestRange();
+  if (!widest) return std::nullopt;
+  const SweepPlan plan = Plan(geometry, *widest, kRangeSearchLevel);
+  RecordPyramid(recorder, SizeAtLevel(geometry.camera(), 0), plan.level);
+  matcher_.Record(recorder, plan, geometry.Projections(plan.level),
+                  levels_[static_cast<std::size_t>(plan.level)], true);
+  recorder.Submit(times);
+  std::vector<float> depths(plan.size.num_pixels());
+  matcher_.inverse_depth().Download(std::span<float>(depths));
+  for (float& depth : depths) depth = depth > 0 ? 1 / depth : 0;
+  return RangeOfDepths(depths);
+}
+
+SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
+                            const InverseDepthRange& range) {
+  const CameraModel& camera = geometry.camera();
+  const int finest = FinestLevel(camera);
+  SweepPlan plan = Plan(geometry, range, CoarsestLevel(camera, finest));
+  RecordPyramid(recorder, SizeAtLevel(camera, 0), std::max(plan.level, kDetailLevel));
+  matcher_.Record(recorder, plan, geometry.Projections(plan.level),
+                  levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
+  inverse_depth_ = &matcher_.inverse_depth();
+  confidence_ = &matcher_.confidence();
+  while (plan.level > finest) {
+    const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
+    plan = Finer(plan, camera);
+    local_matcher_.Record(
+        recorder, {.coarse_camera = coarse_camera, .plan = plan, .is_last = plan.level == finest},
+        geometry.Projections(plan.level), levels_[static_cast<std::size_t>(plan.level)],
+        *inverse_depth_);
+    inverse_depth_ = &local_matcher_.inverse_depth();
+    confidence_ = &local_matcher_.confidence();
+  }
+  return plan;
+}
+
+// That of the options, or the first whose volumes fit the device's buffers.
+int Hierarchy::FinestLevel(const CameraModel& camera) const {
+  int level = options_.pyramid.level;
+  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level)) >
+         Limits(*device_).max_storage_buffer_bytes) {
+    ++level;
+  }
+  return level;
+}
+
+int Hierarchy::CoarsestLevel(const CameraModel& camera, int finest) const {
+  const int num_levels = options_.pyramid.num_levels;
+  int level = finest;
+  while (num_levels == 0 || level - finest + 1 < num_levels) {
+    const LevelSize coarser = SizeAtLevel(camera, level + 1);
+    if (std::min(coarser.width_px, coarser.height_px) < kLeastCoarseSide) break;
+    ++level;
+  }
+  return level;
+}
+
+}  // namespace mono3d

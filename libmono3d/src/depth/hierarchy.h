@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "depth/local_matcher.h"
+#include "depth/matcher.h"
+#include "depth/pyramid.h"
+#include "depth/sweep_geometry.h"
+#include "depth/sweep_plan.h"
+#include "gpu/buffer.h"
+#include "gpu/recorder.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/depth/depth_estimator.h"
+#include "mono3d/image/image_bundle.h"
+
+namespace mono3d {
+
+// Coarse to fine (paper, section 3.2): image pyramid, plane sweep over the whole range of depths on
+// the coarsest level, planes around the depth of the level above on each finer one. Keeps its
+// buffers from one bundle to the next.
+class Hierarchy {
+ public:
+  Hierarchy(std::shared_ptr<Device> device, const DepthEstimatorOptions& options);
+
+  // First of all: the images that the rest is about.
+  void Upload(const ImageBundle& bundle);
+
+  // Of the options, else of the reference's sparse points, else of the other images' points, which
+  // see much the same scene from nearly as far; else of a sweep, which is submitted. Empty when
+  // the images do not overlap or do not match.
+  std::optional<InverseDepthRange> FindRange(Recorder& recorder, const ImageBundle& bundle,
+                                             const SweepGeometry& geometry, StageTimes* times);
+
+  // Returns the plan of the finest level. The results are there after recorder.Submit().
+  SweepPlan Record(Recorder& recorder, const SweepGeometry& geometry,
+                   const InverseDepthRange& range);
+
+  // Of the finest level: inverse depth in 1/su, 0: no estimate; confidence 0 to 1.
+  const Buffer& inverse_depth() const { return *inverse_depth_; }
+  const Buffer& confidence() const { return *confidence_; }
+  // Five padded images of a level up to kDetailLevel, the reference first.
+  const Buffer& images(int level) const { return levels_[static_cast<std::size_t>(level)]; }
+
+  // detail.comp takes away the images of this level.
+  static constexpr int kDetailLevel = 2;
+
+ private:
+  void RecordPyramid(Recorder& recorder, const LevelSize& full, int level);
+  std::optional<InverseDepthRange> SearchRange(Recorder& recorder, const SweepGeometry& geometry,
+                                               StageTimes* times);
+  SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
+  int FinestLevel(const CameraModel& camera) const;
+  int CoarsestLevel(const CameraModel& camera, int finest) const;
+
+  std::shared_ptr<Device> device_;
+  DepthEstimatorOptions options_;
+  PyramidStage pyramid_;
+  Matcher matcher_;
+  LocalMatcher local_matcher_;
+  std::vector<Buffer> levels_;
+  const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
+  const Buffer* confidence_ = nullptr;
+};
+
+}  // namespace mono3d
