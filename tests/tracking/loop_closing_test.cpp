@@ -83,7 +83,7 @@ DriftedMap OutAndBack() {
 TEST(FindLoop, FindsTheWayBackWithItsScale) {
   DriftedMap world = OutAndBack();
   const KeyframeId last = 2 * kNumOutward - 1;
-  const std::optional<Loop> loop = FindLoop(world.map, world.index, last, 1);
+  const std::optional<PlaceFound> loop = FindLoop(world.map, world.index, last, 1);
   ASSERT_TRUE(loop.has_value());
   EXPECT_LT(loop->old_keyframe, 4U);
   EXPECT_GE(loop->num_inliers, 50);
@@ -108,7 +108,7 @@ TEST(CloseLoop, TakesMostOfTheDriftAway) {
   };
   const double before = gap();
   ASSERT_GT(before, 0.5);
-  const std::optional<Loop> loop = FindLoop(world.map, world.index, last, 1);
+  const std::optional<PlaceFound> loop = FindLoop(world.map, world.index, last, 1);
   ASSERT_TRUE(loop.has_value());
   CloseLoop(world.map, *loop, {});
   EXPECT_LT(gap(), 0.1 * before);

@@ -15,10 +15,6 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr int kMinVotes = 15;
-constexpr int kMinInliers = 50;
-constexpr std::size_t kMinPairs = 20;
-
 // The keyframes that share points with `keyframe`, or with one that does.
 std::vector<char> ConnectedTo(const Map& map, KeyframeId keyframe) {
   constexpr int kMinShared = 15;
@@ -47,71 +43,6 @@ std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& index, Keyf
     if (map.keyframe(match.keyframe).alive) candidates.push_back(match.keyframe);
   }
   return candidates;
-}
-
-// A point of the keyframe, an old one at the same pixel, and the ratio of their depths.
-struct Pair {
-  PointId own = 0;
-  PointId old = 0;
-  double log_ratio = 0;
-};
-
-std::vector<Pair> PairsOf(const Map& map, const View& own, const View& old) {
-  constexpr double kSamePixel = 2;  // px
-  std::vector<Pair> pairs;
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < old.points.size(); ++i) {
-    if (!old.points[i]) continue;
-    const Eigen::Vector2d& pixel = old.features[i].pixel;
-    found.clear();
-    own.grid.Find(pixel, kSamePixel, 0, map.scales().num_levels(), found);
-    std::optional<std::size_t> nearest;
-    for (const std::size_t k : found) {
-      if (!own.points[k] || own.points[k] == old.points[i]) continue;
-      const auto distance = [&](std::size_t of) {
-        return (own.features[of].pixel - pixel).squaredNorm();
-      };
-      if (!nearest || distance(k) < distance(*nearest)) nearest = k;
-    }
-    if (!nearest) continue;
-    const double z_own = (own.T_cam_world * map.point(*own.points[*nearest]).p_world).z();
-    const double z_old = (old.T_cam_world * map.point(*old.points[i]).p_world).z();
-    if (z_own <= 0 || z_old <= 0) continue;
-    pairs.push_back({*own.points[*nearest], *old.points[i], std::log(z_old / z_own)});
-  }
-  return pairs;
-}
-
-// The scale that most pairs agree on; leaves only those that do. Nothing when they are too few.
-std::optional<double> CommonScale(std::vector<Pair>& pairs) {
-  if (pairs.size() < kMinPairs) return std::nullopt;
-  std::vector<double> ratios;
-  for (const Pair& pair : pairs) ratios.push_back(pair.log_ratio);
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  const double median = *middle;
-  constexpr double kTolerance = 0.05;  // of the depth: noise of points seen under little parallax
-  std::erase_if(pairs,
-                [&](const Pair& pair) { return std::abs(pair.log_ratio - median) > kTolerance; });
-  if (pairs.size() < kMinPairs) return std::nullopt;
-  double sum = 0;
-  for (const Pair& pair : pairs) sum += pair.log_ratio;
-  return std::exp(sum / static_cast<double>(pairs.size()));
-}
-
-std::optional<Loop> Check(Map& map, KeyframeId keyframe, KeyframeId old_keyframe, int seed) {
-  const View own = map.keyframe(keyframe).view;
-  View found = own;
-  if (Relocalise(map, old_keyframe, found, seed).num_inliers < kMinVotes) return std::nullopt;
-  View old = found;
-  const PoseResult result = TrackPatches(map, found, old);
-  if (result.num_inliers < kMinInliers) return std::nullopt;
-  std::vector<Pair> pairs = PairsOf(map, own, old);
-  const std::optional<double> scale = CommonScale(pairs);
-  if (!scale) return std::nullopt;
-  Loop loop{keyframe, old_keyframe, old.T_cam_world, *scale, result.num_inliers, {}};
-  for (const Pair& pair : pairs) loop.same.emplace_back(pair.own, pair.old);
-  return loop;
 }
 
 // The keyframes of a map as a graph, and which node is which.
@@ -187,15 +118,16 @@ void NoteScales(const std::vector<std::vector<double>>& before, Map& map) {
 
 }  // namespace
 
-std::optional<Loop> FindLoop(Map& map, const PlaceIndex& index, KeyframeId keyframe, int seed) {
+std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId keyframe,
+                                   int seed) {
   for (const KeyframeId candidate : Candidates(map, index, keyframe)) {
-    std::optional<Loop> loop = Check(map, keyframe, candidate, seed);
+    std::optional<PlaceFound> loop = MatchPlace(map, keyframe, map, candidate, seed);
     if (loop) return loop;
   }
   return std::nullopt;
 }
 
-void CloseLoop(Map& map, const Loop& loop, const LocalMappingOptions& options) {
+void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options) {
   Graph graph = BuildGraph(map);
   const Pose T_new_old = loop.T_cam_world * map.T_cam_world(loop.old_keyframe).Inverse();
   graph.AddEdge(loop.old_keyframe, loop.keyframe,
@@ -203,6 +135,10 @@ void CloseLoop(Map& map, const Loop& loop, const LocalMappingOptions& options) {
   const double length = Median(map.Depths(map.keyframe(loop.keyframe).view));
   OptimisePoseGraph(graph.S_cam_world, graph.edges, length > 0 ? length : 1);
   map.Correct(graph.keyframes, graph.S_cam_world);
+  MergePlaces(map, loop, options);
+}
+
+void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options) {
   for (const auto& [own, old] : loop.same) {
     if (map.point(own).alive && map.point(old).alive) map.MergePoints(own, old);
   }

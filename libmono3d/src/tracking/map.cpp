@@ -212,6 +212,35 @@ void Map::ScaleAround(std::vector<double> ratios) {
   }
 }
 
+void Map::Append(Map&& other, const Similarity& S_world_other) {
+  const KeyframeId first_keyframe = keyframes_.size();
+  const PointId first_point = points_.size();
+  const double scale = S_world_other.scale();
+  for (MapPoint& point : other.points_) {
+    point.p_world = S_world_other * point.p_world;
+    point.towards_cameras = S_world_other.pose().rotation() * point.towards_cameras;
+    point.min_distance *= scale;
+    point.max_distance *= scale;
+    point.created_at += first_keyframe;
+    point.patch_keyframe += first_keyframe;
+    for (Observation& observation : point.observations) observation.keyframe += first_keyframe;
+    points_.push_back(std::move(point));
+  }
+  for (MapKeyframe& keyframe : other.keyframes_) {
+    keyframe.view.T_cam_world = (S_world_other * keyframe.view.T_cam_world.Inverse()).Inverse();
+    keyframe.T_cam_anchor =
+        Pose(keyframe.T_cam_anchor.rotation(), scale * keyframe.T_cam_anchor.translation());
+    keyframe.anchor += first_keyframe;
+    keyframe.scale *= scale;
+    for (std::optional<PointId>& point : keyframe.view.points) {
+      if (point) *point += first_point;
+    }
+    keyframes_.push_back(std::move(keyframe));
+  }
+  other.points_.clear();
+  other.keyframes_.clear();
+}
+
 void Map::Rescale(double factor) {
   for (MapPoint& point : points_) {
     point.p_world *= factor;

@@ -133,6 +133,9 @@ class Map {
   // Notes that the lengths around each keyframe have been multiplied, one ratio for each; the
   // culled ones follow theirs.
   void ScaleAround(std::vector<double> ratios);
+  // Takes over another map, which is empty afterwards: its points and keyframes get the numbers
+  // after those of this one, and move by the similarity.
+  void Append(Map&& other, const Similarity& S_world_other);
   // Multiplies all lengths.
   void Rescale(double factor);
 

@@ -11,8 +11,6 @@
 #include "tracking/direct_tracking.h"
 #include "tracking/keyframe_insertion.h"
 #include "tracking/local_mapping.h"
-#include "tracking/loop_closing.h"
-#include "tracking/map_start.h"
 #include "tracking/relocalisation.h"
 
 namespace mono3d::tracking {
@@ -101,80 +99,6 @@ TrackingResult OrbTracker::Initialise(View view) {
   return result;
 }
 
-// Then the frames that came before get their poses after all: those between the two views, and
-// those before the first, backwards, for which the map grows as it does forwards.
-std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
-  current_ = maps_.size();
-  maps_.push_back(
-      std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
-  FillMap(start, map());
-  places_.emplace_back();
-  for (const KeyframeId id : {0, 1})
-    places_[current_].Add(id, FeaturesWithPoints(map().keyframe(id).view));
-  has_map_ = true;
-  reference_ = 0;
-  newest_ = 0;
-  const View first = map().keyframe(0).view;
-  Remember(first);
-  std::vector<TrajectoryEntry> recovered = {ToEntry(records_.back(), map())};
-  const auto add = [&](const std::vector<TrajectoryEntry>& entries) {
-    recovered.insert(recovered.end(), entries.begin(), entries.end());
-  };
-  add(TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false));
-  std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
-  std::reverse(before.begin(), before.end());
-  add(TrackBacklog(before, true));
-  backlog_.Clear();
-  // All of them are through with their adjustment: nothing older will come.
-  for (KeyframeId id = 2; id < map().keyframes().size(); ++id) MarkAdjusted(map(), id);
-  newest_ = 1;
-  reference_ = 1;
-  return recovered;
-}
-
-// Tracks frames left without a pose, each from the one before in the list, the first from the last
-// tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
-std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& frames,
-                                                      bool may_insert) {
-  constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
-  const std::optional<View> from = previous_;
-  const std::size_t from_record = previous_record_;
-  const KeyframeId from_reference = reference_;
-  velocity_.reset();
-  std::vector<TrajectoryEntry> tracked;
-  int num_failures = 0;
-  for (const Frame& frame : frames) {
-    if (num_failures > kMaxFailures) break;
-    View view = MakeView(frame);
-    view.T_cam_world = PredictPose(frame.timestamp_s);
-    const PoseResult pose = TrackDirectly(map(), *previous_, view);
-    ++num_failures;
-    if (pose.num_inliers < options_.min_inliers) continue;
-    num_failures = 0;
-    UpdateMotion(view);
-    if (may_insert && InsertIfNeeded(view, pose)) {
-      places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
-      view = map().keyframe(newest_).view;
-    }
-    Remember(std::move(view));
-    tracked.push_back(ToEntry(records_.back(), map()));
-  }
-  previous_ = from;
-  previous_record_ = from_record;
-  reference_ = from_reference;
-  velocity_.reset();
-  return tracked;
-}
-
-// The frames of a loss, backwards from where the track was found again.
-std::vector<TrajectoryEntry> OrbTracker::TrackLostFrames() {
-  std::vector<Frame> lost = backlog_.Take(-1, previous_->frame.index);
-  std::reverse(lost.begin(), lost.end());
-  std::vector<TrajectoryEntry> tracked = TrackBacklog(lost, false);
-  std::reverse(tracked.begin(), tracked.end());
-  return tracked;
-}
-
 // Directly where the prediction holds, else by features.
 PoseResult OrbTracker::FindPose(View& view) {
   const ScopedStageTimer timer(times_, "tracking/frame_tracking");
@@ -256,7 +180,8 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   result.reprojection_px = pose.reprojection_px;
   result.is_keyframe = InsertIfNeeded(view, pose);
   if (result.is_keyframe) {
-    result.corrections = CloseLoopIfAny();
+    result.corrections = RecognisePlace();
+    result.map_id = map().id();  // another one where two were joined
     view = map().keyframe(newest_).view;
     result.settled_keyframes = TakeSettled(map(), false, next_keyframe_id_);
   }
@@ -288,18 +213,6 @@ PoseResult OrbTracker::Recover(View& view) {
   return RelocaliseInMap(map(), places_[current_], view, options_.min_inliers, options_.seed);
 }
 
-// While no new map has started, the last one may come into view again.
-std::optional<TrackingResult> OrbTracker::Return(View& view) {
-  if (maps_.empty()) return std::nullopt;
-  View returned = view;
-  PoseResult pose = Recover(returned);
-  if (pose.num_inliers < options_.min_inliers) return std::nullopt;
-  pose = Sharpen(returned, pose);
-  has_map_ = true;
-  initialiser_ = Initialiser(options_.initialisation, options_.seed);
-  return Continue(std::move(returned), pose);
-}
-
 bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   InsertionEvidence evidence;
   const Pose T_newest = map().T_cam_world(newest_);
@@ -316,24 +229,6 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   MapKeyframeInto(map(), newest_, options_.mapping, times_);
   reference_ = newest_;
   return true;
-}
-
-std::vector<KeyframeCorrection> OrbTracker::CloseLoopIfAny() {
-  std::optional<Loop> loop;
-  {
-    const ScopedStageTimer timer(times_, "tracking/place_recognition");
-    loop = FindLoop(map(), places_[current_], newest_, options_.seed);
-    places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
-  }
-  if (!loop) return {};
-  const ScopedStageTimer timer(times_, "tracking/loop_closing");
-  const double scale_before = map().keyframe(newest_).scale;
-  CloseLoop(map(), *loop, options_.mapping);
-  if (velocity_) {
-    const double ratio = map().keyframe(newest_).scale / scale_before;
-    velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
-  }
-  return CorrectionsOf(map());
 }
 
 void OrbTracker::Remember(View view) {

@@ -47,7 +47,9 @@ class OrbTracker final : public Tracker {
   PoseResult Recover(View& view);
   std::optional<TrackingResult> Return(View& view);
   bool InsertIfNeeded(View& view, const PoseResult& pose);
-  std::vector<KeyframeCorrection> CloseLoopIfAny();
+  std::vector<KeyframeCorrection> RecognisePlace();
+  bool CloseLoopIfAny();
+  bool JoinIfKnown();
   void UpdateMotion(const View& view);
   void Remember(View view);
 

@@ -22,12 +22,13 @@ enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
 
-// A keyframe that has settled and was moved nevertheless, by the closing of a loop.
+// A keyframe that has settled and was moved nevertheless: by the closing of a loop, or because its
+// map was joined with another one.
 struct KeyframeCorrection {
   std::int64_t id = 0;  // of the keyframe
-  int map_id = 0;
-  Pose T_world_cam;  // from now on
-  double scale = 1;  // lengths around it, over those at the time it was handed out
+  int map_id = 0;       // from now on: where maps were joined, not the one it was handed out with
+  Pose T_world_cam;     // from now on
+  double scale = 1;     // lengths around it, over those at the time it was handed out
 };
 
 struct TrajectoryEntry {
@@ -41,7 +42,9 @@ struct TrajectoryEntry {
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
   std::string reason;  // why there is no pose: "62 matches, 100 needed"; empty while tracking
-  int map_id = 0;      // counts the starts; poses of different maps have nothing in common
+  // Counts the starts; poses of different maps have nothing in common. When the camera sees what
+  // another map holds, its own goes into that one, and the number of its own is no more.
+  int map_id = 0;
   std::optional<Pose> T_world_cam;
   bool is_keyframe = false;
   int num_inliers = 0;         // map points that the pose rests on
@@ -52,7 +55,8 @@ struct TrackingResult {
   // Keyframes that have settled since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> settled_keyframes;
-  // Where a loop was closed: all keyframes of the map that were handed out before.
+  // Where a loop was closed or another map joined: all keyframes of the map that were handed out
+  // before.
   std::vector<KeyframeCorrection> corrections;
 };
 

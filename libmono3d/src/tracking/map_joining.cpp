@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/map_joining.h"
+
+#include <utility>
+
+#include "tracking/loop_closing.h"
+
+namespace mono3d::tracking {
+
+std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,
+                                         const PlaceIndex& places_of_other, int seed) {
+  constexpr std::size_t kMaxCandidates = 2;
+  const std::vector<Feature> features = FeaturesWithPoints(map.keyframe(keyframe).view);
+  for (const PlaceMatch& match : places_of_other.Query(features, kMaxCandidates)) {
+    if (match.num_votes < kMinVotes) break;
+    if (!other.keyframe(match.keyframe).alive) continue;
+    std::optional<PlaceFound> found = MatchPlace(map, keyframe, other, match.keyframe, seed);
+    if (found) return found;
+  }
+  return std::nullopt;
+}
+
+Similarity SimilarityOf(const PlaceFound& place, const Map& map) {
+  return Similarity(1, place.T_cam_world.Inverse()) * Similarity(place.scale, Pose()) *
+         Similarity(1, map.T_cam_world(place.keyframe));
+}
+
+void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
+              const LocalMappingOptions& options) {
+  const KeyframeId first_keyframe = map.keyframes().size();
+  const PointId first_point = map.points().size();
+  map.Append(std::move(added), SimilarityOf(place, added));
+  for (KeyframeId id = first_keyframe; id < map.keyframes().size(); ++id) {
+    if (map.keyframe(id).alive) places.Add(id, FeaturesWithPoints(map.keyframe(id).view));
+  }
+  place.keyframe += first_keyframe;
+  for (auto& [own, old] : place.same) own += first_point;
+  MergePlaces(map, place, options);
+}
+
+}  // namespace mono3d::tracking

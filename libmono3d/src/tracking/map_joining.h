@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <optional>
+
+#include "mono3d/tracking/tracker.h"
+#include "tracking/map.h"
+#include "tracking/place_index.h"
+#include "tracking/place_matching.h"
+
+namespace mono3d::tracking {
+
+// A place of one map that another one knows: the candidates of the other's index, checked.
+std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,
+                                         const PlaceIndex& places_of_other, int seed);
+
+// Maps the world of the keyframe's map to that of the other one.
+Similarity SimilarityOf(const PlaceFound& place, const Map& map);
+
+// Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
+// after those of `map`, in its world and scale; pairs of points become one, everything is adjusted.
+// `place`: its keyframe and first points are of `added`, the old ones of `map`.
+void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
+              const LocalMappingOptions& options);
+
+}  // namespace mono3d::tracking

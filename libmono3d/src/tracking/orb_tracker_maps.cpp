@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The part of OrbTracker that is about its maps: how one starts, grows over frames that came
+// before, is found again, and becomes one with another.
+
+#include <algorithm>
+#include <utility>
+
+#include "tracking/direct_tracking.h"
+#include "tracking/local_mapping.h"
+#include "tracking/loop_closing.h"
+#include "tracking/map_joining.h"
+#include "tracking/map_start.h"
+#include "tracking/orb_tracker.h"
+
+namespace mono3d::tracking {
+
+// Then the frames that came before get their poses after all: those between the two views, and
+// those before the first, backwards, for which the map grows as it does forwards.
+std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
+  current_ = maps_.size();
+  maps_.push_back(
+      std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
+  FillMap(start, map());
+  places_.emplace_back();
+  for (const KeyframeId id : {0, 1})
+    places_[current_].Add(id, FeaturesWithPoints(map().keyframe(id).view));
+  has_map_ = true;
+  reference_ = 0;
+  newest_ = 0;
+  const View first = map().keyframe(0).view;
+  Remember(first);
+  std::vector<TrajectoryEntry> recovered = {ToEntry(records_.back(), map())};
+  const auto add = [&](const std::vector<TrajectoryEntry>& entries) {
+    recovered.insert(recovered.end(), entries.begin(), entries.end());
+  };
+  add(TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false));
+  std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
+  std::reverse(before.begin(), before.end());
+  add(TrackBacklog(before, true));
+  backlog_.Clear();
+  // All of them are through with their adjustment: nothing older will come.
+  for (KeyframeId id = 2; id < map().keyframes().size(); ++id) MarkAdjusted(map(), id);
+  newest_ = 1;
+  reference_ = 1;
+  return recovered;
+}
+
+// Tracks frames left without a pose, each from the one before in the list, the first from the last
+// tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
+std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& frames,
+                                                      bool may_insert) {
+  constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
+  const std::optional<View> from = previous_;
+  const std::size_t from_record = previous_record_;
+  const KeyframeId from_reference = reference_;
+  velocity_.reset();
+  std::vector<TrajectoryEntry> tracked;
+  int num_failures = 0;
+  for (const Frame& frame : frames) {
+    if (num_failures > kMaxFailures) break;
+    View view = MakeView(frame);
+    view.T_cam_world = PredictPose(frame.timestamp_s);
+    const PoseResult pose = TrackDirectly(map(), *previous_, view);
+    ++num_failures;
+    if (pose.num_inliers < options_.min_inliers) continue;
+    num_failures = 0;
+    UpdateMotion(view);
+    if (may_insert && InsertIfNeeded(view, pose)) {
+      places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+      view = map().keyframe(newest_).view;
+    }
+    Remember(std::move(view));
+    tracked.push_back(ToEntry(records_.back(), map()));
+  }
+  previous_ = from;
+  previous_record_ = from_record;
+  reference_ = from_reference;
+  velocity_.reset();
+  return tracked;
+}
+
+// The frames of a loss, backwards from where the track was found again.
+std::vector<TrajectoryEntry> OrbTracker::TrackLostFrames() {
+  std::vector<Frame> lost = backlog_.Take(-1, previous_->frame.index);
+  std::reverse(lost.begin(), lost.end());
+  std::vector<TrajectoryEntry> tracked = TrackBacklog(lost, false);
+  std::reverse(tracked.begin(), tracked.end());
+  return tracked;
+}
+
+// While no new map has started, one of the known ones may come into view again, most likely the
+// last one.
+std::optional<TrackingResult> OrbTracker::Return(View& view) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = maps_.size(); i-- > 0;) {
+    if (i != current_ && !maps_[i]->keyframes().empty()) order.push_back(i);
+  }
+  if (!maps_.empty()) order.insert(order.begin(), current_);
+  for (const std::size_t i : order) {
+    View returned = view;
+    current_ = i;
+    PoseResult pose = Recover(returned);
+    if (pose.num_inliers < options_.min_inliers) continue;
+    pose = Sharpen(returned, pose);
+    has_map_ = true;
+    newest_ = map().keyframes().size() - 1;
+    while (!map().keyframe(newest_).alive) --newest_;
+    initialiser_ = Initialiser(options_.initialisation, options_.seed);
+    return Continue(std::move(returned), pose);
+  }
+  if (!order.empty()) current_ = order.front();
+  return std::nullopt;
+}
+
+// The newest keyframe may show what an old one of its map has seen, or what another map holds.
+std::vector<KeyframeCorrection> OrbTracker::RecognisePlace() {
+  const double scale_before = map().keyframe(newest_).scale;
+  bool has_moved = CloseLoopIfAny();
+  if (!has_moved) has_moved = JoinIfKnown();
+  if (!has_moved) return {};
+  if (velocity_) {
+    const double ratio = map().keyframe(newest_).scale / scale_before;
+    velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
+  }
+  return CorrectionsOf(map());
+}
+
+bool OrbTracker::CloseLoopIfAny() {
+  std::optional<PlaceFound> loop;
+  {
+    const ScopedStageTimer timer(times_, "tracking/place_recognition");
+    loop = FindLoop(map(), places_[current_], newest_, options_.seed);
+    places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+  }
+  if (!loop) return false;
+  const ScopedStageTimer timer(times_, "tracking/loop_closing");
+  CloseLoop(map(), *loop, options_.mapping);
+  return true;
+}
+
+// The current map goes into the one that knows the place, whose world others may rely on already.
+bool OrbTracker::JoinIfKnown() {
+  for (std::size_t other = 0; other < maps_.size(); ++other) {
+    if (other == current_ || maps_[other]->keyframes().empty()) continue;
+    std::optional<PlaceFound> place;
+    {
+      const ScopedStageTimer timer(times_, "tracking/place_recognition");
+      place = FindInOtherMap(map(), newest_, *maps_[other], places_[other], options_.seed);
+    }
+    if (!place) continue;
+    const ScopedStageTimer timer(times_, "tracking/map_joining");
+    const KeyframeId first_keyframe = maps_[other]->keyframes().size();
+    JoinMaps(*maps_[other], places_[other], map(), *place, options_.mapping);
+    for (FrameRecord& record : records_) {
+      if (record.map_id != map().id()) continue;
+      record.map_id = maps_[other]->id();
+      record.keyframe += first_keyframe;
+    }
+    places_[current_] = PlaceIndex();
+    current_ = other;
+    newest_ += first_keyframe;
+    reference_ = newest_;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace mono3d::tracking
