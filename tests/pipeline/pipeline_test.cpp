@@ -179,6 +179,62 @@ TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {
   EXPECT_EQ(result.maps[1].model.size(), 2U);  // frames 13 14
 }
 
+// The same flight, but frame 15 sees that map 1 is map 0, moved by 100 in y.
+class JoiningTracker final : public Tracker {
+ public:
+  TrackingResult Track(const Frame& frame) override {
+    TrackingResult result = tracker_.Track(frame);
+    if (frame.index < 15) {
+      for (const Keyframe& keyframe : result.settled_keyframes) keyframes_.push_back(keyframe);
+      return result;
+    }
+    result.map_id = 0;
+    result.settled_keyframes.clear();
+    for (const Keyframe& keyframe : keyframes_) {
+      result.corrections.push_back(
+          {keyframe.id, 0, InMap0(keyframe.map_id, keyframe.T_world_cam), 1});
+    }
+    return result;
+  }
+  std::vector<Keyframe> Finish() override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override {
+    std::vector<TrajectoryEntry> entries = tracker_.Trajectory();
+    for (TrajectoryEntry& entry : entries) {
+      entry.T_world_cam = InMap0(entry.map_id, entry.T_world_cam);
+      entry.map_id = 0;
+    }
+    return entries;
+  }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
+  PointCloud MapPoints(int) const override { return {}; }
+
+ private:
+  static Pose InMap0(int map_id, const Pose& T_world_cam) {
+    return {T_world_cam.rotation(),
+            T_world_cam.translation() + map_id * Eigen::Vector3d(0, 100, 0)};
+  }
+  FakeTracker tracker_;
+  std::vector<Keyframe> keyframes_;
+};
+
+TEST(Pipeline, MakesOneModelOfMapsThatWereJoined) {
+  MapLog log;
+  PipelineStages stages = FakeStages(&log);
+  stages.tracker = std::make_unique<JoiningTracker>();
+  FakeSource source(16);
+  const Reconstruction result = Pipeline(std::move(stages)).Run(source);
+  ASSERT_EQ(result.maps.size(), 1U);
+  const MapReconstruction& map = result.maps[0];
+  EXPECT_EQ(map.map_id, 0);
+  EXPECT_EQ(map.trajectory.size(), 14U);
+  EXPECT_EQ(map.online_trajectory.size(), 14U);
+  ASSERT_EQ(map.model.size(), 6U);  // frames 1 2 5 7 8 of map 0, 13 of map 1
+  EXPECT_EQ(map.model.points[5], Eigen::Vector3f(13, 100, 0));
+  ASSERT_EQ(map.model_trajectory.size(), 6U);
+  EXPECT_EQ(map.model_trajectory[5].T_world_cam.translation(), Eigen::Vector3d(13, 100, 0));
+  EXPECT_EQ(map.online_trajectory[10].T_world_cam.translation().y(), 100);
+}
+
 TEST(Pipeline, DoesNotAskForMoreObservationsThanThereAreMaps) {
   MapLog log;
   FakeSource source(3);  // one map fused of frame 1, one of frame 2

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "pipeline/map_joins.h"
+
 namespace mono3d {
 namespace {
 
@@ -48,15 +50,18 @@ struct Pipeline::State {
   std::unique_ptr<SurfelMap> surfel_map;  // of the current map
   int surfel_map_id = 0;
   std::map<int, PointCloud> finished_models;
+  MapJoins joins;
 
   void ProcessKeyframe(const Keyframe& keyframe);
   void Fuse(const DepthMap& map);
   void CloseModel();
+  void JoinModels(const std::vector<KeyframeCorrection>& corrections);
   std::int64_t NumFused(int map_id) const;
 };
 
 void Pipeline::State::ProcessKeyframe(const Keyframe& keyframe) {
   ++counts.num_keyframes;
+  joins.Remember(keyframe);
   const std::optional<ImageBundle> bundle = stages.keyframe_selector->Add(keyframe);
   if (!bundle) return;
   ++counts.num_bundles;
@@ -97,8 +102,21 @@ void Pipeline::State::CloseModel() {
   SurfelExportOptions options = surfel_export;
   options.min_observations =
       static_cast<int>(std::min<std::int64_t>(options.min_observations, most_observations));
-  finished_models[surfel_map_id] = surfel_map->Export(options);
+  // A map may have been left for another one and come into use again.
+  AppendCloud(surfel_map->Export(options), finished_models[surfel_map_id]);
   surfel_map.reset();
+}
+
+// Where the tracker has made one map of two, their models are parts of one model.
+void Pipeline::State::JoinModels(const std::vector<KeyframeCorrection>& corrections) {
+  for (const JoinedMap& joined : joins.Take(corrections)) {
+    if (surfel_map && surfel_map_id == joined.from) CloseModel();
+    AppendCloud(Moved(joined.S_into_from, std::move(finished_models[joined.from])),
+                finished_models[joined.into]);
+    finished_models.erase(joined.from);
+    MoveEntries(joined, online_trajectory);
+    MoveEntries(joined, model_trajectory);
+  }
 }
 
 Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
@@ -115,6 +133,7 @@ void Pipeline::Process(const Frame& frame) {
   State& state = *state_;
   ++state.counts.num_frames;
   const TrackingResult tracking = state.stages.tracker->Track(frame);
+  state.JoinModels(tracking.corrections);
   if (tracking.T_world_cam) {
     ++state.counts.num_tracked;
     state.online_trajectory.push_back(

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/map_joins.h"
+
+#include <utility>
+
+namespace mono3d {
+namespace {
+
+template <typename T>
+void AppendList(const std::vector<T>& more, std::size_t num_points, std::vector<T>& list) {
+  const bool both_have = (list.size() == num_points) && !more.empty();
+  if (both_have) {
+    list.insert(list.end(), more.begin(), more.end());
+  } else {
+    list.clear();
+  }
+}
+
+}  // namespace
+
+void MapJoins::Remember(const Keyframe& keyframe) {
+  keyframes_[keyframe.id] = {keyframe.map_id, keyframe.T_world_cam, 1};
+}
+
+std::vector<JoinedMap> MapJoins::Take(std::span<const KeyframeCorrection> corrections) {
+  std::map<int, JoinedMap> joined;
+  for (const KeyframeCorrection& correction : corrections) {
+    const auto known = keyframes_.find(correction.id);
+    if (known == keyframes_.end()) continue;
+    const Known before =
+        std::exchange(known->second, {correction.map_id, correction.T_world_cam, correction.scale});
+    if (before.map_id == correction.map_id) continue;
+    const Similarity S_into_from = Similarity(1, correction.T_world_cam) *
+                                   Similarity(correction.scale / before.scale, Pose()) *
+                                   Similarity(1, before.T_world_cam.Inverse());
+    joined[before.map_id] = {before.map_id, correction.map_id, S_into_from};
+  }
+  std::vector<JoinedMap> list;
+  for (const auto& [map_id, map] : joined) list.push_back(map);
+  return list;
+}
+
+void MoveEntries(const JoinedMap& joined, std::vector<TrajectoryEntry>& entries) {
+  for (TrajectoryEntry& entry : entries) {
+    if (entry.map_id != joined.from) continue;
+    entry.map_id = joined.into;
+    entry.T_world_cam = joined.S_into_from * entry.T_world_cam;
+  }
+}
+
+PointCloud Moved(const Similarity& S_into_from, PointCloud cloud) {
+  const Eigen::Quaternionf rotation = S_into_from.pose().rotation().cast<float>();
+  for (Eigen::Vector3f& point : cloud.points) {
+    point = (S_into_from * point.cast<double>()).cast<float>();
+  }
+  for (Eigen::Vector3f& normal : cloud.normals) normal = rotation * normal;
+  for (float& radius : cloud.radii) radius *= static_cast<float>(S_into_from.scale());
+  return cloud;
+}
+
+void AppendCloud(const PointCloud& more, PointCloud& cloud) {
+  if (more.empty()) return;
+  if (cloud.empty()) {
+    cloud = more;
+    return;
+  }
+  const std::size_t num_points = cloud.size();
+  AppendList(more.normals, num_points, cloud.normals);
+  AppendList(more.colours, num_points, cloud.colours);
+  AppendList(more.radii, num_points, cloud.radii);
+  AppendList(more.confidences, num_points, cloud.confidences);
+  AppendList(more.observations, num_points, cloud.observations);
+  cloud.points.insert(cloud.points.end(), more.points.begin(), more.points.end());
+}
+
+}  // namespace mono3d
