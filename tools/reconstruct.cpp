@@ -22,6 +22,8 @@ struct Arguments {
   std::string output;
   FrameSourceOptions source;
   PipelineOptions pipeline;
+  bool with_mesh = false;
+  MeshOptions mesh;
 };
 
 // Frames until the input ends, a stop is requested or an error comes; what is there by then is
@@ -48,6 +50,7 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
 int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options) {
   const double start_ms = WallClockMs();
   arguments.pipeline.Validate();
+  arguments.mesh.Validate();
   const auto source =
       OpenFrameSource(arguments.input, ReadCameraFile(arguments.camera), arguments.source);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
@@ -74,6 +77,10 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
     result = pipeline.Finish();
   }
   writer.WriteReconstruction(result);
+  if (arguments.with_mesh) {
+    const ScopedStageTimer timer(&times, "io/write_mesh");
+    writer.WriteMeshes(result, arguments.mesh);
+  }
   PipelineOptions pipeline_options = arguments.pipeline;
   FrameSourceOptions source_options = arguments.source;
   record.options = ListOptions(source_options);
@@ -110,7 +117,10 @@ int main(int argc, char** argv) {
       .add_option("-o,--output", arguments.output,
                   "folder for model.ply, trajectory.txt, depth/ and run.json")
       ->required();
+  tool.app().add_flag("--mesh", arguments.with_mesh,
+                      "write mesh.ply as well: triangles through the surfels");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
+  tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

@@ -74,12 +74,13 @@ TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
   // 40 frames of a flight at 88 m mean depth: half a percent of that.
   constexpr double kMaxRmse_m = 0.44;
   for (const char* name : {"a", "b"}) {
-    const CommandResult result = RunCommand(Command(folder_ / name, " --max-frames 40"), folder_);
+    const CommandResult result =
+        RunCommand(Command(folder_ / name, " --max-frames 40 --mesh"), folder_);
     ASSERT_EQ(result.exit_status, 0) << result.errors;
     EXPECT_THAT(result.output, HasSubstr("model.ply"));
   }
-  for (const char* file : {"model.ply", "trajectory.txt", "trajectory_online.txt", "keyframes.txt",
-                           "model_trajectory.txt"}) {
+  for (const char* file : {"model.ply", "mesh.ply", "trajectory.txt", "trajectory_online.txt",
+                           "keyframes.txt", "model_trajectory.txt"}) {
     const std::string first = ReadText(folder_ / "a" / file);
     EXPECT_FALSE(first.empty()) << file;
     EXPECT_TRUE(first == ReadText(folder_ / "b" / file)) << file << " differs";

@@ -12,6 +12,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/core/version.h"
 #include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/mesh_file.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
@@ -122,9 +123,9 @@ RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
   CreateOutputFolder(folder_ / "depth");
   RemoveMatching(folder_ / "depth",
                  std::regex(R"(\d{6,}\.(depth|normal|confidence)\.(pfm|png)(\.partial)?)"));
-  RemoveMatching(folder_,
-                 std::regex(R"(((trajectory|trajectory_online|keyframes|model_trajectory))"
-                            R"((_map\d+)?\.txt|model(_map\d+)?\.ply|run\.json)(\.partial)?)"));
+  RemoveMatching(
+      folder_, std::regex(R"(((trajectory|trajectory_online|keyframes|model_trajectory))"
+                          R"((_map\d+)?\.txt|(model|mesh)(_map\d+)?\.ply|run\.json)(\.partial)?)"));
 }
 
 void RunWriter::WriteDepthMap(const DepthMap& map) const {
@@ -144,6 +145,18 @@ void RunWriter::WriteReconstruction(const Reconstruction& reconstruction) const 
     }
     if (!map.model.empty()) {
       WritePly(folder_ / NameOfMap("model", ".ply", is_first, map.map_id), map.model);
+    }
+    is_first = false;
+  }
+}
+
+void RunWriter::WriteMeshes(const Reconstruction& reconstruction,
+                            const MeshOptions& options) const {
+  bool is_first = true;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    if (!map.model.empty()) {
+      WriteMeshPly(folder_ / NameOfMap("mesh", ".ply", is_first, map.map_id),
+                   MeshSurfels(map.model, options));
     }
     is_first = false;
   }

@@ -10,6 +10,7 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/pipeline/pipeline.h"
@@ -41,6 +42,7 @@ struct RunRecord {
 //   depth/NNNNNN.{depth,normal,confidence}.{pfm,png}   one set a depth map, NNNNNN its frame
 //   trajectory.txt trajectory_online.txt keyframes.txt model_trajectory.txt   TUM, camera to world
 //   model.ply                                           the surfels
+//   mesh.ply                                            triangles through them, where asked for
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
 // trajectory_mapN.txt and so on. Files are written beside and renamed: none is ever half there.
@@ -52,6 +54,8 @@ class RunWriter {
 
   void WriteDepthMap(const DepthMap& map) const;
   void WriteReconstruction(const Reconstruction& reconstruction) const;
+  // One mesh for each map that has a model.
+  void WriteMeshes(const Reconstruction& reconstruction, const MeshOptions& options) const;
   void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
 
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+
+#include "mono3d/geometry/triangle_mesh.h"
+
+namespace mono3d {
+
+// Writes a binary little-endian PLY file: vertices with float x y z, float nx ny nz and, where the
+// mesh has colours, uchar red green blue; faces with a list vertex_indices (uchar count, uint).
+// ReadPly reads its vertices. Throws Error when lists of the mesh differ in length.
+void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh);
+
+}  // namespace mono3d
