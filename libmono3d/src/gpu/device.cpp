@@ -39,6 +39,7 @@ Device::Device(Instance instance, Candidate candidate, bool validation, HostMemo
       timestamp_period_ns_(candidate_.physical.getProperties().limits.timestampPeriod),
       timestamp_mask_(TimestampMask(candidate_)),
       device_(CreateLogicalDevice(candidate_.physical, candidate_.queue_family, features_)),
+      pipeline_cache_(candidate_.physical, device_),
       queue_(device_.getQueue(candidate_.queue_family, 0)) {
   buffers_are_mappable_ = host_memory == HostMemory::kMappedIfPossible &&
                           FindMemoryType(~std::uint32_t{0}, kLocalAndMapped).has_value();

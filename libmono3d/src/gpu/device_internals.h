@@ -12,6 +12,7 @@
 #include "gpu/features.h"
 #include "gpu/host_memory.h"
 #include "gpu/instance.h"
+#include "gpu/pipeline_cache.h"
 #include "gpu/staging.h"
 #include "gpu/vulkan_calls.h"
 
@@ -27,6 +28,7 @@ class Device {
   const DeviceLimits& limits() const { return limits_; }
   const DeviceFeatures& features() const { return features_; }
   const vk::raii::Device& vulkan() const { return device_; }
+  const vk::raii::PipelineCache& pipeline_cache() const { return pipeline_cache_.vulkan(); }
   std::uint32_t queue_family() const { return candidate_.queue_family; }
   std::int64_t num_validation_messages() const { return *instance_.num_messages; }
 
@@ -70,6 +72,7 @@ class Device {
   double timestamp_period_ns_ = 0;
   std::uint64_t timestamp_mask_ = 0;
   vk::raii::Device device_;
+  PipelineCache pipeline_cache_;
   vk::raii::Queue queue_;
   mutable std::mutex queue_mutex_;
   Staging staging_;

@@ -99,7 +99,8 @@ vk::raii::Pipeline MakePipeline(const KernelPipeline& kernel, std::span<const st
       stage.flags |= vk::PipelineShaderStageCreateFlagBits::eRequireFullSubgroups;
     }
   }
-  return device.vulkan().createComputePipeline(nullptr, {{}, stage, *kernel.layout});
+  return device.vulkan().createComputePipeline(device.pipeline_cache(),
+                                               {{}, stage, *kernel.layout});
 }
 
 }  // namespace
