@@ -50,7 +50,7 @@ TEST(Kernel, ReadsItsInterfaceFromTheShader) {
   EXPECT_EQ(affine.push_constant_bytes(), sizeof(AffineParams));
   EXPECT_THAT(affine.workgroup_size(), ElementsAre(64, 1, 1));
   const Kernel texels(TestDevice(), {"test/texels", test_texels_spirv});
-  EXPECT_EQ(texels.num_bindings(), 6);
+  EXPECT_EQ(texels.num_bindings(), 8);
   EXPECT_EQ(texels.push_constant_bytes(), 0U);
 }
 

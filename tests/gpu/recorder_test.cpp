@@ -107,12 +107,16 @@ TEST_P(RecorderTest, ReadsTexelsOfEachFormat) {
   d.Upload<std::int32_t>(std::vector<std::int32_t>{-100, -200});
   Buffer e(device(), 32, "test/e");
   e.Upload<std::int32_t>(std::vector<std::int32_t>{-1000, 0, 0, 0, 0, 0, 0, -2000});
+  // Two components: the third is 0, the fourth 1.
+  const Buffer f = MakeBuffer(device(), {3, 5, 7, 9});
+  Buffer g(device(), 16, "test/g");
+  g.Upload<float>(std::vector<float>{0.25F, 0.5F, 0.75F, 1.25F});
   const Buffer result(device(), 32, "test/result");
   Recorder recorder(device());
-  recorder.Dispatch(kernel, {a, b, c, d, e, result}, {2, 1, 1});
+  recorder.Dispatch(kernel, {a, b, c, d, e, f, g, result}, {2, 1, 1});
   recorder.Submit();
   EXPECT_THAT(result.Download<float>(),
-              ElementsAre(-1089.5F, -78.5F, -67.5F, -56.5F, -144.5F, -133.5F, -122.5F, -2111.5F));
+              ElementsAre(-1086.25F, -73.F, -67.5F, -54.5F, -136.75F, -123.25F, -122.5F, -2109.5F));
 }
 
 TEST_P(RecorderTest, SharesTheDeviceWithAnotherThread) {
