@@ -85,5 +85,24 @@ TEST(PlaceIndex, PutsThePlaceThatSharesMoreFirst) {
   EXPECT_EQ(matches[1].num_votes, 20);
 }
 
+TEST(PlaceIndex, ForgetsAKeyframeAndUsesItsRoomAgain) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> first = RandomFeatures(50, random);
+  const std::vector<Feature> second = RandomFeatures(50, random);
+  PlaceIndex index;
+  index.Add(0, first);
+  index.Add(1, second);
+  index.Remove(0);
+  index.Remove(0);   // forgotten already
+  index.Remove(99);  // never known
+  for (const PlaceMatch& match : index.Query(first, 5)) EXPECT_EQ(match.keyframe, 1U);
+  index.Add(2, first);
+  EXPECT_EQ(index.num_entries(), 100U);
+  ASSERT_FALSE(index.Query(first, 1).empty());
+  EXPECT_EQ(index.Query(first, 1)[0].keyframe, 2U);
+  EXPECT_EQ(index.Query(first, 1)[0].num_votes, 50);
+  EXPECT_EQ(index.Query(second, 1)[0].num_votes, 50);
+}
+
 }  // namespace
 }  // namespace mono3d::tracking

@@ -62,7 +62,13 @@ std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& 
     if (num_failures > kMaxFailures) break;
     View view = MakeView(frame);
     view.T_cam_world = PredictPose(frame.timestamp_s);
-    const PoseResult pose = TrackDirectly(map(), *previous_, view);
+    PoseResult pose = TrackDirectly(map(), *previous_, view);
+    if (pose.num_inliers < options_.min_inliers) {
+      // Few images a second: too far for the patches.
+      AddFeatures(view);
+      pose = Recover(view);
+      if (pose.num_inliers >= options_.min_inliers) pose = Sharpen(view, pose);
+    }
     ++num_failures;
     if (pose.num_inliers < options_.min_inliers) continue;
     num_failures = 0;
@@ -133,6 +139,9 @@ bool OrbTracker::CloseLoopIfAny() {
     const ScopedStageTimer timer(times_, "tracking/place_recognition");
     loop = FindLoop(map(), places_[current_], newest_, options_.seed);
     places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
+    for (KeyframeId id = 0; id < newest_; ++id) {
+      if (!map().keyframe(id).alive) places_[current_].Remove(id);
+    }
   }
   if (!loop) return false;
   const ScopedStageTimer timer(times_, "tracking/loop_closing");

@@ -39,20 +39,38 @@ std::uint32_t PlaceIndex::Hash(const Descriptor& descriptor, std::size_t table) 
 }
 
 void PlaceIndex::Add(KeyframeId keyframe, std::span<const Feature> features) {
-  num_keyframes_ = std::max(num_keyframes_, keyframe + 1);
+  if (entries_of_.size() <= keyframe) entries_of_.resize(keyframe + 1);
   for (const Feature& feature : features) {
-    const auto entry = static_cast<std::uint32_t>(entries_.size());
-    entries_.push_back({feature.descriptor, keyframe});
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::uint32_t>(entries_.size()));
+      entries_.emplace_back();
+    }
+    const std::uint32_t entry = free_.back();
+    free_.pop_back();
+    entries_[entry] = {feature.descriptor, keyframe};
+    entries_of_[keyframe].push_back(entry);
     for (std::size_t table = 0; table < kNumTables; ++table) {
       buckets_[table][Hash(feature.descriptor, table)].push_back(entry);
     }
   }
 }
 
+void PlaceIndex::Remove(KeyframeId keyframe) {
+  if (keyframe >= entries_of_.size()) return;
+  for (const std::uint32_t entry : entries_of_[keyframe]) {
+    for (std::size_t table = 0; table < kNumTables; ++table) {
+      std::erase(buckets_[table][Hash(entries_[entry].descriptor, table)], entry);
+    }
+    free_.push_back(entry);
+  }
+  entries_of_[keyframe] = {};
+}
+
 std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
                                           std::size_t max_matches) const {
-  std::vector<int> votes(num_keyframes_, 0);
-  std::vector<std::size_t> voted_by(num_keyframes_, features.size());  // one vote of each feature
+  std::vector<int> votes(entries_of_.size(), 0);
+  std::vector<std::size_t> voted_by(entries_of_.size(),
+                                    features.size());  // one vote of each feature
   for (std::size_t i = 0; i < features.size(); ++i) {
     for (std::size_t table = 0; table < kNumTables; ++table) {
       const auto& bucket = buckets_[table][Hash(features[i].descriptor, table)];

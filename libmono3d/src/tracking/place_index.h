@@ -22,13 +22,18 @@ struct PlaceMatch {
 
 // Place recognition without a vocabulary: the descriptors of all keyframes in hash tables over some
 // of their bits, which those of the same patch mostly share (locality sensitive hashing: Gionis,
-// Indyk, Motwani 1999). Grows with each keyframe; the same bits are drawn in every run.
+// Indyk, Motwani 1999). Grows with each keyframe that stays; the same bits are
+// drawn in every run.
 class PlaceIndex {
  public:
   PlaceIndex();
 
   // Every keyframe once.
   void Add(KeyframeId keyframe, std::span<const Feature> features);
+  // Forgets a keyframe; one that was never added is none. Its room goes to later ones.
+  void Remove(KeyframeId keyframe);
+  // Room taken, in features.
+  std::size_t num_entries() const { return entries_.size(); }
   // The keyframes that share most features with an image, most votes first, at most `max_matches`.
   std::vector<PlaceMatch> Query(std::span<const Feature> features, std::size_t max_matches) const;
 
@@ -45,7 +50,8 @@ class PlaceIndex {
   std::array<std::array<std::uint8_t, kNumBits>, kNumTables> bits_{};
   std::array<std::vector<std::vector<std::uint32_t>>, kNumTables> buckets_;  // of entries
   std::vector<Entry> entries_;
-  std::size_t num_keyframes_ = 0;  // beyond the largest id
+  std::vector<std::vector<std::uint32_t>> entries_of_;  // of each keyframe
+  std::vector<std::uint32_t> free_;                     // entries of keyframes removed
 };
 
 // The features of a view that have a map point: what can be found again in space.
