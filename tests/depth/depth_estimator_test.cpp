@@ -225,6 +225,9 @@ TEST(DepthEstimatorOptions, AreNamedWhenWrong) {
   options = {};
   options.dog.min_response = std::nan("");
   EXPECT_THAT(message(options), HasSubstr("dog.min_response"));
+  options = {};
+  options.sgm.finest_paths = 5;
+  EXPECT_THAT(message(options), HasSubstr("sgm.finest_paths"));
 }
 
 }  // namespace
