@@ -29,7 +29,7 @@ void main() {
   const vec4 normal = imageLoad(candidate, int(i));
   const vec3 ray = Ray(vec2(float(i % params.width_px), float(i / params.width_px)));
   const float sigma = InverseDepthSigma(1.0 / z) * z * z;
-  position_radius[slot] = vec4(PointToWorld(ray * z), SurfelRadius(z, normal.xyz, ray));
+  position_radius[slot] = vec4(PointToWorld(ray * z), SurfelRadius(z, normal.xyz, ray) * float(params.merge_radius_px));
   normal_weight[slot] = vec4(DirectionToWorld(normal.xyz), normal.w / (sigma * sigma));
   history[slot] = uvec4(Colour10From8(imageLoad(colour, int(i)).x), Pack16(1u, 0u),
                         Pack16(params.map_index, params.map_index),

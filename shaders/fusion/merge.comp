@@ -55,7 +55,8 @@ void main() {
   const float merged = mix(w, measured, share_in_inverse_depth);
 
   const vec3 normal = mix(old_normal.xyz, DirectionToWorld(measured_normal.xyz), share);
-  const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray);
+  const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray) *
+                       float(params.merge_radius_px);
   position_radius[i] = vec4(PointToWorld(ray / merged), min(old_position.w, radius));
   normal_weight[i] = vec4(normalize(normal), old_normal.w + weight);
   history[i] = MergedHistory(imageLoad(old_history, int(i)), pixel, share, measured_normal.w);

@@ -15,10 +15,6 @@ layout(binding = 4, std430) buffer Selected { uint selected[]; };  // 32 pixels 
 
 const uint kNoSurfel = 0xFFFFFFFFu;
 
-// Cells beyond those of the pixel that are searched on each side. One cell: a surfel within one
-// pixel covers this one, so surfels stay no closer than the pixels of the finest view need.
-const int kMarginCells = 1;
-
 bool SameSurface(uint surfel, float inverse_depth, float expected, float measured, vec3 n_cam) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(surfel));
   const float sigma = JointSigma(measured, inverse_depth, surfel_normal.w);
@@ -33,8 +29,12 @@ bool Covered(ivec2 pixel, vec3 n_cam, float measured) {
   float best = 3.4e38;
   uint best_cell = kNoSurfel;
   float best_expected = 0.0, best_inverse_depth = 0.0;
-  for (int dv = -kMarginCells; dv < cells + kMarginCells; ++dv) {
-    for (int du = -kMarginCells; du < cells + kMarginCells; ++du) {
+  // Cells beyond those of the pixel that are searched on each side. One cell for a radius of a
+  // pixel: a surfel within one pixel covers this one, so surfels stay no closer than the pixels of
+  // the finest view need.
+  const int margin = cells * int(params.merge_radius_px) - 1;
+  for (int dv = -margin; dv < cells + margin; ++dv) {
+    for (int du = -margin; du < cells + margin; ++du) {
       const ivec2 cell = pixel * cells + ivec2(du, dv);
       const ivec2 inside = clamp(cell, ivec2(0), size - 1);
       const uint depth_bits = imageLoad(index_map, 2 * (inside.y * size.x + inside.x) + 1).x;

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "fusion/coarsen.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
 #include "fusion/past_views.h"
@@ -24,6 +25,9 @@ namespace {
 
 // Gaps cost time in every stage over the surfels; one slot in four is worth a copy of the model.
 constexpr std::uint32_t kMaxRemovedShare = 4;
+
+// A 64th of the surfels; coarser is not worth having.
+constexpr std::uint32_t kMaxMergeRadius_px = 8;
 
 void RequireUsable(const DepthMap& map) {
   Validate(map);
@@ -82,6 +86,7 @@ class VulkanSurfelMap : public SurfelMap {
   }
 
  private:
+  ViewParams ViewOf(const DepthMap& placed) const;
   FusionResult Rejected(const DepthMap& map, std::string reason) const;
   void Upload(const DepthMap& map, const PackedDepthMap& packed);
   RegisteredView Predict(const DepthMap& map) const;
@@ -90,6 +95,7 @@ class VulkanSurfelMap : public SurfelMap {
   std::uint32_t Update(const ViewParams& params, const Selection& selection);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
+  bool Coarsen();
 
   std::shared_ptr<Device> device_;
   SurfelMapOptions options_;
@@ -100,6 +106,7 @@ class VulkanSurfelMap : public SurfelMap {
   SurfelStorage surfels_;
   DepthMapBuffers buffers_;
   PastViews past_views_;
+  std::uint32_t merge_radius_px_ = 1;
   int width_px_ = 0;
   int height_px_ = 0;
   std::optional<int> map_id_;         // of the first depth map
@@ -134,15 +141,14 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   if (registration.view.depth_scale != 1) Upload(placed, Pack(placed));
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
-  const Selection selection =
-      Associate(MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_));
-  if (!MakeRoom(selection.num_selected)) {
+  Selection selection = Associate(ViewOf(placed));
+  while (!MakeRoom(selection.num_selected) && Coarsen()) selection = Associate(ViewOf(placed));
+  if (surfels_.max_size() - surfels_.size() < selection.num_selected) {
     return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
                              std::to_string(selection.num_selected) + " new ones, room for " +
                              std::to_string(surfels_.max_size()));
   }
-  const std::uint32_t num_removed =
-      Update(MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_), selection);
+  const std::uint32_t num_removed = Update(ViewOf(placed), selection);
   past_views_.Push(device_, placed, buffers_);
   surfels_.Update(selection.num_selected, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
@@ -205,7 +211,12 @@ Selection VulkanSurfelMap::Associate(const ViewParams& params) {
   stages_.DrawIndexMap(recorder_, params, buffers_, surfels_);
   stages_.SelectNew(recorder_, params, buffers_, surfels_);
   recorder_.Submit(times_);
-  return CountSelected(buffers_.selected.Download<std::uint32_t>());
+  std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
+  if (merge_radius_px_ > 1) {
+    KeepEveryPixel(merge_radius_px_, params.width_px, selected);
+    buffers_.selected.Upload(std::span<const std::uint32_t>(selected));
+  }
+  return CountSelected(selected);
 }
 
 // Returns the number of surfels removed.
@@ -235,8 +246,33 @@ void VulkanSurfelMap::ReviewNew(std::uint32_t first_surfel, std::uint32_t num_su
 
 bool VulkanSurfelMap::MakeRoom(std::uint32_t num_new) {
   if (surfels_.max_size() - surfels_.size() < num_new) return false;
-  surfels_.Reserve(recorder_, surfels_.size() + num_new);
+  try {
+    surfels_.Reserve(recorder_, surfels_.size() + num_new);
+  } catch (const Error& error) {  // the device has no more memory
+    Log(LogLevel::kWarning, std::string("the model cannot grow: ") + error.what());
+    surfels_.StopGrowing();
+    return surfels_.max_size() - surfels_.size() >= num_new;
+  }
   return true;
+}
+
+// Fewer surfels, further apart, from now on. False when they are as far apart as they may be.
+bool VulkanSurfelMap::Coarsen() {
+  if (merge_radius_px_ >= kMaxMergeRadius_px) return false;
+  merge_radius_px_ *= 2;
+  const std::int64_t before = num_surfels();
+  surfels_.Upload(Coarsened(surfels_.Download()));
+  Log(LogLevel::kWarning, "the model is full with " + std::to_string(before) +
+                              " surfels: made coarser, " + std::to_string(num_surfels()) +
+                              " remain, new ones are " + std::to_string(merge_radius_px_) +
+                              " px apart");
+  return true;
+}
+
+ViewParams VulkanSurfelMap::ViewOf(const DepthMap& placed) const {
+  ViewParams params = MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_);
+  params.merge_radius_px = merge_radius_px_;
+  return params;
 }
 
 }  // namespace

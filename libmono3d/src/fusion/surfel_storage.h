@@ -30,6 +30,8 @@ class SurfelStorage {
 
   // Makes room for slots up to `size`, at most max_size(). What is there stays.
   void Reserve(Recorder& recorder, std::uint32_t size);
+  // From now on max_size() is what there is room for.
+  void StopGrowing() { max_size_ = capacity_; }
   // The stages have filled `num_inserted` slots behind the others, and emptied `num_removed`.
   void Update(std::uint32_t num_inserted, std::uint32_t num_removed);
   // Closes the gaps that removed surfels left, keeping the order.

@@ -46,6 +46,7 @@ ViewParams MakeViewParams(const DepthMap& map, const SurfelMapOptions& options,
       static_cast<float>(std::cos(Radians(options.association.max_normal_angle_deg)));
   params.max_slope_per_px = static_cast<float>(std::tan(Radians(kMaxSlantDeg)) * pixel_rad);
   params.num_surfels = num_surfels;
+  params.merge_radius_px = 1;
   params.map_index = map_index;
   return params;
 }

@@ -10,18 +10,17 @@
 namespace mono3d::reference {
 namespace {
 
-constexpr int kMargin = 1;
-
 bool Covered(const ViewParams& view, int x, int y, const Vector3f& n_cam, float measured,
              const std::vector<IndexCell>& index_map, const Surfels& surfels) {
+  const int margin = kIndexCellsPerPixel * static_cast<int>(view.merge_radius_px) - 1;
   const int width = static_cast<int>(view.width_px) * kIndexCellsPerPixel;
   const int height = static_cast<int>(view.height_px) * kIndexCellsPerPixel;
   const Vector3f pixel_ray = Ray(view, static_cast<float>(x), static_cast<float>(y));
   float best_difference = std::numeric_limits<float>::max();
   float best_inverse_depth = 0;
   std::uint32_t best_surfel = 0;
-  for (int row = y * 2 - kMargin; row < y * 2 + 2 + kMargin; ++row) {
-    for (int col = x * 2 - kMargin; col < x * 2 + 2 + kMargin; ++col) {
+  for (int row = y * 2 - margin; row < y * 2 + 2 + margin; ++row) {
+    for (int col = x * 2 - margin; col < x * 2 + 2 + margin; ++col) {
       if (row < 0 || col < 0 || row >= height || col >= width) continue;
       const IndexCell& cell = index_map[static_cast<std::size_t>(row * width + col)];
       if (cell == IndexCell{}) continue;

@@ -53,8 +53,9 @@ class SurfelMap {
 
   // Throws Error on an invalid depth map, one of a camera with distortion, and a pose that is not
   // finite. Rejected, with the model as it was: a depth map without an estimate in it, one of
-  // another map_id than the first, one whose registration with the model is not to be trusted, and
-  // one for whose new surfels there is no room.
+  // another map_id than the first, and one whose registration with the model is not to be trusted.
+  // Where there is no room for its new surfels, the model becomes coarser, with a warning in the
+  // log, up to eight times; beyond that the map is rejected.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
 
   // The surfels in the order in which they were inserted (by depth map, then by rows of pixels),
@@ -95,7 +96,7 @@ struct SurfelMapOptions {
   RegistrationGateOptions gate;
   // So many past depth maps review the surfels that a new one adds.
   int num_reviews = 8;
-  int max_surfels = 8'000'000;  // or as many as one buffer of the device holds, where that is less
+  int max_surfels = 20'000'000;  // or as many as one buffer of the device holds, where that is less
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
