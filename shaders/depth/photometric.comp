@@ -6,7 +6,9 @@
 // difference of detail (detail.comp) between where the source sees the point and the reference, and
 // J = dr/dw. A residual that noise and a third of a pixel of motion do not explain counts less
 // (Geman and McClure 1987), which takes occluded sources out. The step is damped as if the depth
-// were known to one plane: without texture it stays where it is. Four rows an
+// were known to one plane: without texture it stays where it is. A point that fewer than `min_views`
+// sources see has no second witness and loses its depth: where the true surface leaves the view of all sources,
+// a false one that stays in view of one takes its place. Four rows an
 // invocation, which share the projections.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -98,9 +100,10 @@ void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row
   AddSource(s3, 3, row, w);
   const float step = clamp(-sums.x / (sums.y + 2.0 * noise_variance), -1.0, 1.0);
   measurements[(y + kBorder) * (width + 2 * kBorder) + x + kBorder] =
-      w > 0.0 ? vec4(w, w + step * params.inverse_depth_step, sums.y / (2.0 * noise_variance) + 1.0,
-                     support / max(num_visible, 1.0))
-              : vec4(0);
+      w > 0.0 && num_visible >= params.min_views
+          ? vec4(w, w + step * params.inverse_depth_step, sums.y / (2.0 * noise_variance) + 1.0,
+                 support / max(num_visible, 1.0))
+          : vec4(0);
 }
 
 void main() {

@@ -104,7 +104,8 @@ PhotometricScene SceneOf(double w) {
 }
 
 std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
-                                          const std::vector<float>& inverse_depth) {
+                                          const std::vector<float>& inverse_depth,
+                                          float min_views = 0) {
   std::vector<std::uint32_t> words;
   for (const cv::Mat& image : scene.detail) {
     for (int y = 0; y < image.rows; ++y) {
@@ -122,7 +123,7 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
   const Buffer measurements = MakeBuffer<float>(4 * NumMeasurements(kSize));
   Recorder recorder(TestDevice());
   PhotometricStage(TestDevice())
-      .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f}, ToBuffer(words),
+      .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views}, ToBuffer(words),
               ToBuffer(std::vector<std::uint32_t>(words.begin() + first_of_more, words.end())),
               ToBuffer(std::vector<float>(packed.begin(), packed.end())), ToBuffer(inverse_depth),
               measurements);
@@ -159,11 +160,13 @@ TEST(Photometric, StepsToTheTrueDepth) {
 
 TEST(Photometric, EqualsReference) {
   std::mt19937 random = SeededByTestName();
+  constexpr float min_views = 2;
   const PhotometricScene scene = SceneOf(0.033);
   const auto depth = RandomValues(kSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
-  const auto found = StepOnDevice(scene, depth);
-  const auto expected = reference::PhotometricStep(scene.detail, scene.projections, depth,
-                                                   {kSize.width_px, kSize.height_px, kStep, 1.5f});
+  const auto found = StepOnDevice(scene, depth, min_views);
+  const auto expected =
+      reference::PhotometricStep(scene.detail, scene.projections, depth,
+                                 {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views});
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     // Float against double; information is a sum of squares of some hundreds.
@@ -171,10 +174,25 @@ TEST(Photometric, EqualsReference) {
                       std::abs(found[i].z() - expected[i].z()) <= 1e-3f * expected[i].z() &&
                       std::abs(found[i].w() - expected[i].w()) <= 1e-3f;
     num_different += same ? 0 : 1;
-    ASSERT_EQ(found[i].x(), depth[i]);
+    ASSERT_EQ(found[i].x(), expected[i].x());
   }
   // At a border between pixels either gradient is right, and rounding decides.
   EXPECT_LE(double(num_different), 0.005 * double(found.size()));
+}
+
+TEST(Photometric, DropsWhatTooFewSourcesSee) {
+  // At inverse depth 0.033 the sources see the point 3.3 and 1.65 px to either side: of the first
+  // column two of them, of the second three, of the fourth on all four; one row at the top and
+  // bottom none.
+  const std::vector<float> start(kSize.num_pixels(), 0.033f);
+  const auto kept = [&](std::size_t x, float min_views) {
+    return StepOnDevice(SceneOf(0.033), start, min_views)[15 * kSize.width_px + x].x() > 0;
+  };
+  EXPECT_TRUE(kept(0, 2));
+  EXPECT_FALSE(kept(0, 3));
+  EXPECT_TRUE(kept(2, 3));
+  EXPECT_FALSE(kept(2, 4));
+  EXPECT_TRUE(kept(4, 4));
 }
 
 TEST(Photometric, StaysWhereThereIsNoTexture) {
@@ -187,7 +205,8 @@ TEST(Photometric, StaysWhereThereIsNoTexture) {
   }
 }
 
-reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measurements) {
+reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measurements,
+                                   const std::vector<float>& uniqueness) {
   const Buffer inverse_depth = MakeBuffer<float>(measurements.size());
   const Buffer confidence = MakeBuffer<float>(measurements.size());
   std::vector<float> numbers(4 * NumMeasurements(kSize), 0);
@@ -197,8 +216,8 @@ reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measureme
   }
   Recorder recorder(TestDevice());
   SurfaceStage(TestDevice())
-      .Record(recorder, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(numbers), inverse_depth,
-              confidence);
+      .Record(recorder, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(numbers),
+              ToBuffer(uniqueness), inverse_depth, confidence);
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, measurements.size()),
           FirstOf<float>(confidence, measurements.size())};
@@ -212,7 +231,7 @@ TEST(Surface, OfAPlaneIsThePlane) {
         1 + kStep * (0.3f * float(i % kSize.width_px) - 0.2f * float(i / kSize.width_px));
     measurements.emplace_back(kStep * std::round(w / kStep), w, 20.f, 1.f);
   }
-  const auto surface = SurfaceOnDevice(measurements);
+  const auto surface = SurfaceOnDevice(measurements, std::vector<float>(measurements.size(), 0.5f));
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     // A thousandth of a plane: float, of differences of values near 1.
     EXPECT_NEAR(surface.inverse_depth[i], measurements[i].y(), 1e-3 * double(kStep));
@@ -231,9 +250,10 @@ TEST(Surface, EqualsReference) {
       measurements.push_back(w > 0 ? Eigen::Vector4f(w, moved, 1 + 50 * unit(random), unit(random))
                                    : Eigen::Vector4f::Zero());
     }
-    const auto found = SurfaceOnDevice(measurements);
+    const auto uniqueness = RandomValues(kSize.num_pixels(), 0.1f, 0.9f, 0, random);
+    const auto found = SurfaceOnDevice(measurements, uniqueness);
     const auto expected =
-        reference::FitSurface(measurements, {kSize.width_px, kSize.height_px, kStep});
+        reference::FitSurface(measurements, uniqueness, {kSize.width_px, kSize.height_px, kStep});
     std::size_t num_different = 0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
       const bool same =
@@ -246,13 +266,39 @@ TEST(Surface, EqualsReference) {
   }
 }
 
+TEST(Surface, IsLessSureOfWhatTheSweepDoubtsAndOfBends) {
+  const std::vector<Eigen::Vector4f> flat(kSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
+  std::vector<Eigen::Vector4f> bent = flat;  // a ridge of less than a plane, which the fit crosses
+  for (std::size_t i = 0; i < bent.size(); ++i) {
+    const float distance = std::abs(float(i % kSize.width_px) - 20);
+    bent[i].x() = bent[i].y() = 0.5f - 0.2f * kStep * distance;
+  }
+  const std::size_t pixel = 15 * kSize.width_px + 20;
+  const std::vector<float> half(flat.size(), 0.5f);
+  const std::vector<float> tenth(flat.size(), 0.1f);
+  const float sure = SurfaceOnDevice(flat, half).confidence[pixel];
+  EXPECT_LT(SurfaceOnDevice(flat, tenth).confidence[pixel], 0.7f * sure);
+  EXPECT_LT(SurfaceOnDevice(bent, half).confidence[pixel], 0.7f * sure);
+}
+
+TEST(Surface, ConfidenceIsTheExpectedError) {
+  // Worked by hand: a plane without misfit, all evidence there. n is 20 times the sum of the
+  // falloffs, 13.6686; the deviation is step / sqrt(n) of 0.5, or 0.121 %; 2 e = (1 + s) / 0.7071
+  // - 1.
+  const std::vector<Eigen::Vector4f> flat(kSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
+  const auto surface = SurfaceOnDevice(flat, std::vector<float>(flat.size(), 0.5f));
+  const double deviation = 100 * double(kStep) / std::sqrt(20 * 13.6686) / 0.5;
+  const double error = 0.5 * ((1 + deviation) / std::sqrt(0.5) - 1);
+  EXPECT_NEAR(surface.confidence[15 * kSize.width_px + 20], 1 / (1 + error), 1e-3);
+}
+
 TEST(Surface, KeepsStepsAndIsLessSureAtThem) {
   std::vector<Eigen::Vector4f> measurements;
   for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
     const float w = i % kSize.width_px < 20 ? 0.5f : 0.7f;
     measurements.emplace_back(w, w, 20.f, 1.f);
   }
-  const auto surface = SurfaceOnDevice(measurements);
+  const auto surface = SurfaceOnDevice(measurements, std::vector<float>(measurements.size(), 0.5f));
   const std::size_t row = 15 * kSize.width_px;
   for (std::size_t x = 0; x < kSize.width_px; ++x) {
     EXPECT_NEAR(surface.inverse_depth[row + x], x < 20 ? 0.5f : 0.7f, 1e-3 * double(kStep));

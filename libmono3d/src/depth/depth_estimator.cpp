@@ -170,6 +170,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                     {.images = hierarchy_.images(0),
                      .quarter = hierarchy_.images(Hierarchy::kDetailLevel),
                      .inverse_depth = *inverse_depth,
+                     .uniqueness = *confidence,
                      .step = plan.step / factor,
                      .noise = noise_});
     inverse_depth = &refiner_.inverse_depth();

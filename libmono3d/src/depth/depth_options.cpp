@@ -46,6 +46,7 @@ void MedianOptions::Visit(OptionVisitor& visit) {
 
 void RefinementOptions::Visit(OptionVisitor& visit) {
   visit("iterations", iterations, "photometric steps after the sweep, 0: none");
+  visit("min_views", min_views, "matching images that must see a point");
 }
 
 void DogOptions::Visit(OptionVisitor& visit) {
@@ -87,6 +88,7 @@ void DepthEstimatorOptions::Validate() const {
                 winner_takes_all.min_uniqueness);
   require_int(median.min_support, 1, 25, "median.min_support");
   require_int(refinement.iterations, 0, 10, "refinement.iterations");
+  require_int(refinement.min_views, 1, 4, "refinement.min_views");
   RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "dog.min_response", "0 to 255",
                 dog.min_response);
 }

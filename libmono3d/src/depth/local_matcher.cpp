@@ -21,7 +21,8 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       sgm_(device_, options.sgm),
       winner_(device_, kNumPaths),
       last_winner_(device_, static_cast<std::uint32_t>(options.sgm.finest_paths)),
-      median_(device_, options.refinement.iterations == 0) {}
+      median_(device_, false),
+      last_median_(device_) {}
 
 std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size) {
   return std::uint64_t{kLocalPlanes} * (kNumPaths / 2) * NumLocalPixels(size);
@@ -103,7 +104,8 @@ void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
        .inverse_depth = static_cast<float>(plan.inverse_depth),
        .inverse_depth_step = static_cast<float>(plan.step)},
       paths_, more_paths_, costs_, ranges_, winner_depth_, winner_uniqueness_);
-  median_.Record(
+  const MedianStage& median = level.is_last ? last_median_ : median_;
+  median.Record(
       recorder,
       {.width_px = plan.size.width_px,
        .height_px = plan.size.height_px,

@@ -44,9 +44,8 @@ class LocalMatcher {
               const std::array<SourceProjection, kNumSources>& projections, const Buffer& images,
               const Buffer& coarse_depth);
 
-  const Buffer& inverse_depth() const { return median_depth_; }  // 1/su; 0: no estimate
-  // 0 to 1; only without refinement, which makes its own.
-  const Buffer& confidence() const { return median_confidence_; }
+  const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
+  const Buffer& confidence() const { return median_confidence_; }  // of the last level, 0 to 1
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
@@ -65,7 +64,8 @@ class LocalMatcher {
   LocalSgmStage sgm_;
   LocalWinnerStage winner_;
   LocalWinnerStage last_winner_;
-  MedianStage median_;
+  MedianStage median_;  // without confidence
+  MedianStage last_median_;
   std::vector<Buffer> projections_;  // by level: all are read at Submit
   Buffer coarse_normals_;
   Buffer ranges_;

@@ -46,7 +46,8 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
                         {.width_px = size.width_px,
                          .height_px = size.height_px,
                          .inverse_depth_step = static_cast<float>(input.step),
-                         .noise = static_cast<float>(input.noise)},
+                         .noise = static_cast<float>(input.noise),
+                         .min_views = static_cast<float>(options_.min_views)},
                         detail_, more_detail_, projections_,
                         i == 0 ? input.inverse_depth : inverse_depth_, measurements_);
     const SurfaceStage& surface = i + 1 < options_.iterations ? surface_ : last_surface_;
@@ -54,7 +55,7 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
                    {.width_px = size.width_px,
                     .height_px = size.height_px,
                     .inverse_depth_step = static_cast<float>(input.step)},
-                   measurements_, inverse_depth_, confidence_);
+                   measurements_, input.uniqueness, inverse_depth_, confidence_);
   }
 }
 

@@ -25,8 +25,9 @@ class Refiner {
     const Buffer& images;   // five padded images, the reference first
     const Buffer& quarter;  // the same, halved twice
     const Buffer& inverse_depth;
-    double step = 0;   // of inverse depth for 1 px in the farthest camera, 1/su
-    double noise = 0;  // standard deviation of the grey values
+    const Buffer& uniqueness;  // of the sweep, 0 to 1
+    double step = 0;           // of inverse depth for 1 px in the farthest camera, 1/su
+    double noise = 0;          // standard deviation of the grey values
   };
 
   // The results are there after recorder.Submit().

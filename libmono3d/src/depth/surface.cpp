@@ -19,9 +19,9 @@ SurfaceStage::SurfaceStage(std::shared_ptr<Device> device, bool with_confidence)
               {with_confidence ? 1u : 0u}) {}
 
 void SurfaceStage::Record(Recorder& recorder, const SurfaceParams& params,
-                          const Buffer& measurements, const Buffer& inverse_depth,
-                          const Buffer& confidence) const {
-  recorder.Dispatch(kernel_, {measurements, inverse_depth, confidence}, params,
+                          const Buffer& measurements, const Buffer& uniqueness,
+                          const Buffer& inverse_depth, const Buffer& confidence) const {
+  recorder.Dispatch(kernel_, {measurements, uniqueness, inverse_depth, confidence}, params,
                     {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
                      DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }

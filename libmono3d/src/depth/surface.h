@@ -17,7 +17,8 @@ class SurfaceStage {
   explicit SurfaceStage(std::shared_ptr<Device> device, bool with_confidence = true);
 
   void Record(Recorder& recorder, const SurfaceParams& params, const Buffer& measurements,
-              const Buffer& inverse_depth, const Buffer& confidence) const;
+              const Buffer& uniqueness, const Buffer& inverse_depth,
+              const Buffer& confidence) const;
 
  private:
   Kernel kernel_;

@@ -77,7 +77,7 @@ std::vector<Eigen::Vector4f> PhotometricStep(
       support += weight;
       ++num_visible;
     }
-    if (w <= 0) {
+    if (w <= 0 || num_visible < int(params.min_views)) {
       result.emplace_back(Eigen::Vector4f::Zero());
       continue;
     }
@@ -88,17 +88,22 @@ std::vector<Eigen::Vector4f> PhotometricStep(
   return result;
 }
 
-Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const SurfaceParams& params) {
+Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements,
+                   const std::vector<float>& uniqueness, const SurfaceParams& params) {
   constexpr std::array<double, 4> kFalloff = {1.0, 0.8007, 0.4111, 0.1353};
   const int width = static_cast<int>(params.width_px);
   const int height = static_cast<int>(params.height_px);
   const auto step = double(params.inverse_depth_step);
+  const auto depth_at = [&](int x, int y) {
+    if (x < 0 || y < 0 || x >= width || y >= height) return 0.0;
+    return double(measurements[static_cast<std::size_t>(y * width + x)].x());
+  };
   Surface surface;
   for (int i = 0; i < width * height; ++i) {
     const auto middle = double(measurements[static_cast<std::size_t>(i)].x());
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    double squares = 0, support = 0, nearest = 0, farthest = 1e9;
+    double squares = 0, support = 0, nearest = 0, farthest = 1e9, num_found = 0;
     for (int dy = -3; dy <= 3; ++dy) {
       for (int dx = -3; dx <= 3; ++dx) {
         const int x = i % width + dx;
@@ -106,6 +111,7 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
         if (x < 0 || y < 0 || x >= width || y >= height) continue;
         const Eigen::Vector4d m =
             measurements[static_cast<std::size_t>(y * width + x)].cast<double>();
+        num_found += m.x() > 0 ? 1 : 0;
         if (m.x() > 0 && std::max(std::abs(dx), std::abs(dy)) <= 2) {
           nearest = std::max(nearest, m.x());
           farthest = std::min(farthest, m.x());
@@ -132,8 +138,17 @@ Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const Surfa
       const Eigen::Vector3d g = A.ldlt().solve(b);
       w = std::max(middle + step * std::clamp(g.x(), -1.0, 1.0), 0.5 * middle);
       const double misfit = std::max(squares - g.dot(b), 0.0);
-      const double deviation = std::sqrt((1 + misfit) / A(0, 0)) * step + (nearest - farthest) / 4;
-      confidence = std::sqrt(support / 13.6686) / (1 + deviation / (0.01 * w));
+      double deviation = std::sqrt((1 + misfit) / A(0, 0)) * step + (nearest - farthest) / 4;
+      for (const auto& [dx, dy] :
+           {std::pair(3, 0), std::pair(0, 3), std::pair(3, 3), std::pair(3, -3)}) {
+        const double before = depth_at(i % width - dx, i / width - dy);
+        const double after = depth_at(i % width + dx, i / width + dy);
+        if (before > 0 && after > 0) deviation += std::abs((before + after) / 2 - middle);
+      }
+      const double u = double(uniqueness[static_cast<std::size_t>(i)]);
+      const double evidence = num_found / 49 * std::sqrt(support / 13.6686 * u);
+      const double error = 0.5 * ((1 + deviation / (0.01 * w)) / evidence - 1);
+      confidence = 1 / (1 + error);
     }
     surface.inverse_depth.push_back(float(w));
     surface.confidence.push_back(middle > 0 ? float(std::clamp(confidence, 1e-3, 1.0)) : 0.f);

@@ -29,6 +29,7 @@ struct Surface {
 };
 
 // surface.comp.
-Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements, const SurfaceParams& params);
+Surface FitSurface(const std::vector<Eigen::Vector4f>& measurements,
+                   const std::vector<float>& uniqueness, const SurfaceParams& params);
 
 }  // namespace mono3d::reference
