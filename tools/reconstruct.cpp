@@ -10,6 +10,7 @@
 #include "mono3d/core/log.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
 
@@ -20,6 +21,8 @@ struct Arguments {
   std::string input;
   std::string camera;
   std::string output;
+  std::string map;       // to go on in; empty: none
+  std::string save_map;  // empty: not saved
   FrameSourceOptions source;
   PipelineOptions pipeline;
   bool with_mesh = false;
@@ -51,8 +54,8 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
   const double start_ms = WallClockMs();
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
-  const auto source =
-      OpenFrameSource(arguments.input, ReadCameraFile(arguments.camera), arguments.source);
+  const CameraModel calibration = ReadCameraFile(arguments.camera);
+  const auto source = OpenFrameSource(arguments.input, calibration, arguments.source);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   const RunWriter writer(arguments.output);
   CatchStopSignals();
@@ -71,16 +74,21 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
       const ScopedStageTimer timer(&times, "io/write_depth_map");
       writer.WriteDepthMap(map);
     };
-    Pipeline pipeline(CreateStages(arguments.pipeline, device, &times), observer,
-                      arguments.pipeline.surfel_export);
+    PipelineStages stages = CreateStages(arguments.pipeline, device, &times);
+    if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
+    Pipeline pipeline(std::move(stages), observer, arguments.pipeline.surfel_export);
     ProcessFrames(*source, pipeline, times, record);
     result = pipeline.Finish();
+    if (!arguments.save_map.empty() && !result.maps.empty()) {
+      SaveMapFile(pipeline.tracker(), arguments.save_map);
+    }
   }
   writer.WriteReconstruction(result);
   if (arguments.with_mesh) {
     const ScopedStageTimer timer(&times, "io/write_mesh");
     writer.WriteMeshes(result, arguments.mesh);
   }
+  writer.WriteSparseModels(result, calibration);
   PipelineOptions pipeline_options = arguments.pipeline;
   FrameSourceOptions source_options = arguments.source;
   record.options = ListOptions(source_options);
@@ -115,10 +123,14 @@ int main(int argc, char** argv) {
       ->required();
   tool.app()
       .add_option("-o,--output", arguments.output,
-                  "folder for model.ply, trajectory.txt, depth/ and run.json")
+                  "folder for model.ply, trajectory.txt, depth/, sparse/ and run.json")
       ->required();
   tool.app().add_flag("--mesh", arguments.with_mesh,
                       "write mesh.ply as well: triangles through the surfels");
+  tool.app().add_option("--map", arguments.map,
+                        "map of an earlier run of the same camera, to go on in");
+  tool.app().add_option("--save-map", arguments.save_map,
+                        "file for the map, so that a later run can go on in it");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));

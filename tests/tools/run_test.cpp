@@ -13,10 +13,13 @@
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <string>
 #include <thread>
 
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/io/camera_file.h"
+#include "mono3d/io/colmap_model.h"
 #include "mono3d/io/pfm_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
@@ -92,6 +95,35 @@ TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
   EXPECT_EQ(record["end"], "finished");
   EXPECT_GE(record["counts"]["fused"], 2);
   EXPECT_EQ(record["options"]["resize"], "384x224");
+}
+
+TEST_F(ExampleRun, SavesItsMapAndSparseModelAndGoesOnInTheMap) {
+  constexpr double kMaxRmse_m = 0.44;  // half a percent of the mean depth
+  const std::string map = (folder_ / "first.map").string();
+  const CommandResult first =
+      RunCommand(Command(folder_ / "first", " --max-frames 24 --save-map " + map), folder_);
+  ASSERT_EQ(first.exit_status, 0) << first.errors;
+  const SparseModel sparse = ReadColmapModel(folder_ / "first/sparse");
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "first/run.json"));
+  EXPECT_EQ(record["maps"][0]["sparse_images"], sparse.images.size());
+  EXPECT_EQ(record["maps"][0]["sparse_points"], sparse.points.size());
+  EXPECT_GT(sparse.points.size(), 300U);
+  // As the images in the folder are, not as they were resized to.
+  EXPECT_EQ(sparse.camera, ReadCameraFile(kExample / "camera.yaml"));
+  EXPECT_TRUE(std::filesystem::exists(kExample / "images" / sparse.images[0].name));
+
+  // Twelve frames need not make a model.
+  const CommandResult second =
+      RunCommand(Command(folder_ / "second", " --start 24 --max-frames 12 --map " + map), folder_);
+  EXPECT_LE(second.exit_status, 1) << second.errors;
+  const auto trajectory = ReadTrajectory(folder_ / "second/trajectory.txt");
+  EXPECT_GE(trajectory.size(), 34U) << "one trajectory with the frames of the map";
+  EXPECT_LT(TrajectoryRmse_m(folder_ / "second/trajectory.txt"), kMaxRmse_m);
+
+  WriteText(folder_ / "first.map", ReadText(folder_ / "first.map").substr(0, 5000));
+  const CommandResult damaged = RunCommand(Command(folder_ / "third", " --map " + map), folder_);
+  EXPECT_EQ(damaged.exit_status, 1);
+  EXPECT_THAT(damaged.errors, HasSubstr("first.map: saved map: damaged"));
 }
 
 TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
@@ -175,11 +207,13 @@ class ExampleBundle : public ExampleRun {
     reference_ = names.at(6).stem();
   }
 
-  CommandResult Depth(const std::string& prefix = {}) const {
+  // `poses` empty: estimated.
+  CommandResult Depth(const std::string& prefix = {}, const std::string& poses = "poses.txt",
+                      const std::string& output = "out") const {
+    const std::string given = poses.empty() ? "" : " --poses " + (folder_ / poses).string();
     return RunCommand(prefix + MONO3D_DEPTH_TOOL + " " + (folder_ / "five").string() +
-                          " --camera " + (kExample / "camera.yaml").string() + " --poses " +
-                          (folder_ / "poses.txt").string() + " --resize 384x224 -o " +
-                          (folder_ / "out").string(),
+                          " --camera " + (kExample / "camera.yaml").string() + given +
+                          " --resize 384x224 -o " + (folder_ / output).string(),
                       folder_);
   }
 
@@ -198,6 +232,46 @@ TEST_F(ExampleBundle, TheDepthToolWritesDepthNormalsConfidenceAndCloud) {
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/bundle.json"));
   EXPECT_EQ(ReadPly(folder_ / "out/cloud.ply").size(), record["estimates"]);
   EXPECT_GT(record["estimates"].get<double>(), 0.7 * record["pixels"].get<double>());
+}
+
+TEST_F(ExampleBundle, TheDepthToolEstimatesPosesAndTakesThemBackInBothForms) {
+  const CommandResult result = Depth({}, "");
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/bundle.json"));
+  EXPECT_EQ(record["poses"]["from"], "estimated");
+  EXPECT_EQ(record["poses"]["images"].size(), 5U);
+  EXPECT_GT(record["poses"]["points"], 200);
+  EXPECT_LT(record["poses"]["reprojection_px"], 1);
+  EXPECT_GT(record["estimates"].get<double>(), 0.7 * record["pixels"].get<double>());
+  // The middle camera is the world; the steps to the others are the true ones but for the scale.
+  const std::vector<StampedPose> truth = ReadTrajectory(folder_ / "poses.txt");
+  const std::vector<StampedPose> found = ReadTrajectory(folder_ / "out/poses.txt");
+  ASSERT_EQ(found.size(), 5U);
+  for (const std::size_t i : {0U, 4U}) {
+    const Pose expected = truth[2].T_world_cam.Inverse() * truth[i].T_world_cam;
+    constexpr double kMaxAngle_rad = 0.002;  // 0.7 px at a focal length of 346
+    EXPECT_LT((expected.Inverse() * found[i].T_world_cam).RotationAngle(), kMaxAngle_rad);
+  }
+  for (const std::string poses : {"out/poses.txt", "out/sparse"}) {
+    const CommandResult again = Depth({}, poses, "again");
+    ASSERT_EQ(again.exit_status, 0) << poses << ": " << again.errors;
+    const cv::Mat depth = ReadPfm((folder_ / "again" / reference_).string() + ".depth.pfm");
+    EXPECT_GT(cv::countNonZero(depth), 0.7 * static_cast<double>(depth.total())) << poses;
+  }
+}
+
+TEST_F(ExampleBundle, TheDepthToolSaysWhyItFindsNoPoses) {
+  const std::filesystem::path five = folder_ / "five";
+  std::vector<std::filesystem::path> names(std::filesystem::directory_iterator(five), {});
+  for (const std::filesystem::path& name : names) {
+    if (name != names[0]) {
+      std::filesystem::copy(names[0], name, std::filesystem::copy_options::overwrite_existing);
+    }
+  }
+  const CommandResult result = Depth({}, "");
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_THAT(result.errors, HasSubstr("no poses: no two images make a start: "));
+  EXPECT_THAT(result.errors, HasSubstr("parallax"));
 }
 
 TEST_F(ExampleBundle, AFullDiskIsNamedAndLeavesNoHalfWrittenFile) {

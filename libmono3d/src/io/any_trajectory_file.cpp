@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "io/colmap_images.h"
 #include "io/text.h"
 #include "io/trajectory_forms.h"
 #include "mono3d/core/error.h"

@@ -13,9 +13,6 @@
 
 namespace mono3d {
 
-// Does the line, cut into words, look like the first line of an image in COLMAP's images.txt?
-bool IsColmapImage(const std::vector<std::string_view>& words);
-
 // Both throw Error with file and line; see ReadAnyTrajectory.
 std::vector<StampedPose> ParseKittiTrajectory(const std::filesystem::path& path,
                                               const std::vector<std::string>& lines,

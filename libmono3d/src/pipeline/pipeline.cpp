@@ -167,10 +167,10 @@ Reconstruction Pipeline::Finish() {
                    });
   Reconstruction result;
   for (const auto& [map_id, num_frames] : num_frames_of_map) {
-    result.maps.push_back({map_id, OfMap(trajectory, map_id),
-                           OfMap(state.online_trajectory, map_id), OfMap(keyframes, map_id),
-                           OfMap(state.model_trajectory, map_id),
-                           std::move(state.finished_models[map_id])});
+    result.maps.push_back(
+        {map_id, OfMap(trajectory, map_id), OfMap(state.online_trajectory, map_id),
+         OfMap(keyframes, map_id), OfMap(state.model_trajectory, map_id),
+         std::move(state.finished_models[map_id]), state.stages.tracker->Sparse(map_id)});
   }
   std::stable_sort(result.maps.begin(), result.maps.end(),
                    [](const MapReconstruction& a, const MapReconstruction& b) {
@@ -179,6 +179,8 @@ Reconstruction Pipeline::Finish() {
   result.counts = state.counts;
   return result;
 }
+
+const Tracker& Pipeline::tracker() const { return *state_->stages.tracker; }
 
 Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop) {
   while (stop == nullptr || !stop->load()) {

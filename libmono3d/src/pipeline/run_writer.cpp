@@ -11,6 +11,7 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/version.h"
+#include "mono3d/io/colmap_model.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/mesh_file.h"
 #include "mono3d/io/output_file.h"
@@ -48,6 +49,20 @@ void RemoveMatching(const std::filesystem::path& folder, const std::regex& patte
                              .expected = {},
                              .found = failure.message()});
     }
+  }
+}
+
+// The folders sparse and sparse_mapN go as soon as nothing but what was written there is in them.
+void RemoveSparseModels(const std::filesystem::path& folder) {
+  static const std::regex kName(R"(sparse(_map\d+)?)");
+  std::vector<std::filesystem::path> models;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (std::regex_match(entry.path().filename().string(), kName)) models.push_back(entry.path());
+  }
+  for (const std::filesystem::path& model : models) {
+    RemoveMatching(model, std::regex(R"((cameras|images|points3D)\.txt(\.partial)?)"));
+    std::error_code not_empty;
+    std::filesystem::remove(model, not_empty);
   }
 }
 
@@ -95,6 +110,14 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"rejected_depth_maps", counts.rejected_depth_maps}};
 }
 
+// Over the points, of each one's mean: what COLMAP calls the mean reprojection error.
+double MeanReprojection_px(const SparseModel& model) {
+  const std::vector<double> errors_px = ReprojectionErrors_px(model);
+  double sum = 0;
+  for (const double error_px : errors_px) sum += error_px;
+  return errors_px.empty() ? 0 : sum / static_cast<double>(errors_px.size());
+}
+
 Json MapsJson(const std::vector<MapReconstruction>& maps) {
   Json list = Json::array();
   for (const MapReconstruction& map : maps) {
@@ -102,7 +125,10 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
                     {"frames", map.trajectory.size()},
                     {"keyframes", map.keyframes.size()},
                     {"depth_maps_fused", map.model_trajectory.size()},
-                    {"surfels", map.model.size()}});
+                    {"surfels", map.model.size()},
+                    {"sparse_images", map.sparse.images.size()},
+                    {"sparse_points", map.sparse.points.size()},
+                    {"sparse_reprojection_px", MeanReprojection_px(map.sparse)}});
   }
   return list;
 }
@@ -126,6 +152,7 @@ RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
   RemoveMatching(
       folder_, std::regex(R"(((trajectory|trajectory_online|keyframes|model_trajectory))"
                           R"((_map\d+)?\.txt|(model|mesh)(_map\d+)?\.ply|run\.json)(\.partial)?)"));
+  RemoveSparseModels(folder_);
 }
 
 void RunWriter::WriteDepthMap(const DepthMap& map) const {
@@ -157,6 +184,18 @@ void RunWriter::WriteMeshes(const Reconstruction& reconstruction,
     if (!map.model.empty()) {
       WriteMeshPly(folder_ / NameOfMap("mesh", ".ply", is_first, map.map_id),
                    MeshSurfels(map.model, options));
+    }
+    is_first = false;
+  }
+}
+
+void RunWriter::WriteSparseModels(const Reconstruction& reconstruction,
+                                  const CameraModel& calibration) const {
+  bool is_first = true;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    if (!map.sparse.images.empty()) {
+      WriteColmapModel(folder_ / NameOfMap("sparse", "", is_first, map.map_id),
+                       WithCamera(map.sparse, calibration));
     }
     is_first = false;
   }

@@ -4,7 +4,9 @@
 #include "tracking/direct_tracking.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "tracking/image_alignment.h"
@@ -74,6 +76,15 @@ std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
   return seen;
 }
 
+// Red, green, blue; as it was where the image has been released.
+std::array<std::uint8_t, 3> ColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel,
+                                     const std::array<std::uint8_t, 3>& before) {
+  if (bgr.empty()) return before;
+  const auto& colour = bgr.at<cv::Vec3b>(static_cast<int>(std::lround(pixel.y())),
+                                         static_cast<int>(std::lround(pixel.x())));
+  return {colour[2], colour[1], colour[0]};
+}
+
 }  // namespace
 
 bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& feature) {
@@ -86,6 +97,7 @@ bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& featu
   MapPoint& point = map.point(id);
   point.patch = *std::move(patch);
   point.patch_keyframe = keyframe;
+  point.colour = ColourAt(view.frame.bgr, feature.pixel, point.colour);
   return true;
 }
 

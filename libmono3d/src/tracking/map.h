@@ -4,9 +4,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "mono3d/geometry/camera_model.h"
@@ -54,6 +56,7 @@ struct MapPoint {
   int num_found = 1;                      // times it was
   std::optional<Patch> patch;             // how it looks
   KeyframeId patch_keyframe = 0;          // from where
+  std::array<std::uint8_t, 3> colour{};   // red, green, blue, there
   // What follows from the observations:
   Descriptor descriptor{};                                    // the most typical one
   Eigen::Vector3d towards_cameras = Eigen::Vector3d::Zero();  // mean direction, unit length
@@ -84,6 +87,14 @@ class Map {
  public:
   Map(int id, const CameraModel& camera, const FeatureOptions& options)
       : id_(id), camera_(camera), scales_(options) {}
+  // Of a saved map; the lists must agree with each other.
+  Map(int id, const CameraModel& camera, const FeatureOptions& options,
+      std::vector<MapPoint> points, std::vector<MapKeyframe> keyframes)
+      : id_(id),
+        camera_(camera),
+        scales_(options),
+        points_(std::move(points)),
+        keyframes_(std::move(keyframes)) {}
 
   int id() const { return id_; }
   const CameraModel& camera() const { return camera_; }

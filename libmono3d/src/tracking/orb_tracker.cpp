@@ -45,6 +45,7 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
                            .found = {}});
   }
   camera_ = frame.camera;
+  if (is_map_loaded_) JoinLoadedFrames(frame);
   View view = MakeView(frame);
   TrackingResult result = has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
@@ -263,23 +264,12 @@ std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
   std::vector<TrajectoryEntry> entries;
   for (const std::unique_ptr<Map>& of : maps_) {
     for (const KeyframeId id : InOrderOfFlight(*of)) {
+      if (of->id() == 0 && id < num_loaded_keyframes_) continue;
       const Frame& frame = of->keyframe(id).view.frame;
       entries.push_back({frame.index, frame.timestamp_s, of->id(), of->T_cam_world(id).Inverse()});
     }
   }
   return entries;
-}
-
-PointCloud OrbTracker::MapPoints(int map_id) const {
-  PointCloud cloud;
-  if (map_id < 0 || static_cast<std::size_t>(map_id) >= maps_.size()) return cloud;
-  for (const MapPoint& point : maps_[static_cast<std::size_t>(map_id)]->points()) {
-    if (!point.alive) continue;
-    cloud.points.push_back(point.p_world.cast<float>());
-    cloud.normals.push_back(point.towards_cameras.cast<float>());
-    cloud.observations.push_back(static_cast<std::uint32_t>(point.observations.size()));
-  }
-  return cloud;
 }
 
 }  // namespace mono3d::tracking

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/tracking/tracker.h"
@@ -30,6 +31,9 @@ class OrbTracker final : public Tracker {
   std::vector<TrajectoryEntry> Trajectory() const override;
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
   PointCloud MapPoints(int map_id) const override;
+  SparseModel Sparse(int map_id) const override;
+  std::string SaveMap() const override;
+  void LoadMap(std::string_view bytes, const std::string& where) override;
 
  private:
   View MakeView(const Frame& frame) const;
@@ -52,6 +56,7 @@ class OrbTracker final : public Tracker {
   bool JoinIfKnown();
   void UpdateMotion(const View& view);
   void Remember(View view);
+  void JoinLoadedFrames(const Frame& first);
 
   Map& map() { return *maps_[current_]; }
   const Map& map() const { return *maps_[current_]; }
@@ -66,6 +71,8 @@ class OrbTracker final : public Tracker {
   std::size_t current_ = 0;         // the map in use, unless `has_map_` is false
   std::vector<FrameRecord> records_;
   std::int64_t next_keyframe_id_ = 0;
+  bool is_map_loaded_ = false;            // and no frame has come since
+  std::size_t num_loaded_keyframes_ = 0;  // of map 0, of other footage
 
   bool has_map_ = false;
   Backlog backlog_;

@@ -20,6 +20,7 @@
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/sparse_model.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/tracking/tracker.h"
@@ -88,6 +89,7 @@ struct MapReconstruction {
   std::vector<TrajectoryEntry> keyframes;
   std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
   PointCloud model;
+  SparseModel sparse;  // the tracker's keyframes and points
 };
 
 struct Reconstruction {
@@ -111,6 +113,8 @@ class Pipeline {
 
   // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
   [[nodiscard]] Reconstruction Run(FrameSource& source, const std::atomic<bool>* stop = nullptr);
+
+  const Tracker& tracker() const;
 
  private:
   struct State;

@@ -43,9 +43,11 @@ struct RunRecord {
 //   trajectory.txt trajectory_online.txt keyframes.txt model_trajectory.txt   TUM, camera to world
 //   model.ply                                           the surfels
 //   mesh.ply                                            triangles through them, where asked for
+//   sparse/{cameras,images,points3D}.txt                keyframes and points, COLMAP's text form
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
-// trajectory_mapN.txt and so on. Files are written beside and renamed: none is ever half there.
+// trajectory_mapN.txt, sparse_mapN and so on. Files are written beside and renamed: none is ever
+// half there.
 class RunWriter {
  public:
   // Creates the folder where needed, and clears what an earlier run left under these names. Throws
@@ -56,6 +58,10 @@ class RunWriter {
   void WriteReconstruction(const Reconstruction& reconstruction) const;
   // One mesh for each map that has a model.
   void WriteMeshes(const Reconstruction& reconstruction, const MeshOptions& options) const;
+  // The sparse models as the input's own images show them, `calibration` being that of the input:
+  // COLMAP and OpenMVS can go on from there.
+  void WriteSparseModels(const Reconstruction& reconstruction,
+                         const CameraModel& calibration) const;
   void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
 
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }

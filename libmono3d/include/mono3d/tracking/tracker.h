@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/core/options.h"
@@ -15,6 +16,7 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
+#include "mono3d/image/sparse_model.h"
 
 namespace mono3d {
 
@@ -79,6 +81,18 @@ class Tracker {
   virtual std::vector<TrajectoryEntry> KeyframeTrajectory() const = 0;
   // The sparse points of one map.
   virtual PointCloud MapPoints(int map_id) const = 0;
+  // The keyframes of one map, its points and where they show; empty where the tracker has none.
+  virtual SparseModel Sparse(int map_id) const;
+
+  // The map with most tracked frames, so that another tracker can go on in it, later and on new
+  // footage of the same camera. Throws Error when there is no map.
+  virtual std::string SaveMap() const;
+  // Before the first frame: takes over what SaveMap returned; `where` names the bytes in messages.
+  // Tracking begins with finding the first frames in that map, whose frame, scale and id, 0 from
+  // now on, hold. Where the footage goes on with that of the map (later in index and time), the
+  // trajectories have both. Throws Error on anything that SaveMap has not made, UsageError after
+  // the first frame or under other options of the image pyramid. A tracker need not support either.
+  virtual void LoadMap(std::string_view bytes, const std::string& where);
 };
 
 struct FeatureOptions {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+
+namespace mono3d {
+
+// Where an image shows a point of a sparse model.
+struct SparseObservation {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  std::optional<std::size_t> point;  // position in SparseModel::points
+};
+
+struct SparseImage {
+  std::int64_t id = 0;  // each once, 0 or more
+  std::string name;     // file name
+  Pose T_world_cam;
+  std::vector<SparseObservation> observations;
+};
+
+struct SparsePoint {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  // su
+  std::array<std::uint8_t, 3> colour = {0, 0, 0};     // red, green, blue
+};
+
+// What bundle adjustment has found out: the poses of some images of one camera, scene points, and
+// where the images show them.
+struct SparseModel {
+  CameraModel camera;
+  std::vector<SparseImage> images;
+  std::vector<SparsePoint> points;
+};
+
+// Mean distance in px between the pixel of an observation and its point's projection through the
+// camera with its distortion, over the observations of each point; 0 for a point that none shows or
+// that lies behind a camera.
+std::vector<double> ReprojectionErrors_px(const SparseModel& model);
+
+// The same model as the images show it that the lens with the distortion `camera` takes: every
+// pixel goes where that camera shows its ray. `model.camera` must be free of distortion.
+SparseModel WithCamera(const SparseModel& model, const CameraModel& camera);
+
+// Throws Error when an observation names a point that is not there, two images have one id, or a
+// number is not finite.
+void Validate(const SparseModel& model);
+
+}  // namespace mono3d

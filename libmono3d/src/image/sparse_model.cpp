@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/image/sparse_model.h"
+
+#include <set>
+
+#include "mono3d/core/error.h"
+#include "mono3d/geometry/distortion.h"
+
+namespace mono3d {
+namespace {
+
+void Refuse(const std::string& what, const SparseImage& image) {
+  throw Error(ErrorParts{
+      .what = "sparse model: " + what, .where = image.name, .expected = {}, .found = {}});
+}
+
+void ValidateImage(const SparseImage& image, std::size_t num_points) {
+  if (!image.T_world_cam.Matrix().allFinite()) Refuse("pose is not finite", image);
+  for (const SparseObservation& observation : image.observations) {
+    if (!observation.pixel.allFinite()) Refuse("pixel is not finite", image);
+    if (observation.point && *observation.point >= num_points) {
+      Refuse("observation of a point that is not there", image);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<double> ReprojectionErrors_px(const SparseModel& model) {
+  std::vector<double> sum(model.points.size(), 0);
+  std::vector<int> count(model.points.size(), 0);
+  for (const SparseImage& image : model.images) {
+    const Pose T_cam_world = image.T_world_cam.Inverse();
+    for (const SparseObservation& observation : image.observations) {
+      if (!observation.point) continue;
+      const Eigen::Vector3d p_cam = T_cam_world * model.points[*observation.point].p_world;
+      if (p_cam.z() <= 0) continue;
+      sum[*observation.point] += (ProjectDistorted(model.camera, p_cam) - observation.pixel).norm();
+      ++count[*observation.point];
+    }
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    if (count[i] > 0) sum[i] /= count[i];
+  }
+  return sum;
+}
+
+SparseModel WithCamera(const SparseModel& model, const CameraModel& camera) {
+  SparseModel result = model;
+  result.camera = camera;
+  for (SparseImage& image : result.images) {
+    for (SparseObservation& observation : image.observations) {
+      observation.pixel = ProjectDistorted(camera, model.camera.Unproject(observation.pixel));
+    }
+  }
+  return result;
+}
+
+void Validate(const SparseModel& model) {
+  Validate(model.camera, "sparse model");
+  std::set<std::int64_t> ids;
+  for (const SparseImage& image : model.images) {
+    if (!ids.insert(image.id).second) Refuse("two images of one id", image);
+    ValidateImage(image, model.points.size());
+  }
+  for (const SparsePoint& point : model.points) {
+    if (!point.p_world.allFinite()) throw Error("sparse model: point is not finite");
+  }
+}
+
+}  // namespace mono3d

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d::tracking {
+
+// Two archives of one form, so that one function, `template <typename Archive> void
+// Exchange(Archive&, T&)`, both writes a type and reads it. Numbers as they lie in the memory of a
+// little-endian machine; a count before what may have any length.
+static_assert(std::endian::native == std::endian::little, "saved maps are little endian");
+
+template <typename T>
+concept PlainNumber = std::is_arithmetic_v<T>;
+
+class ByteWriter {
+ public:
+  template <PlainNumber T>
+  void Number(T& number) {
+    bytes_.append(reinterpret_cast<const char*>(&number), sizeof(T));
+  }
+  void Text(std::string& text) {
+    std::uint64_t size = text.size();
+    Number(size);
+    bytes_ += text;
+  }
+  template <typename T, typename Function>
+  void List(std::vector<T>& list, const Function& exchange) {
+    std::uint64_t size = list.size();
+    Number(size);
+    for (T& member : list) exchange(member);
+  }
+  template <typename T, typename Function>
+  void Optional(std::optional<T>& value, const Function& exchange) {
+    std::uint8_t is_there = value ? 1 : 0;
+    Number(is_there);
+    if (value) exchange(*value);
+  }
+
+  std::string TakeBytes() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+class ByteReader {
+ public:
+  // `where` names the bytes in messages.
+  ByteReader(std::string_view bytes, std::string where) : bytes_(bytes), where_(std::move(where)) {}
+
+  template <PlainNumber T>
+  void Number(T& number) {
+    if (bytes_.size() < sizeof(T)) Refuse("ends too early");
+    if constexpr (std::is_same_v<T, bool>) {
+      number = bytes_[0] != 0;  // a bool must not hold anything else
+    } else {
+      std::memcpy(&number, bytes_.data(), sizeof(T));
+    }
+    bytes_.remove_prefix(sizeof(T));
+  }
+  void Text(std::string& text) {
+    const std::uint64_t size = Count();
+    text = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+  }
+  template <typename T, typename Function>
+  void List(std::vector<T>& list, const Function& exchange) {
+    const std::uint64_t size = Count();
+    list.clear();
+    list.reserve(size);
+    for (std::uint64_t i = 0; i < size; ++i) exchange(list.emplace_back());
+  }
+  template <typename T, typename Function>
+  void Optional(std::optional<T>& value, const Function& exchange) {
+    std::uint8_t is_there = 0;
+    Number(is_there);
+    value.reset();
+    if (is_there != 0) exchange(value.emplace());
+  }
+
+  bool IsAtEnd() const { return bytes_.empty(); }
+  [[noreturn]] void Refuse(const std::string& what) const {
+    throw Error(
+        ErrorParts{.what = "saved map: " + what, .where = where_, .expected = {}, .found = {}});
+  }
+
+ private:
+  // Each member takes a byte at least: a wild count is found out before memory is asked for.
+  std::uint64_t Count() {
+    std::uint64_t count = 0;
+    Number(count);
+    if (count > bytes_.size()) Refuse("ends too early");
+    return count;
+  }
+
+  std::string_view bytes_;
+  std::string where_;
+};
+
+}  // namespace mono3d::tracking
