@@ -10,6 +10,13 @@
 namespace mono3d {
 namespace {
 
+// Maps of noise in random colours: there is nothing to register.
+SurfelMapOptions Unregistered() {
+  SurfelMapOptions options;
+  options.registration.enabled = false;
+  return options;
+}
+
 constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 const cv::Rect kFalsePatch(30, 20, 20, 10);
@@ -33,7 +40,7 @@ std::size_t CountOffTheWall(const PointCloud& cloud) {
 class SurfelReview : public ::testing::TestWithParam<float> {};
 
 TEST_P(SurfelReview, DoubtsWhatEarlierMapsSpeakAgainst) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
   (void)map->Integrate(WallMap(1));
   (void)map->Integrate(WallMap(2));
   const FusionResult result = map->Integrate(WallMap(3, GetParam()));
@@ -45,14 +52,14 @@ TEST_P(SurfelReview, DoubtsWhatEarlierMapsSpeakAgainst) {
 }
 
 TEST_P(SurfelReview, RemovesWhatALaterMapSpeaksAgainst) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
   (void)map->Integrate(WallMap(1, GetParam()));
   (void)map->Integrate(WallMap(2));
   EXPECT_EQ(CountOffTheWall(map->Export(1)), 0U);
 }
 
 TEST_P(SurfelReview, KeepsWhatIsThereWhenOneMapIsWrong) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
   for (unsigned seed = 1; seed <= 3; ++seed) (void)map->Integrate(WallMap(seed));
   (void)map->Integrate(WallMap(4, GetParam()));
   EXPECT_EQ(map->Export(3).size() - CountOffTheWall(map->Export(3)),
@@ -62,7 +69,7 @@ TEST_P(SurfelReview, KeepsWhatIsThereWhenOneMapIsWrong) {
 INSTANTIATE_TEST_SUITE_P(BeforeAndBehindTheWall, SurfelReview, ::testing::Values(4.0F, 40.0F));
 
 TEST(SurfelReview, IsLeftOutWhenAskedFor) {
-  SurfelMapOptions options;
+  SurfelMapOptions options = Unregistered();
   options.num_reviews = 0;
   const auto map = CreateSurfelMap(TestDevice(), options);
   (void)map->Integrate(WallMap(1));
@@ -73,7 +80,7 @@ TEST(SurfelReview, IsLeftOutWhenAskedFor) {
 
 // A house hides what is behind it from some maps: what several have seen stays.
 TEST(SurfelReview, KeepsAHiddenSurfaceThatSeveralMapsHaveSeen) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
   (void)map->Integrate(WallMap(1));
   (void)map->Integrate(WallMap(2));
   DepthMap past_a_house = WallMap(3);

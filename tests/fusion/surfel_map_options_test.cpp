@@ -63,10 +63,15 @@ TEST(SurfelMapOptions, ListsEveryField) {
       ::testing::ElementsAre(
           "association.matching_error_px", "association.max_sigmas",
           "association.max_normal_angle_deg", "free_space.min_sigmas", "registration.enabled",
-          "registration.with_scale", "registration.with_grey", "registration.prior_px",
-          "registration.prior_scale", "registration.grey_noise", "registration.grey_shift_px",
-          "gate.min_overlap", "gate.min_agreement", "gate.max_contradiction", "gate.max_residual",
-          "gate.max_deviation_px", "gate.max_scale_deviation", "num_reviews", "max_surfels"));
+          "registration.with_scale", "registration.with_grey", "registration.max_misfit",
+          "registration.prior_px", "registration.prior_scale", "registration.grey_noise",
+          "registration.grey_shift_px", "gate.min_overlap", "gate.min_agreement",
+          "gate.max_contradiction", "gate.max_residual", "gate.max_grey_residual",
+          "gate.max_deviation_px", "gate.max_scale_deviation", "retry.max_waiting",
+          "retry.max_attempts", "retry.num_recent", "health.num_registrations",
+          "health.min_registrations", "health.min_accepted_share", "health.good_accepted_share",
+          "health.max_moved_share", "health.max_depth_residual", "health.max_scale_drift",
+          "num_reviews", "max_surfels"));
 }
 
 }  // namespace

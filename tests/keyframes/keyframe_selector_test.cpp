@@ -124,6 +124,27 @@ TEST(KeyframeSelector, DoesNotDependOnScale) {
   }
 }
 
+// The world shrinks to half and moves: the bundle is the one that the corrected keyframes make.
+TEST(KeyframeSelector, MovesWaitingKeyframesWhenTheyAreCorrected) {
+  const auto selector = CreateKeyframeSelector();
+  std::vector<KeyframeCorrection> corrections;
+  const Pose moved(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 7, 0));
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
+    corrections.push_back({i, 0, moved * MakeKeyframe(i, 0.05 * i, 0, 0.5).T_world_cam, 0.5});
+  }
+  corrections.push_back({9, 0, Pose(), 9});  // not one of those that wait
+  selector->Correct(corrections);
+  Keyframe last = MakeKeyframe(4, 0.05 * 4, 0, 0.5);
+  last.T_world_cam = moved * last.T_world_cam;
+  const auto bundle = selector->Add(last);
+  ASSERT_TRUE(bundle);
+  EXPECT_EQ(Ids(*bundle), (IdList{0, 1, 2, 3, 4}));
+  EXPECT_NEAR(bundle->reference().T_world_cam.translation().x(), 0.05 * kMedianDepth_su, 1e-9);
+  EXPECT_NEAR(bundle->reference().T_world_cam.translation().y(), 7, 1e-9);
+  EXPECT_NEAR(bundle->reference().sparse_depths_su[1], 0.5 * kMedianDepth_su, 1e-5);
+}
+
 TEST(KeyframeSelectorOptions, RefusesLimitsThatContradictEachOther) {
   KeyframeSelectorOptions options;
   options.max_baseline_ratio = 0.01;

@@ -17,8 +17,8 @@ namespace {
 
 // Stages that do as little as the interfaces allow, so that the chain alone is under test.
 
-// Frame i is at x = i; frames 10 to 12 are lost; 13 begins map 1, and 12 gets its pose then. A
-// keyframe settles one frame late.
+// Frame i is at x = i; at frame 8 keyframe 1 is raised; frames 10 to 12 are lost; 13 begins map 1,
+// and 12 gets its pose then. A keyframe settles one frame late.
 class FakeTracker final : public Tracker {
  public:
   TrackingResult Track(const Frame& frame) override {
@@ -34,6 +34,10 @@ class FakeTracker final : public Tracker {
     const Eigen::Vector3d position_su(static_cast<double>(frame.index), 0, 0);
     result.T_world_cam = Pose(Eigen::Quaterniond::Identity(), position_su);
     entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
+    if (frame.index == 8) {
+      const Pose raised(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 0, 50));
+      result.corrections = {{1, 0, raised, 1}};
+    }
     if (frame.index == 13) {
       result.recovered = {{12, frame.timestamp_s - 1, 1, *result.T_world_cam}};
       entries_.insert(entries_.end() - 1, result.recovered.front());
@@ -60,6 +64,7 @@ class FakeSelector final : public KeyframeSelector {
   std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
     return ImageBundle{{keyframe}};
   }
+  void Correct(std::span<const KeyframeCorrection>) override {}
 };
 
 // Every third bundle has no depth in it.
@@ -98,6 +103,14 @@ class FakeSurfelMap final : public SurfelMap {
     result.status = FusionStatus::kFused;
     result.T_world_cam = map.T_world_cam;
     cloud_.points.emplace_back(map.T_world_cam.translation().cast<float>());
+    return result;
+  }
+  // Moves its depth maps as they are told to.
+  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override {
+    CorrectionResult result;
+    for (const KeyframeCorrection& correction : corrections) {
+      result.views.push_back({correction.id, correction.T_world_cam, 1});
+    }
     return result;
   }
   PointCloud Export(const SurfelExportOptions& options) const override {
@@ -158,6 +171,18 @@ TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
             (std::map<std::string, std::int64_t>{{"# matches, # needed", 3}}));
   EXPECT_EQ(counts.rejected_bundles, (std::map<std::string, std::int64_t>{{"no texture", 5}}));
   EXPECT_EQ(counts.rejected_depth_maps, (std::map<std::string, std::int64_t>{{"no overlap", 1}}));
+}
+
+TEST(Pipeline, HandsCorrectionsDownAndMovesTheTrajectoryOfTheModel) {
+  MapLog log;
+  FakeSource source(16);
+  const Reconstruction result = Pipeline(FakeStages(&log)).Run(source);
+  EXPECT_EQ(result.counts.num_corrections, 1);
+  const auto& entries = result.maps[0].model_trajectory;
+  ASSERT_EQ(entries.size(), 5U);
+  EXPECT_EQ(entries[0].frame_index, 1);
+  EXPECT_EQ(entries[0].T_world_cam.translation().z(), 50);
+  EXPECT_EQ(entries[1].T_world_cam.translation().z(), 0);
 }
 
 TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {

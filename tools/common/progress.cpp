@@ -32,6 +32,9 @@ std::string FormatProgress(const PipelineProgress& progress, std::optional<std::
                 static_cast<long long>(counts.num_fused),
                 static_cast<long long>(progress.num_surfels / 1000));
   text += rest.data();
+  if (progress.health.state != HealthState::kGood) {
+    text += std::string("  model ") + ToString(progress.health.state);
+  }
   if (num_frames && fps > 0) {
     const double eta_s = static_cast<double>(*num_frames - counts.num_frames) / fps;
     text += "  ETA " + std::to_string(std::lround(std::ceil(eta_s))) + " s";

@@ -43,6 +43,10 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
   }
   std::printf("time %.1f s (processor %.1f s), peak memory %lld MB\n", record.wall_s, record.cpu_s,
               static_cast<long long>(PeakMemoryBytes() / 1'000'000));
+  if (!result.maps.empty() && result.maps[0].health.state != HealthState::kGood) {
+    const ModelHealth& health = result.maps[0].health;
+    std::printf("the model is %s: %s\n", ToString(health.state), health.reason.c_str());
+  }
   if (!result.maps.empty() && !result.maps[0].model.empty()) {
     std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
                 record.end == RunEnd::kStopped ? "  (stopped before the end of the input)" : "");

@@ -25,8 +25,7 @@ class PastViews {
   explicit PastViews(std::size_t max_views) : max_views_(max_views) {}
 
   const std::deque<PastView>& views() const { return views_; }
-  // For corrections of their poses.
-  std::deque<PastView>& views() { return views_; }
+  void Clear() { views_.clear(); }
 
   // Takes depth and candidate out of `buffers`, which is given others, of undefined contents, for
   // the next depth map.

@@ -6,12 +6,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "fusion/depth_map_buffers.h"
 #include "fusion/register.params.h"
-#include "fusion/registration_system.h"
+#include "fusion/registration_problem.h"
 #include "fusion/surfel_storage.h"
 #include "gpu/buffer.h"
 #include "gpu/kernel.h"
@@ -20,17 +20,9 @@
 
 namespace mono3d {
 
-// Where a depth map belongs in the model.
-struct RegisteredView {
-  Pose T_world_cam;
-  double depth_scale = 1;  // its depths are to be multiplied by this
-};
-
-// Where the tracker expects it.
-struct Prediction {
-  RegisteredView view;
-  int num_missed = 0;  // depth maps since the last one that was registered
-};
+// Where the tracker expects a depth map, most trusted first: by its poses as they are, and as the
+// last registration has moved them.
+using Predictions = std::vector<RegisteredView>;
 
 struct Registration {
   RegisteredView view;
@@ -38,19 +30,18 @@ struct Registration {
   std::string rejection;  // why the depth map must not be fused; empty: it may
 };
 
-// One line for people.
-std::string Describe(const RegistrationEvidence& evidence);
-
-// The registration of depth maps with the model: Gauss-Newton on three levels, each evaluation one
-// dispatch of shaders/fusion/register.comp.
+// The registration of depth maps with the model. A pose of the tracker that the model does not
+// contradict stands as it is: over many frames the tracker knows better than one depth map. Where
+// none stands, Gauss-Newton on three levels, each evaluation one dispatch of
+// shaders/fusion/register.comp.
 class Registrar {
  public:
   explicit Registrar(const std::shared_ptr<Device>& device);
 
-  // `buffers` hold the depth map as it comes, with its candidates; `prediction` is in the
-  // model's world.
+  // `buffers` hold the depth map as it comes, with its candidates; `predictions`, one at least, are
+  // in the model's world.
   Registration Register(Recorder& recorder, const DepthMap& map, const DepthMapBuffers& buffers,
-                        const SurfelStorage& surfels, const Prediction& prediction,
+                        const SurfelStorage& surfels, const Predictions& predictions,
                         const SurfelMapOptions& options, StageTimes* times);
 
   // One evaluation. `params` as the shader has them.
@@ -61,6 +52,20 @@ class Registrar {
   void UploadGrey(const DepthMap& map);
 
  private:
+  // One pose, looked at closely.
+  struct Look {
+    RegisteredView view;
+    RegistrationSystem system;
+    std::uint32_t stride = 1;
+  };
+  struct Target;  // what there is to register with
+
+  Look LookAt(const Target& target, const RegistrationProblem& problem, int level,
+              int& num_evaluations);
+  RegistrationEvidence Judge(const Target& target, const RegistrationProblem& of_tracker,
+                             const RegisteredView& predicted, int& num_evaluations);
+  Look Converge(const Target& target, const RegistrationProblem& problem, int& num_evaluations);
+
   static constexpr std::size_t kNumLevels = 3;
 
   std::shared_ptr<Device> device_;

@@ -3,15 +3,22 @@
 
 #include "mono3d/fusion/surfel_map.h"
 
+#include <algorithm>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "fusion/coarsen.h"
+#include "fusion/corrector.h"
+#include "fusion/deformation.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
 #include "fusion/past_views.h"
 #include "fusion/registration.h"
+#include "fusion/registration_gate.h"
+#include "fusion/repairing_surfel_map.h"
 #include "fusion/selection.h"
 #include "fusion/surfel_export.h"
 #include "fusion/surfel_storage.h"
@@ -25,6 +32,8 @@ namespace {
 
 // Gaps cost time in every stage over the surfels; one slot in four is worth a copy of the model.
 constexpr std::uint32_t kMaxRemovedShare = 4;
+// After a correction, views from which overlapping parts are merged.
+constexpr std::size_t kMaxMergingViews = 6;
 
 // A 64th of the surfels; coarser is not worth having.
 constexpr std::uint32_t kMaxMergeRadius_px = 8;
@@ -61,7 +70,7 @@ Similarity ModelFromTracker(const DepthMap& map, const RegisteredView& view) {
   return {view.depth_scale, Pose(rotation, translation)};
 }
 
-class VulkanSurfelMap : public SurfelMap {
+class VulkanSurfelMap : public RepairableMap {
  public:
   VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
                   StageTimes* times)
@@ -70,11 +79,19 @@ class VulkanSurfelMap : public SurfelMap {
         times_(times),
         stages_(device_),
         registrar_(device_),
+        corrector_(device_),
         recorder_(device_),
         surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)),
         past_views_(static_cast<std::size_t>(options.num_reviews)) {}
 
   FusionResult Integrate(const DepthMap& map) override;
+  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
+  std::uint32_t num_depth_maps() const override { return num_depth_maps_; }
+  double ScaleOfKeyframe(std::int64_t id) const override {
+    const auto found = scale_of_keyframe_.find(id);
+    return found == scale_of_keyframe_.end() ? 1 : found->second;
+  }
+  void TakeOut(std::uint32_t first_depth_map) override;
 
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
@@ -89,19 +106,22 @@ class VulkanSurfelMap : public SurfelMap {
   ViewParams ViewOf(const DepthMap& placed) const;
   FusionResult Rejected(const DepthMap& map, std::string reason) const;
   void Upload(const DepthMap& map, const PackedDepthMap& packed);
-  RegisteredView Predict(const DepthMap& map) const;
+  Predictions Predict(const DepthMap& map) const;
   Registration Register(const DepthMap& map);
   Selection Associate(const ViewParams& params);
   std::uint32_t Update(const ViewParams& params, const Selection& selection);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
   bool Coarsen();
+  void Resize(const CameraModel& camera);
+  std::uint32_t MergeOverlap(const FusedView& view);
 
   std::shared_ptr<Device> device_;
   SurfelMapOptions options_;
   StageTimes* times_;
   FusionStages stages_;
   Registrar registrar_;
+  Corrector corrector_;
   Recorder recorder_;
   SurfelStorage surfels_;
   DepthMapBuffers buffers_;
@@ -109,9 +129,11 @@ class VulkanSurfelMap : public SurfelMap {
   std::uint32_t merge_radius_px_ = 1;
   int width_px_ = 0;
   int height_px_ = 0;
-  std::optional<int> map_id_;         // of the first depth map
-  Similarity S_model_tracker_;        // as the last registration found it
-  int num_missed_ = 0;                // depth maps refused by their registration since then
+  std::vector<FusedView> views_;                      // of the depth maps in the model
+  std::map<std::int64_t, double> scale_of_keyframe_;  // of those that were corrected
+  std::optional<int> map_id_;                         // of the first depth map
+  Similarity S_model_tracker_;                        // as the last registration found it
+  bool tracker_is_astray_ = false;    // the last depth map was not where the tracker put it
   std::uint32_t num_depth_maps_ = 0;  // fused so far
 };
 
@@ -134,7 +156,6 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   if (!registration.rejection.empty()) {
     FusionResult result = Rejected(map, registration.rejection);
     result.registration = registration.evidence;
-    ++num_missed_;
     return result;
   }
   const DepthMap placed = Placed(map, registration.view);
@@ -154,8 +175,11 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;
   S_model_tracker_ = ModelFromTracker(map, registration.view);
-  num_missed_ = 0;
+  tracker_is_astray_ = registration.evidence.moved;
   ++num_depth_maps_;
+  views_.push_back({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
+                    ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
+                    registration.view.depth_scale, MedianDepth(placed)});
 
   FusionResult result;
   result.status = FusionStatus::kFused;
@@ -169,19 +193,66 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   return result;
 }
 
-// The tracker's pose, moved as the last registration moved the one before: the tracker knows best
-// how the camera has moved since then.
-RegisteredView VulkanSurfelMap::Predict(const DepthMap& map) const {
-  return {S_model_tracker_ * map.T_world_cam, S_model_tracker_.scale()};
+CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> corrections) {
+  const ScopedStageTimer timer(times_, "fusion/correct");
+  std::vector<KeyframeCorrection> own;
+  std::copy_if(corrections.begin(), corrections.end(), std::back_inserter(own),
+               [&](const KeyframeCorrection& c) { return c.map_id == map_id_; });
+  for (const KeyframeCorrection& c : own) scale_of_keyframe_[c.id] = c.scale;
+  CorrectionResult result;
+  const std::vector<Similarity> motions = MoveViews(views_, own);
+  if (!motions.empty()) {
+    past_views_.Clear();  // they show the scene as it was
+    corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
+    for (const std::size_t view : ViewsOfOverlap(views_, motions, kMaxMergingViews)) {
+      result.num_merged += MergeOverlap(views_[view]);
+    }
+    if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
+    for (const FusedView& view : views_) {
+      result.views.push_back({view.frame_index, view.T_world_cam, view.depth_scale});
+    }
+  }
+  result.num_surfels = num_surfels();
+  return result;
+}
+
+void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
+  past_views_.Clear();
+  surfels_.RemoveAnchoredFrom(first_depth_map);
+  views_.resize(std::min<std::size_t>(views_.size(), first_depth_map));
+  num_depth_maps_ = std::min(num_depth_maps_, first_depth_map);
+  tracker_is_astray_ = false;
+}
+
+std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
+  Resize(view.camera);
+  DepthMap seen;  // its images play no part
+  seen.camera = view.camera;
+  seen.T_world_cam = view.T_world_cam;
+  const std::uint32_t num_removed = corrector_.MergeOverlap(
+      recorder_, stages_, MakeViewParams(seen, options_, surfels_.size(), num_depth_maps_),
+      buffers_, surfels_, times_);
+  surfels_.Update(0, num_removed);
+  return num_removed;
+}
+
+// The tracker's pose; and that pose moved as the last registration moved the one before it, for a
+// tracker that has gone astray knows how the camera has moved since then.
+Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
+  Predictions predictions = {{map.T_world_cam, 1}};
+  if (tracker_is_astray_) {
+    predictions.push_back({S_model_tracker_ * map.T_world_cam, S_model_tracker_.scale()});
+  }
+  return predictions;
 }
 
 Registration VulkanSurfelMap::Register(const DepthMap& map) {
-  const RegisteredView predicted = Predict(map);
-  if (num_depth_maps_ == 0 || !options_.registration.enabled) return {predicted, {}, {}};
+  const Predictions predictions = Predict(map);
+  if (num_depth_maps_ == 0 || !options_.registration.enabled) return {predictions.front(), {}, {}};
   stages_.Prepare(recorder_, MakeViewParams(map, options_, surfels_.size(), num_depth_maps_),
                   buffers_);
-  Registration registration = registrar_.Register(recorder_, map, buffers_, surfels_,
-                                                  {predicted, num_missed_}, options_, times_);
+  Registration registration =
+      registrar_.Register(recorder_, map, buffers_, surfels_, predictions, options_, times_);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
   return registration;
@@ -195,12 +266,15 @@ FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) 
   return result;
 }
 
+void VulkanSurfelMap::Resize(const CameraModel& camera) {
+  if (camera.width == width_px_ && camera.height == height_px_) return;
+  buffers_ = DepthMapBuffers(device_, camera.width, camera.height);
+  width_px_ = camera.width;
+  height_px_ = camera.height;
+}
+
 void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) {
-  if (map.camera.width != width_px_ || map.camera.height != height_px_) {
-    buffers_ = DepthMapBuffers(device_, map.camera.width, map.camera.height);
-    width_px_ = map.camera.width;
-    height_px_ = map.camera.height;
-  }
+  Resize(map.camera);
   buffers_.Upload(packed);
 }
 
@@ -280,7 +354,8 @@ ViewParams VulkanSurfelMap::ViewOf(const DepthMap& placed) const {
 std::unique_ptr<SurfelMap> CreateSurfelMap(std::shared_ptr<Device> device,
                                            const SurfelMapOptions& options, StageTimes* times) {
   options.Validate();
-  return std::make_unique<VulkanSurfelMap>(std::move(device), options, times);
+  return std::make_unique<RepairingSurfelMap>(
+      std::make_unique<VulkanSurfelMap>(std::move(device), options, times), options);
 }
 
 }  // namespace mono3d

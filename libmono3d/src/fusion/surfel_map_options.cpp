@@ -23,9 +23,10 @@ void RegistrationOptions::Visit(OptionVisitor& visit) {
   visit("enabled", enabled, "register depth maps with the model before they are fused");
   visit("with_scale", with_scale, "and the scale of their depths as well");
   visit("with_grey", with_grey, "by surface and grey values; else by the surface alone");
-  visit("prior_px", prior_px,
-        "one sigma of the tracker's drift between depth maps, as motion in the image");
-  visit("prior_scale", prior_scale, "one sigma of the drift of its scale, of the logarithm");
+  visit("max_misfit", max_misfit,
+        "the tracker's pose stands while it misses the best one by less, in sigmas");
+  visit("prior_px", prior_px, "one sigma of a tracker that is wrong, as motion in the image");
+  visit("prior_scale", prior_scale, "one sigma of its scale, of the logarithm");
   visit("grey_noise", grey_noise, "sigma of the difference of two views of one place, grey values");
   visit("grey_shift_px", grey_shift_px, "sigma of the place at which a surfel's colour was taken");
 }
@@ -36,6 +37,7 @@ void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("min_agreement", min_agreement, "share of them that must lie on its surface");
   visit("max_contradiction", max_contradiction, "share of them that it may see through");
   visit("max_residual", max_residual, "root mean square distance from the model, in sigmas");
+  visit("max_grey_residual", max_grey_residual, "and of grey values");
   visit("max_deviation_px", max_deviation_px, "from the tracker's pose, as motion in the image");
   visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
 }
@@ -57,11 +59,29 @@ void SurfelExportOptions::Validate() const {
                 voxel_radii);
 }
 
+void RetryOptions::Visit(OptionVisitor& visit) {
+  visit("max_waiting", max_waiting, "depth maps kept that do not fit the model, to be tried again");
+  visit("max_attempts", max_attempts, "how often each is tried");
+  visit("num_recent", num_recent, "depth maps kept to repair the latest part of the model");
+}
+
+void HealthOptions::Visit(OptionVisitor& visit) {
+  visit("num_registrations", num_registrations, "latest registrations that tell how the model is");
+  visit("min_registrations", min_registrations, "fewer say nothing");
+  visit("min_accepted_share", min_accepted_share, "of them; below it the model is broken");
+  visit("good_accepted_share", good_accepted_share, "below it the model is degraded");
+  visit("max_moved_share", max_moved_share, "of the accepted, not where the tracker has them");
+  visit("max_depth_residual", max_depth_residual, "root mean square from the model, in sigmas");
+  visit("max_scale_drift", max_scale_drift, "of the logarithm of the tracker's scale");
+}
+
 void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("association", association);
   visit.Group("free_space", free_space);
   visit.Group("registration", registration);
   visit.Group("gate", gate);
+  visit.Group("retry", retry);
+  visit.Group("health", health);
   visit("num_reviews", num_reviews, "past depth maps that review the surfels which a new one adds");
   visit("max_surfels", max_surfels, "size of the model beyond which depth maps are rejected");
 }
@@ -75,6 +95,8 @@ void SurfelMapOptions::Validate() const {
                 "association.max_normal_angle_deg", "in (0, 180]", a.max_normal_angle_deg);
   RequireOption(free_space.min_sigmas >= a.max_sigmas, "free_space.min_sigmas",
                 ">= association.max_sigmas", free_space.min_sigmas);
+  RequireOption(registration.max_misfit >= 0, "registration.max_misfit", ">= 0",
+                registration.max_misfit);
   RequireOption(registration.prior_px > 0, "registration.prior_px", "> 0", registration.prior_px);
   RequireOption(registration.prior_scale > 0, "registration.prior_scale", "> 0",
                 registration.prior_scale);
@@ -89,10 +111,19 @@ void SurfelMapOptions::Validate() const {
   RequireOption(gate.max_contradiction >= 0 && gate.max_contradiction <= 1,
                 "gate.max_contradiction", "in [0, 1]", gate.max_contradiction);
   RequireOption(gate.max_residual > 0, "gate.max_residual", "> 0", gate.max_residual);
+  RequireOption(gate.max_grey_residual > 0, "gate.max_grey_residual", "> 0",
+                gate.max_grey_residual);
   RequireOption(gate.max_deviation_px > 0, "gate.max_deviation_px", "> 0", gate.max_deviation_px);
   RequireOption(gate.max_scale_deviation > 0, "gate.max_scale_deviation", "> 0",
                 gate.max_scale_deviation);
   RequireOption(num_reviews >= 0, "num_reviews", ">= 0", num_reviews);
+  RequireOption(retry.max_waiting >= 0, "retry.max_waiting", ">= 0", retry.max_waiting);
+  RequireOption(retry.max_attempts >= 1, "retry.max_attempts", ">= 1", retry.max_attempts);
+  RequireOption(retry.num_recent >= 0, "retry.num_recent", ">= 0", retry.num_recent);
+  RequireOption(health.num_registrations >= health.min_registrations, "health.num_registrations",
+                ">= health.min_registrations", health.num_registrations);
+  RequireOption(health.min_registrations >= 1, "health.min_registrations", ">= 1",
+                health.min_registrations);
   RequireOption(max_surfels > 0, "max_surfels", "> 0", max_surfels);
 }
 

@@ -72,8 +72,18 @@ void SurfelStorage::Update(std::uint32_t num_inserted, std::uint32_t num_removed
 
 // On the host: it happens once in many depth maps, and costs a copy of the model.
 void SurfelStorage::Compact() {
-  if (num_removed_ == 0) return;
+  if (num_removed_ > 0) KeepRemaining(Download());
+}
+
+void SurfelStorage::RemoveAnchoredFrom(std::uint32_t first_depth_map) {
   Surfels surfels = Download();
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    if (Low16(surfels.history[i][3]) >= first_depth_map) surfels.normal_weight[i][3] = 0;
+  }
+  KeepRemaining(std::move(surfels));
+}
+
+void SurfelStorage::KeepRemaining(Surfels surfels) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     if (IsRemoved(surfels, i)) continue;

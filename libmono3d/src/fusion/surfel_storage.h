@@ -37,10 +37,15 @@ class SurfelStorage {
   // Closes the gaps that removed surfels left, keeping the order.
   void Compact();
 
+  // Removes the surfels anchored to this depth map or a later one, and closes the gaps.
+  void RemoveAnchoredFrom(std::uint32_t first_depth_map);
+
   Surfels Download() const;
   void Upload(const Surfels& surfels);  // replaces all; within the reserved room
 
  private:
+  // Closes the gaps of what has been downloaded, and uploads it.
+  void KeepRemaining(Surfels surfels);
   void Allocate(std::uint32_t capacity);
 
   std::shared_ptr<Device> device_;

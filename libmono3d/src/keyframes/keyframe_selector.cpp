@@ -14,7 +14,17 @@ namespace {
 struct Candidate {
   Keyframe keyframe;
   double median_depth_su = 0;
+  double scale = 1;  // of lengths around it, over those at the time it came
 };
+
+void Move(Candidate& candidate, const KeyframeCorrection& correction) {
+  const double ratio = correction.scale / candidate.scale;
+  candidate.keyframe.T_world_cam = correction.T_world_cam;
+  candidate.keyframe.map_id = correction.map_id;
+  for (float& depth : candidate.keyframe.sparse_depths_su) depth *= static_cast<float>(ratio);
+  candidate.median_depth_su *= ratio;
+  candidate.scale = correction.scale;
+}
 
 // How the camera moved between two keyframes.
 struct Motion {
@@ -38,10 +48,22 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   }
 
   std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
-    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su)};
+    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su), 1};
     if (!(candidate.median_depth_su > 0)) return std::nullopt;
     if (!Extend(std::move(candidate))) return std::nullopt;
     return FindBundle();
+  }
+
+  void Correct(std::span<const KeyframeCorrection> corrections) override {
+    for (const KeyframeCorrection& correction : corrections) {
+      const auto is_meant = [&](const Candidate& candidate) {
+        return candidate.keyframe.id == correction.id;
+      };
+      for (Candidate& candidate : window_) {
+        if (is_meant(candidate)) Move(candidate, correction);
+      }
+      if (last_reference_ && is_meant(*last_reference_)) Move(*last_reference_, correction);
+    }
   }
 
  private:

@@ -50,10 +50,14 @@ struct Pipeline::State {
   std::unique_ptr<SurfelMap> surfel_map;  // of the current map
   int surfel_map_id = 0;
   std::map<int, PointCloud> finished_models;
+  std::map<int, std::vector<FusionRecord>> fusions;
+  std::map<int, ModelHealth> health;
   MapJoins joins;
 
   void ProcessKeyframe(const Keyframe& keyframe);
   void Fuse(const DepthMap& map);
+  void TakeRetried(const FusionResult& fusion);
+  void Correct(const std::vector<KeyframeCorrection>& corrections);
   void CloseModel();
   void JoinModels(const std::vector<KeyframeCorrection>& corrections);
   std::int64_t NumFused(int map_id) const;
@@ -87,7 +91,55 @@ void Pipeline::State::Fuse(const DepthMap& map) {
   } else {
     ++counts.rejected_depth_maps[ReasonClass(fusion.reason)];
   }
+  fusions[map.map_id].push_back(
+      {map.frame_index, fusion.status, fusion.reason, false, fusion.registration});
+  TakeRetried(fusion);
+  health[map.map_id] = fusion.health;
   if (observer.on_depth_map) observer.on_depth_map(map, fusion);
+}
+
+// Depth maps that came into the model later, or were taken out of it and did not come back.
+void Pipeline::State::TakeRetried(const FusionResult& fusion) {
+  counts.num_repairs += fusion.is_repaired ? 1 : 0;
+  for (const RetriedMap& retried : fusion.retried) {
+    fusions[surfel_map_id].push_back(
+        {retried.frame_index, retried.status, "", true, retried.registration});
+    const auto known = std::find_if(
+        model_trajectory.begin(), model_trajectory.end(), [&](const TrajectoryEntry& entry) {
+          return entry.map_id == surfel_map_id && entry.frame_index == retried.frame_index;
+        });
+    const bool was_fused = known != model_trajectory.end();
+    if (was_fused) model_trajectory.erase(known);
+    if (retried.status != FusionStatus::kFused) {
+      counts.num_fused -= was_fused ? 1 : 0;
+      continue;
+    }
+    const TrajectoryEntry entry = {retried.frame_index, retried.timestamp_s, surfel_map_id,
+                                   retried.T_world_cam};
+    const auto place = std::find_if(
+        model_trajectory.begin(), model_trajectory.end(), [&](const TrajectoryEntry& other) {
+          return other.map_id == surfel_map_id && other.frame_index > retried.frame_index;
+        });
+    model_trajectory.insert(place, entry);
+    if (was_fused) continue;
+    ++counts.num_fused;
+    ++counts.num_fused_late;
+  }
+}
+
+// A loop was closed: what waits in the selector and what is in the model moves with its keyframes.
+void Pipeline::State::Correct(const std::vector<KeyframeCorrection>& corrections) {
+  if (corrections.empty()) return;
+  ++counts.num_corrections;
+  stages.keyframe_selector->Correct(corrections);
+  if (!surfel_map || surfel_map_id != corrections.front().map_id) return;
+  const CorrectionResult result = surfel_map->Correct(corrections);
+  for (const MovedView& view : result.views) {
+    for (TrajectoryEntry& entry : model_trajectory) {
+      if (entry.map_id != surfel_map_id || entry.frame_index != view.frame_index) continue;
+      entry.T_world_cam = view.T_world_cam;
+    }
+  }
 }
 
 std::int64_t Pipeline::State::NumFused(int map_id) const {
@@ -114,6 +166,9 @@ void Pipeline::State::JoinModels(const std::vector<KeyframeCorrection>& correcti
     AppendCloud(Moved(joined.S_into_from, std::move(finished_models[joined.from])),
                 finished_models[joined.into]);
     finished_models.erase(joined.from);
+    std::vector<FusionRecord>& of_joined = fusions[joined.into];
+    of_joined.insert(of_joined.end(), fusions[joined.from].begin(), fusions[joined.from].end());
+    fusions.erase(joined.from);
     MoveEntries(joined, online_trajectory);
     MoveEntries(joined, model_trajectory);
   }
@@ -144,10 +199,12 @@ void Pipeline::Process(const Frame& frame) {
   state.counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
   state.online_trajectory.insert(state.online_trajectory.end(), tracking.recovered.begin(),
                                  tracking.recovered.end());
+  state.Correct(tracking.corrections);
   for (const Keyframe& keyframe : tracking.settled_keyframes) state.ProcessKeyframe(keyframe);
   if (state.observer.on_frame) {
-    state.observer.on_frame(
-        {state.counts, tracking, state.surfel_map ? state.surfel_map->num_surfels() : 0});
+    state.observer.on_frame({state.counts, tracking,
+                             state.surfel_map ? state.surfel_map->num_surfels() : 0,
+                             state.health[state.surfel_map_id]});
   }
 }
 
@@ -170,7 +227,8 @@ Reconstruction Pipeline::Finish() {
     result.maps.push_back(
         {map_id, OfMap(trajectory, map_id), OfMap(state.online_trajectory, map_id),
          OfMap(keyframes, map_id), OfMap(state.model_trajectory, map_id),
-         std::move(state.finished_models[map_id]), state.stages.tracker->Sparse(map_id)});
+         std::move(state.finished_models[map_id]), state.stages.tracker->Sparse(map_id),
+         std::move(state.fusions[map_id]), state.health[map_id]});
   }
   std::stable_sort(result.maps.begin(), result.maps.end(),
                    [](const MapReconstruction& a, const MapReconstruction& b) {

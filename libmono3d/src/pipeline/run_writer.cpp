@@ -105,6 +105,9 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"bundles", counts.num_bundles},
           {"depth_maps", counts.num_depth_maps},
           {"fused", counts.num_fused},
+          {"fused_late", counts.num_fused_late},
+          {"repairs", counts.num_repairs},
+          {"corrections", counts.num_corrections},
           {"untracked_frames", counts.untracked_frames},
           {"rejected_bundles", counts.rejected_bundles},
           {"rejected_depth_maps", counts.rejected_depth_maps}};
@@ -118,6 +121,42 @@ double MeanReprojection_px(const SparseModel& model) {
   return errors_px.empty() ? 0 : sum / static_cast<double>(errors_px.size());
 }
 
+Json HealthJson(const ModelHealth& health) {
+  Json json = {{"state", ToString(health.state)},
+               {"registrations", health.num_registrations},
+               {"accepted_share", health.accepted_share},
+               {"moved_share", health.moved_share},
+               {"depth_residual_sigmas", health.depth_residual},
+               {"scale_drift", health.scale_drift}};
+  if (!health.reason.empty()) json["reason"] = health.reason;
+  return json;
+}
+
+// One line of evidence per attempt.
+Json FusionsJson(const std::vector<FusionRecord>& fusions) {
+  Json list = Json::array();
+  for (const FusionRecord& fusion : fusions) {
+    const RegistrationEvidence& evidence = fusion.registration;
+    Json json = {{"frame", fusion.frame_index}, {"fused", fusion.status == FusionStatus::kFused}};
+    if (!fusion.reason.empty()) json["reason"] = fusion.reason;
+    if (fusion.is_retry) json["retry"] = true;
+    json["registered"] = evidence.registered;
+    if (evidence.registered) {
+      json["moved"] = evidence.moved;
+      json["overlap"] = evidence.overlap;
+      json["agreement"] = evidence.agreement;
+      json["contradiction"] = evidence.contradiction;
+      json["depth_residual_sigmas"] = evidence.depth_residual;
+      json["grey_residual_sigmas"] = evidence.grey_residual;
+      json["tracker_misfit_sigmas"] = evidence.tracker_misfit;
+      json["deviation_px"] = evidence.deviation_px;
+      json["scale_deviation"] = evidence.scale_deviation;
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
 Json MapsJson(const std::vector<MapReconstruction>& maps) {
   Json list = Json::array();
   for (const MapReconstruction& map : maps) {
@@ -128,7 +167,9 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
                     {"surfels", map.model.size()},
                     {"sparse_images", map.sparse.images.size()},
                     {"sparse_points", map.sparse.points.size()},
-                    {"sparse_reprojection_px", MeanReprojection_px(map.sparse)}});
+                    {"sparse_reprojection_px", MeanReprojection_px(map.sparse)},
+                    {"health", HealthJson(map.health)},
+                    {"fusions", FusionsJson(map.fusions)}});
   }
   return list;
 }

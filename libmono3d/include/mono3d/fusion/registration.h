@@ -10,26 +10,31 @@ namespace mono3d {
 // How a depth map is registered with the model before it is fused (paper, section 3.3): its pose,
 // and the scale of its depths, such that its surface and its grey values meet those of the model.
 struct RegistrationOptions {
-  // Off: depth maps are fused at the tracker's poses, which today are the better ones.
-  bool enabled = false;
-  bool with_scale = true;      // seven unknowns, Sim(3); else six, SE(3)
-  bool with_grey = true;       // surface and grey values; else the surface alone
-  double prior_px = 0.2;       // one sigma of the tracker's drift between depth maps, in the image
-  double prior_scale = 0.001;  // the same of the logarithm of its scale
+  // Off: depth maps are fused at the tracker's poses whatever the model says.
+  bool enabled = true;
+  bool with_scale = true;  // seven unknowns, Sim(3); else six, SE(3)
+  bool with_grey = true;   // surface and grey values; else the surface alone
+  // Up to here the tracker's pose stands: the mean by which it misses the best one, in sigmas. A
+  // quarter of a sigma may well be common to all pixels of a depth map.
+  double max_misfit = 0.25;
+  double prior_px = 10;        // one sigma of a tracker that is wrong, as motion in the image
+  double prior_scale = 0.02;   // the same of the logarithm of its scale
   double grey_noise = 4;       // sigma of the difference of two views of one place, grey values
   double grey_shift_px = 0.3;  // a surfel has the colour of a pixel up to half a pixel away
 
   void Visit(OptionVisitor& visit);
 };
 
-// When a registered depth map is not to be trusted, and not fused.
+// When a registered depth map is not to be trusted, and not fused. One whose pose is not the
+// tracker's needs twice the evidence: it may have half of what is allowed against it.
 struct RegistrationGateOptions {
-  double min_overlap = 0.05;          // below it there is nothing to register with
-  double min_agreement = 0.5;         // rather more than less
-  double max_contradiction = 0.2;     // outlines and moving things
-  double max_residual = 2;            // in sigmas; 1 is expected
-  double max_deviation_px = 10;       // from the tracker's pose, as motion in the image
-  double max_scale_deviation = 0.05;  // from the tracker's, of its logarithm
+  double min_overlap = 0.05;         // below it there is nothing to register with
+  double min_agreement = 0.5;        // rather more than less
+  double max_contradiction = 0.2;    // outlines and moving things
+  double max_residual = 2;           // in sigmas; 1 is expected
+  double max_grey_residual = 4;      // the same of grey values, which change with the view as well
+  double max_deviation_px = 40;      // from the tracker's pose, as motion in the image
+  double max_scale_deviation = 0.1;  // from the tracker's, of its logarithm
 
   void Visit(OptionVisitor& visit);
 };
@@ -37,7 +42,9 @@ struct RegistrationGateOptions {
 // What a registration rests on.
 struct RegistrationEvidence {
   bool registered = false;  // false: nothing to register with, or not asked for
+  bool moved = false;       // the model contradicted the tracker's pose; else that stands
   int num_iterations = 0;
+  double tracker_misfit = 0;   // mean by which the tracker's pose misses the best one, in sigmas
   double overlap = 0;          // surfels in view per pixel of the depth map, 1 at most
   double agreement = 0;        // share of them that lie on the depth map's surface
   double contradiction = 0;    // share of them that the depth map sees through

@@ -5,31 +5,65 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/fusion/model_health.h"
 #include "mono3d/fusion/registration.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
+#include "mono3d/image/keyframe_correction.h"
 
 namespace mono3d {
 
 enum class FusionStatus { kFused, kRejected };
 
+// A depth map that was tried again.
+struct RetriedMap {
+  std::int64_t frame_index = 0;
+  double timestamp_s = 0;
+  FusionStatus status = FusionStatus::kRejected;
+  bool is_waiting = false;
+  Pose T_world_cam;
+  RegistrationEvidence registration;
+};
+
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
-  std::string reason;  // why it was rejected; the model is then as it was
-  Pose T_world_cam;    // the pose at which it was fused, in the model's world
-  double scale = 1;    // by which its depths were multiplied
+  std::string reason;       // why it was rejected; the model is then as it was
+  bool is_waiting = false;  // rejected for now: it is tried again when the model has changed
+  Pose T_world_cam;         // the pose at which it was fused, in the model's world
+  double scale = 1;         // by which its depths were multiplied
   RegistrationEvidence registration;
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
   std::int64_t num_removed = 0;   // surfels that stood in free space
   std::int64_t num_surfels = 0;   // in the model afterwards
+  // What became of depth maps that had waited, and whether the latest part of the model was taken
+  // out and made again from its depth maps before that.
+  std::vector<RetriedMap> retried;
+  bool is_repaired = false;
+  ModelHealth health;  // afterwards
+};
+
+// Where a depth map of the model is from now on.
+struct MovedView {
+  std::int64_t frame_index = 0;
+  Pose T_world_cam;
+  double scale = 1;  // by which its depths have been multiplied altogether
+};
+
+// What became of the model when its keyframes were moved.
+struct CorrectionResult {
+  std::vector<MovedView> views;  // every depth map of the model; empty: nothing was moved
+  std::int64_t num_merged = 0;   // surfels that became one with another, of a part they fell upon
+  std::int64_t num_surfels = 0;  // in the model afterwards
 };
 
 // Which surfels belong to the exported model.
@@ -57,6 +91,11 @@ class SurfelMap {
   // Where there is no room for its new surfels, the model becomes coarser, with a warning in the
   // log, up to eight times; beyond that the map is rejected.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
+
+  // Keyframes were moved by the tracker: their surfels follow, smoothly from one depth map to the
+  // next, and parts that come to lie upon each other are merged. Corrections of other maps and of
+  // keyframes without a depth map in the model have no effect of their own.
+  virtual CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) = 0;
 
   // The surfels in the order in which they were inserted (by depth map, then by rows of pixels),
   // with all fields of PointCloud filled. confidence = s / (s + a + 1): s is the sum of the
@@ -89,11 +128,22 @@ struct FreeSpaceOptions {
   void Visit(OptionVisitor& visit);
 };
 
+// Depth maps that do not fit the model are kept and tried again when others were fused.
+struct RetryOptions {
+  int max_waiting = 8;   // at once; of more the oldest is given up
+  int max_attempts = 3;  // of each
+  int num_recent = 16;   // depth maps of the model that are kept to make its latest part again
+
+  void Visit(OptionVisitor& visit);
+};
+
 struct SurfelMapOptions {
   AssociationOptions association;
   FreeSpaceOptions free_space;
   RegistrationOptions registration;
   RegistrationGateOptions gate;
+  RetryOptions retry;
+  HealthOptions health;
   // So many past depth maps review the surfels that a new one adds.
   int num_reviews = 8;
   int max_surfels = 20'000'000;  // or as many as one buffer of the device holds, where that is less

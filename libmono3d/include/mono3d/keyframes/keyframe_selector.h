@@ -5,9 +5,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "mono3d/core/options.h"
 #include "mono3d/image/image_bundle.h"
+#include "mono3d/image/keyframe_correction.h"
 
 namespace mono3d {
 
@@ -20,6 +22,9 @@ class KeyframeSelector {
   // A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a new map
   // starts afresh.
   [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe) = 0;
+
+  // Keyframes were moved: those that are still to become part of a bundle move as well.
+  virtual void Correct(std::span<const KeyframeCorrection> corrections) = 0;
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,

@@ -63,6 +63,9 @@ struct PipelineCounts {
   std::int64_t num_bundles = 0;
   std::int64_t num_depth_maps = 0;
   std::int64_t num_fused = 0;
+  std::int64_t num_fused_late = 0;   // of them, at a later attempt
+  std::int64_t num_repairs = 0;      // times that the latest part of a model was made again
+  std::int64_t num_corrections = 0;  // times that the model was moved, by closed loops
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;
@@ -73,12 +76,22 @@ struct PipelineProgress {
   const PipelineCounts& counts;
   const TrackingResult& tracking;  // of the latest frame
   std::int64_t num_surfels = 0;    // in the current model
+  const ModelHealth& health;       // of the current model
 };
 
 // Called from within Process and Finish; what they throw comes out there.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
+};
+
+// What became of one depth map, or of a later attempt with it.
+struct FusionRecord {
+  std::int64_t frame_index = 0;
+  FusionStatus status = FusionStatus::kRejected;
+  std::string reason;     // why it was rejected
+  bool is_retry = false;  // it had been tried before
+  RegistrationEvidence registration;
 };
 
 // What the chain knows of one map of the tracker; maps have no common frame or scale.
@@ -89,7 +102,9 @@ struct MapReconstruction {
   std::vector<TrajectoryEntry> keyframes;
   std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
   PointCloud model;
-  SparseModel sparse;  // the tracker's keyframes and points
+  SparseModel sparse;                 // the tracker's keyframes and points
+  std::vector<FusionRecord> fusions;  // in the order in which they were tried
+  ModelHealth health;                 // at the end
 };
 
 struct Reconstruction {

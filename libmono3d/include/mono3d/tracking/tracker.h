@@ -16,6 +16,7 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
+#include "mono3d/image/keyframe_correction.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d {
@@ -23,15 +24,6 @@ namespace mono3d {
 enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
-
-// A keyframe that has settled and was moved nevertheless: by the closing of a loop, or because its
-// map was joined with another one.
-struct KeyframeCorrection {
-  std::int64_t id = 0;  // of the keyframe
-  int map_id = 0;       // from now on: where maps were joined, not the one it was handed out with
-  Pose T_world_cam;     // from now on
-  double scale = 1;     // lengths around it, over those at the time it was handed out
-};
 
 struct TrajectoryEntry {
   std::int64_t frame_index = 0;

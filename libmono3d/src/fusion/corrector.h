@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "fusion/deformation.h"
+#include "fusion/fusion_stages.h"
+#include "fusion/surfel_storage.h"
+#include "fusion/view.params.h"
+#include "gpu/kernel.h"
+#include "gpu/recorder.h"
+#include "mono3d/core/timing.h"
+
+namespace mono3d {
+
+// The kernels that move the surfels with their views and merge what comes to lie upon each other.
+// What a stage does stands in its shader.
+class Corrector {
+ public:
+  explicit Corrector(const std::shared_ptr<Device>& device);
+
+  // shaders/fusion/deform.comp. `nodes`: one per depth map of the model.
+  void Deform(Recorder& recorder, std::span<const DeformationNode> nodes,
+              const SurfelStorage& surfels, StageTimes* times);
+
+  // Merges the surfels of parts that overlap as one view sees them: overlap_target, overlap_add,
+  // overlap_apply. Returns the number of surfels that were added to others and removed.
+  std::uint32_t MergeOverlap(Recorder& recorder, const FusionStages& stages,
+                             const ViewParams& params, const DepthMapBuffers& map,
+                             const SurfelStorage& surfels, StageTimes* times);
+
+ private:
+  std::shared_ptr<Device> device_;
+  Kernel deform_;
+  Kernel overlap_target_;
+  Kernel overlap_add_;
+  Kernel overlap_apply_;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/kept_maps.h"
+
+#include <utility>
+
+namespace mono3d {
+
+void KeptMaps::Add(KeptMap map) {
+  maps_.push_back(std::move(map));
+  if (static_cast<int>(maps_.size()) > max_size_) maps_.pop_front();
+}
+
+std::optional<KeptMap> KeptMaps::TakeOldest() {
+  if (maps_.empty()) return std::nullopt;
+  KeptMap map = std::move(maps_.front());
+  maps_.pop_front();
+  return map;
+}
+
+std::optional<KeptMap> KeptMaps::TakeNewest() {
+  if (maps_.empty()) return std::nullopt;
+  KeptMap map = std::move(maps_.back());
+  maps_.pop_back();
+  return map;
+}
+
+void KeptMaps::Correct(std::span<const KeyframeCorrection> corrections) {
+  for (KeptMap& kept : maps_) {
+    for (const KeyframeCorrection& correction : corrections) {
+      if (correction.id != kept.map.frame.keyframe_id) continue;
+      kept.map.Scale(correction.scale / kept.scale);
+      kept.map.frame.T_world_cam = correction.T_world_cam;
+      kept.scale = correction.scale;
+    }
+  }
+}
+
+}  // namespace mono3d

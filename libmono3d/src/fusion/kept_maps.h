@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+
+#include "fusion/stored_depth_map.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+
+// A depth map that is kept: one that waits to be tried again, or one of the latest in the model.
+struct KeptMap {
+  StoredDepthMap map;
+  double scale = 1;             // of the tracker's last correction
+  int num_attempts = 1;         // to fuse it, so far
+  std::uint32_t map_index = 0;  // in the model, of those that are in it
+};
+
+// Depth maps that are kept, in a bounded number, at the tracker's poses of now.
+class KeptMaps {
+ public:
+  explicit KeptMaps(int max_size) : max_size_(max_size) {}
+
+  std::size_t size() const { return maps_.size(); }
+  bool empty() const { return maps_.empty(); }
+  // The oldest goes when there are too many.
+  void Add(KeptMap map);
+  std::optional<KeptMap> TakeOldest();
+  std::optional<KeptMap> TakeNewest();
+  // The keyframes of some of them were moved.
+  void Correct(std::span<const KeyframeCorrection> corrections);
+
+ private:
+  int max_size_;
+  std::deque<KeptMap> maps_;
+};
+
+}  // namespace mono3d

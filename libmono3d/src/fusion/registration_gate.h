@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "fusion/registration_problem.h"
+
+namespace mono3d {
+
+// What `system`, evaluated at `view` over every `stride`-th surfel, says of the registration.
+RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
+                                const RegistrationSystem& system, std::uint32_t stride,
+                                const RegisteredView& view);
+
+// Why a depth map with this evidence must not be fused; empty: it may.
+std::string WhyNot(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate);
+
+// One line for people.
+std::string Describe(const RegistrationEvidence& evidence);
+
+}  // namespace mono3d

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/registration_problem.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "fusion/view.h"
+
+namespace mono3d {
+namespace {
+
+// An evaluation looks at no more surfels than this on the finest level; four times fewer are
+// enough on each coarser one.
+constexpr std::uint32_t kMaxSamples = 262'144;
+
+Vector7d PriorInformation(const RegistrationProblem& problem) {
+  const RegistrationOptions& options = problem.options.registration;
+  const double rotation = options.prior_px / problem.focal_px;
+  const double translation_su = rotation * problem.median_depth_su;
+  Vector7d sigma;
+  sigma << Eigen::Vector3d::Constant(rotation), Eigen::Vector3d::Constant(translation_su),
+      options.prior_scale;
+  return sigma.cwiseAbs2().cwiseInverse();
+}
+
+}  // namespace
+
+double MedianDepth(const DepthMap& map) {
+  constexpr int kStep = 7;  // every 49th pixel: thousands of any usable map
+  std::vector<float> depths;
+  for (int y = 0; y < map.depth.rows; y += kStep) {
+    for (int x = 0; x < map.depth.cols; x += kStep) {
+      const float z = map.depth.at<float>(y, x);
+      if (z > 0 && std::isfinite(z)) depths.push_back(z);
+    }
+  }
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,
+                                const RegisteredView& predicted) {
+  return {map, options, predicted, MedianDepth(map), std::min(map.camera.fx, map.camera.fy)};
+}
+
+// Motion of the image, in pixels, of a motion of the camera.
+double ImageMotion(const RegistrationProblem& problem, const Vector7d& step) {
+  return problem.focal_px *
+         std::hypot(step.head<3>().norm(), step.segment<3>(3).norm() / problem.median_depth_su);
+}
+
+// From the prediction to `view`, as the unknowns of one step.
+Vector7d Deviation(const RegistrationProblem& problem, const RegisteredView& view) {
+  const Pose moved = view.T_world_cam.Inverse() * problem.predicted.T_world_cam;
+  Vector7d deviation;
+  deviation << RotationLog(moved.rotation()), moved.translation(),
+      std::log(view.depth_scale / problem.predicted.depth_scale);
+  return deviation;
+}
+
+void Move(RegisteredView& view, const Vector7d& step) {
+  const Pose moved(RotationExp(step.head<3>()), step.segment<3>(3));
+  view.T_world_cam = (moved * view.T_world_cam.Inverse()).Inverse();
+  view.depth_scale *= std::exp(step(6));
+}
+
+RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const RegisteredView& view,
+                                  std::uint32_t num_surfels, int level) {
+  DepthMap at_view;  // its images play no part
+  at_view.camera = problem.map.camera;
+  at_view.T_world_cam = view.T_world_cam;
+  at_view.depth_sigma_per_square_depth =
+      problem.map.depth_sigma_per_square_depth / view.depth_scale;
+  const ViewParams same = MakeViewParams(at_view, problem.options, num_surfels, 0);
+  RegisterParams params{};
+  params.width_px = same.width_px;
+  params.height_px = same.height_px;
+  params.fx = same.fx;
+  params.fy = same.fy;
+  params.cx = same.cx;
+  params.cy = same.cy;
+  std::copy(std::begin(same.cam_from_world), std::end(same.cam_from_world), params.cam_from_world);
+  params.inverse_depth_sigma = same.inverse_depth_sigma;
+  params.relative_sigma = same.relative_sigma;
+  params.association_sigmas = std::ldexp(same.association_sigmas, level);
+  params.min_normal_cosine = same.min_normal_cosine;
+  params.num_surfels = num_surfels;
+  const std::uint32_t max_samples = kMaxSamples >> static_cast<unsigned>(2 * level);
+  params.stride = std::max((num_surfels + max_samples - 1) / max_samples, 1U);
+  params.depth_scale = static_cast<float>(view.depth_scale);
+  params.grey_level = static_cast<std::uint32_t>(level);
+  params.grey_noise = static_cast<float>(problem.options.registration.grey_noise);
+  params.grey_shift_px = static_cast<float>(problem.options.registration.grey_shift_px);
+  return params;
+}
+
+// Exposure drifts from map to map: mean and contrast of what both see are made equal.
+void SetExposure(RegisterParams& params, const RegistrationSystem& system) {
+  params.grey_gain = 0;
+  if (static_cast<double>(system.num_grey) < kPixelsPerMeasurement ||
+      system.surfel_grey_sigma < params.grey_noise || system.image_grey_sigma < params.grey_noise) {
+    return;
+  }
+  params.grey_gain = static_cast<float>(system.image_grey_sigma / system.surfel_grey_sigma);
+  params.grey_bias =
+      static_cast<float>(system.image_grey_mean - params.grey_gain * system.surfel_grey_mean);
+}
+
+// The step of Gauss and Newton, with the prior.
+Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
+               const RegisteredView& view, std::uint32_t stride) {
+  // Sampled residuals stand for `stride` each, and hold as much as independent ones among them.
+  const double independent = std::min(1.0, stride / kPixelsPerMeasurement);
+  const Vector7d prior = PriorInformation(problem);
+  Matrix7d information = independent * system.information;
+  information.diagonal() += prior;
+  Vector7d gradient = independent * system.gradient;
+  gradient += prior.cwiseProduct(Deviation(problem, view));
+  if (!problem.options.registration.with_scale) {
+    information.row(6).setZero();
+    information.col(6).setZero();
+    information(6, 6) = 1;
+    gradient(6) = 0;
+  }
+  // Rotations, lengths and logarithms have units of their own: solved on a unit diagonal.
+  const Vector7d unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix7d scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  return -unit.cwiseProduct(scaled.ldlt().solve(unit.cwiseProduct(gradient)));
+}
+
+double Misfit(const RegistrationSystem& system, const Vector7d& step) {
+  const auto count = static_cast<double>(system.num_agree + system.num_grey);
+  if (count == 0) return 0;
+  return std::sqrt(std::max(0.0, step.dot(system.information * step)) / count);
+}
+
+}  // namespace mono3d

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/repairing_surfel_map.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/log.h"
+
+namespace mono3d {
+
+RepairingSurfelMap::RepairingSurfelMap(std::unique_ptr<RepairableMap> model,
+                                       const SurfelMapOptions& options)
+    : model_(std::move(model)),
+      options_(options),
+      health_(options.health),
+      num_since_repair_(options.health.num_registrations),
+      waiting_(options.retry.max_waiting),
+      recent_(options.retry.num_recent) {}
+
+FusionResult RepairingSurfelMap::Integrate(const DepthMap& map) {
+  FusionResult result = model_->Integrate(map);
+  const bool is_fused = result.status == FusionStatus::kFused;
+  if (result.registration.registered) health_.Add(result.registration, is_fused);
+  if (!options_.registration.enabled) return result;
+  if (is_fused || result.registration.registered) {
+    Keep({StoredDepthMap(map), model_->ScaleOfKeyframe(map.keyframe_id), 1, 0}, result);
+  }
+  if (is_fused && !waiting_.empty()) {
+    result.retried.push_back(TryAgain(*waiting_.TakeOldest()));
+    if (result.retried.back().status == FusionStatus::kFused) health_.AcceptLate();
+  }
+  result.health = health_.Judge();
+  ++num_since_repair_;
+  if (result.health.state == HealthState::kBroken && waiting_.size() > 1 &&
+      num_since_repair_ > options_.health.num_registrations) {
+    Repair(result);
+  }
+  result.num_surfels = num_surfels();
+  return result;
+}
+
+CorrectionResult RepairingSurfelMap::Correct(std::span<const KeyframeCorrection> corrections) {
+  waiting_.Correct(corrections);
+  recent_.Correct(corrections);
+  return model_->Correct(corrections);
+}
+
+// With the others in the model, or with those that wait while they may be tried again.
+void RepairingSurfelMap::Keep(KeptMap kept, FusionResult& result) {
+  if (result.status == FusionStatus::kFused) {
+    kept.map_index = model_->num_depth_maps() - 1;
+    recent_.Add(std::move(kept));
+  } else if (kept.num_attempts < options_.retry.max_attempts && options_.retry.max_waiting > 0) {
+    result.is_waiting = true;
+    waiting_.Add(std::move(kept));
+  }
+}
+
+RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept) {
+  const DepthMap map = kept.map.Restore();
+  FusionResult result = model_->Integrate(map);
+  ++kept.num_attempts;
+  Keep(std::move(kept), result);
+  return {map.frame_index,   map.timestamp_s,    result.status,
+          result.is_waiting, result.T_world_cam, result.registration};
+}
+
+// The depth maps that were refused go in before half as many of those that were taken last: these
+// must then fit them, or not come back. Where the refused ones are wrong themselves, the rest of
+// the model refuses them again.
+void RepairingSurfelMap::Repair(FusionResult& result) {
+  Log(LogLevel::kWarning,
+      "the model is broken (" + result.health.reason + "): its latest part is made again");
+  std::vector<KeptMap> order;
+  while (auto kept = waiting_.TakeOldest()) order.push_back(std::move(*kept));
+  std::vector<KeptMap> latest;
+  while (latest.size() < order.size() / 2) {
+    auto kept = recent_.TakeNewest();
+    if (!kept) break;
+    kept->num_attempts = 0;
+    latest.insert(latest.begin(), std::move(*kept));
+  }
+  if (!latest.empty()) model_->TakeOut(latest.front().map_index);
+  std::move(latest.begin(), latest.end(), std::back_inserter(order));
+  health_.Forget();
+  num_since_repair_ = 0;
+  for (KeptMap& kept : order) {
+    kept.num_attempts = std::min(kept.num_attempts, options_.retry.max_attempts - 1);
+    result.retried.push_back(TryAgain(std::move(kept)));
+    const RetriedMap& retried = result.retried.back();
+    if (retried.registration.registered) {
+      health_.Add(retried.registration, retried.status == FusionStatus::kFused);
+    }
+  }
+  result.is_repaired = true;
+  result.health = health_.Judge();
+}
+
+}  // namespace mono3d

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "fusion/health_monitor.h"
+#include "fusion/kept_maps.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+
+// A model whose latest part can be taken out again.
+class RepairableMap : public SurfelMap {
+ public:
+  virtual std::uint32_t num_depth_maps() const = 0;
+  // By which corrections have multiplied the lengths around a keyframe so far.
+  virtual double ScaleOfKeyframe(std::int64_t id) const = 0;
+  // Removes the depth maps from the given one on, and the surfels anchored to them. What they added
+  // to surfels of earlier ones stays.
+  virtual void TakeOut(std::uint32_t first_depth_map) = 0;
+};
+
+// A model that tries depth maps again which did not fit, knows how it is, and when it refuses
+// rather more than it takes lets the majority decide: its latest part is taken out, what was
+// refused goes in first, and what was there before must fit that.
+class RepairingSurfelMap : public SurfelMap {
+ public:
+  RepairingSurfelMap(std::unique_ptr<RepairableMap> model, const SurfelMapOptions& options);
+
+  FusionResult Integrate(const DepthMap& map) override;
+  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
+  using SurfelMap::Export;
+  PointCloud Export(const SurfelExportOptions& options) const override {
+    return model_->Export(options);
+  }
+  std::int64_t num_surfels() const override { return model_->num_surfels(); }
+
+ private:
+  void Keep(KeptMap kept, FusionResult& result);
+  RetriedMap TryAgain(KeptMap kept);
+  void Repair(FusionResult& result);
+
+  std::unique_ptr<RepairableMap> model_;
+  SurfelMapOptions options_;
+  HealthMonitor health_;
+  int num_since_repair_;  // depth maps; a repair is given time to show
+  KeptMaps waiting_;
+  KeptMaps recent_;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/stored_depth_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mono3d {
+namespace {
+
+constexpr float kDepthSteps = 65534;  // 1 to 65535; 0 is no estimate
+constexpr float kNormalSteps = 127;
+
+bool IsEstimate(float z) { return std::isfinite(z) && z > 0; }
+
+// Octahedral: the sphere unfolded onto a square. Straight away from the camera, which no surface
+// that is seen faces, is (0, 0) and stands for no normal.
+cv::Vec<schar, 2> PackNormal(const cv::Vec3f& n) {
+  const float sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+  if (!(sum > 0)) return {0, 0};
+  float x = n[0] / sum;
+  float y = n[1] / sum;
+  if (n[2] < 0) {
+    const float folded = (1 - std::abs(y)) * std::copysign(1.0F, x);
+    y = (1 - std::abs(x)) * std::copysign(1.0F, y);
+    x = folded;
+  }
+  return {static_cast<schar>(std::lround(kNormalSteps * x)),
+          static_cast<schar>(std::lround(kNormalSteps * y))};
+}
+
+cv::Vec3f UnpackNormal(const cv::Vec<schar, 2>& packed) {
+  if (packed[0] == 0 && packed[1] == 0) return {0, 0, 0};
+  float x = static_cast<float>(packed[0]) / kNormalSteps;
+  float y = static_cast<float>(packed[1]) / kNormalSteps;
+  const float z = 1 - std::abs(x) - std::abs(y);
+  if (z < 0) {
+    const float unfolded = (1 - std::abs(y)) * std::copysign(1.0F, x);
+    y = (1 - std::abs(x)) * std::copysign(1.0F, y);
+    x = unfolded;
+  }
+  return cv::normalize(cv::Vec3f(x, y, z));
+}
+
+}  // namespace
+
+StoredDepthMap::StoredDepthMap(const DepthMap& map) : frame(map) {
+  frame.depth.release();
+  frame.normal.release();
+  frame.confidence.release();
+  float nearest = std::numeric_limits<float>::max();
+  float farthest = 0;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      const float z = map.depth.at<float>(y, x);
+      if (!IsEstimate(z)) continue;
+      nearest = std::min(nearest, z);
+      farthest = std::max(farthest, z);
+    }
+  }
+  depth_ = cv::Mat::zeros(map.depth.size(), CV_16UC1);
+  if (farthest > 0) {
+    log_nearest_ = std::log(nearest);
+    log_step_ = std::max((std::log(farthest) - log_nearest_) / kDepthSteps, 1e-9F);
+  }
+  if (!map.normal.empty()) normal_ = cv::Mat::zeros(map.depth.size(), CV_8SC2);
+  if (!map.confidence.empty()) map.confidence.convertTo(confidence_, CV_8U, 255);
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      const float z = map.depth.at<float>(y, x);
+      if (!IsEstimate(z)) continue;
+      const float step = (std::log(z) - log_nearest_) / log_step_;
+      depth_.at<ushort>(y, x) =
+          static_cast<ushort>(1 + std::lround(std::clamp(step, 0.0F, kDepthSteps)));
+      if (normal_.empty()) continue;
+      normal_.at<cv::Vec<schar, 2>>(y, x) = PackNormal(map.normal.at<cv::Vec3f>(y, x));
+    }
+  }
+}
+
+DepthMap StoredDepthMap::Restore() const {
+  DepthMap map = frame;
+  map.depth = cv::Mat::zeros(depth_.size(), CV_32FC1);
+  if (!normal_.empty()) map.normal = cv::Mat::zeros(depth_.size(), CV_32FC3);
+  if (!confidence_.empty()) confidence_.convertTo(map.confidence, CV_32F, 1.0 / 255);
+  for (int y = 0; y < depth_.rows; ++y) {
+    for (int x = 0; x < depth_.cols; ++x) {
+      const ushort step = depth_.at<ushort>(y, x);
+      if (step == 0) continue;
+      map.depth.at<float>(y, x) = std::exp(log_nearest_ + static_cast<float>(step - 1) * log_step_);
+      if (normal_.empty()) continue;
+      map.normal.at<cv::Vec3f>(y, x) = UnpackNormal(normal_.at<cv::Vec<schar, 2>>(y, x));
+    }
+  }
+  return map;
+}
+
+void StoredDepthMap::Scale(double scale) {
+  log_nearest_ += static_cast<float>(std::log(scale));
+  frame.depth_sigma_per_square_depth /= scale;
+}
+
+std::size_t StoredDepthMap::num_bytes() const {
+  const auto bytes = [](const cv::Mat& image) {
+    return image.empty() ? 0 : image.total() * image.elemSize();
+  };
+  return bytes(depth_) + bytes(normal_) + bytes(confidence_) + bytes(frame.bgr);
+}
+
+}  // namespace mono3d

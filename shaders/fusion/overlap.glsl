@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// What the stages share that merge parts of the model after a correction.
+#include "fusion/surfel.glsl"
+#include "fusion/view.glsl"
+
+const uint kNoSurfel = 0xFFFFFFFFu;
+
+// Depth maps so near to each other in order were merged when they were fused: they are one part.
+const uint kMaxAnchorGap = 3u;
+
+// Fixed point of the sums of shares, so that they do not depend on the order of addition.
+const float kShareSteps = 1024.0;
+const float kMaxShare = 1024.0;
+const float kMaxDifference = 16.0;  // in sigmas
+
+// Of an inverse depth; the weight is information on depth, 1/su^2.
+float SurfelSigma(float inverse_depth, float weight) {
+  return max(inverse_depth * inverse_depth / sqrt(weight), params.relative_sigma * inverse_depth);
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fusion/registration_scene.h"
+#include "gpu/test_device.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/similarity.h"
+
+namespace mono3d {
+namespace {
+
+using Eigen::Vector3d;
+
+DepthMap Numbered(DepthMap map, int number) {
+  map.keyframe_id = map.frame_index = number;
+  return map;
+}
+
+// How the tracker's world has drifted by the i-th of the views around the house.
+Similarity Drift(int i) {
+  return {std::exp(0.004 * i),
+          Pose(RotationExp(i * Vector3d(0.001, -0.002, 0.003)), i * Vector3d(0.02, 0.01, -0.015))};
+}
+
+// A tracker that drifts sees the house from 0 to 55 degrees, then finds out.
+TEST(Correction, BringsADriftedModelToTheTruth) {
+  SurfelMapOptions options;
+  options.registration.enabled = false;
+  const auto drifted = CreateSurfelMap(TestDevice(), options);
+  std::vector<KeyframeCorrection> corrections;
+  for (int i = 0; i < 12; ++i) {
+    const DepthMap truth = Numbered(HouseView({}, 5.0 * i), i);
+    DepthMap map = truth;
+    const Similarity drift = Drift(i);
+    map.T_world_cam = drift * truth.T_world_cam;
+    map.depth = truth.depth * drift.scale();
+    map.depth_sigma_per_square_depth /= drift.scale();
+    (void)drifted->Integrate(map);
+    corrections.push_back({i, 0, truth.T_world_cam, 1 / drift.scale()});
+  }
+  // Ground lies at z = 0: the root mean square height of what is low.
+  const auto ground_error = [&] {
+    double sum = 0;
+    int count = 0;
+    for (const auto& p : drifted->Export(1).points) {
+      if (std::abs(p.z()) > 0.4 || std::hypot(p.x(), p.y()) > 8) continue;
+      sum += p.z() * p.z();
+      ++count;
+    }
+    return std::sqrt(sum / count);
+  };
+  const double before = ground_error();
+  const std::int64_t num_before = drifted->num_surfels();
+  const CorrectionResult result = drifted->Correct(corrections);
+  ASSERT_EQ(result.views.size(), 12U);
+  for (int i = 0; i < 12; ++i) {
+    const Pose truth = HouseView({}, 5.0 * i).T_world_cam;
+    const MovedView& view = result.views[static_cast<std::size_t>(i)];
+    EXPECT_EQ(view.frame_index, i);
+    EXPECT_LT((view.T_world_cam.translation() - truth.translation()).norm(), 1e-6);
+    EXPECT_NEAR(view.scale, 1 / Drift(i).scale(), 1e-9);
+  }
+  // What was merged while views disagreed stays a compromise, which no motion of it mends.
+  EXPECT_LT(ground_error(), 0.6 * before);
+  EXPECT_GT(result.num_merged, 0);
+  EXPECT_EQ(drifted->num_surfels(), num_before - result.num_merged);
+  EXPECT_EQ(result.num_surfels, drifted->num_surfels());
+}
+
+TEST(Correction, OfAnotherMapChangesNothing) {
+  const auto map = CreateSurfelMap(TestDevice());
+  (void)map->Integrate(Numbered(HouseView({}, 0), 3));
+  const auto before = map->Export(1).points;
+  const Pose far(Eigen::Quaterniond::Identity(), Vector3d(100, 0, 0));
+  EXPECT_TRUE(map->Correct(std::vector<KeyframeCorrection>{{3, 1, far, 1}}).views.empty());
+  EXPECT_TRUE(map->Correct(std::vector<KeyframeCorrection>{{4, 0, far, 1}}).views.empty());
+  EXPECT_EQ(map->Export(1).points, before);
+}
+
+// The next depth map comes in the corrected world.
+TEST(Correction, IsWhereTheNextDepthMapIsExpected) {
+  const auto map = CreateSurfelMap(TestDevice());
+  const Similarity drift(1.05, Pose(RotationExp({0.05, -0.02, 0.1}), Vector3d(1, 2, 3)));
+  DepthMap first = Numbered(HouseView({}, 0), 0);
+  const Pose truth = first.T_world_cam;
+  first.T_world_cam = drift * truth;
+  first.depth = first.depth * drift.scale();
+  first.depth_sigma_per_square_depth /= drift.scale();
+  (void)map->Integrate(first);
+  (void)map->Correct(std::vector<KeyframeCorrection>{{0, 0, truth, 1 / drift.scale()}});
+  const FusionResult next = map->Integrate(Numbered(HouseView({}, 3), 1));
+  EXPECT_EQ(next.status, FusionStatus::kFused) << next.reason;
+  EXPECT_TRUE(next.registration.registered);
+  EXPECT_FALSE(next.registration.moved);
+}
+
+}  // namespace
+}  // namespace mono3d

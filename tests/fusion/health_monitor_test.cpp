@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/health_monitor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace mono3d {
+namespace {
+
+RegistrationEvidence Evidence(bool moved = false, double residual = 0.5, double scale = 0) {
+  RegistrationEvidence evidence;
+  evidence.registered = true;
+  evidence.moved = moved;
+  evidence.depth_residual = residual;
+  evidence.scale_deviation = scale;
+  return evidence;
+}
+
+TEST(HealthMonitor, SaysNothingOfFewRegistrations) {
+  HealthMonitor monitor({});
+  for (int i = 0; i < 3; ++i) monitor.Add(Evidence(), false);
+  EXPECT_EQ(monitor.Judge().state, HealthState::kGood);
+  EXPECT_EQ(monitor.Judge().accepted_share, 0);
+}
+
+TEST(HealthMonitor, KnowsABrokenAndADegradedModel) {
+  HealthMonitor monitor({});
+  for (int i = 0; i < 8; ++i) monitor.Add(Evidence(), i % 3 == 0);
+  EXPECT_EQ(monitor.Judge().state, HealthState::kBroken);
+  EXPECT_THAT(monitor.Judge().reason, ::testing::HasSubstr("fit the model"));
+  monitor.AcceptLate();
+  monitor.AcceptLate();
+  EXPECT_EQ(monitor.Judge().num_registrations, 6);
+  EXPECT_EQ(monitor.Judge().state, HealthState::kDegraded);
+  for (int i = 0; i < 8; ++i) monitor.Add(Evidence(), true);
+  EXPECT_EQ(monitor.Judge().state, HealthState::kGood);
+}
+
+TEST(HealthMonitor, MindsResidualsTheTrackerAndItsScale) {
+  HealthMonitor rough({});
+  HealthMonitor astray({});
+  HealthMonitor drifting({});
+  for (int i = 0; i < 8; ++i) {
+    rough.Add(Evidence(false, 1.5), true);
+    astray.Add(Evidence(true), true);
+    drifting.Add(Evidence(false, 0.5, 0.06), true);
+  }
+  EXPECT_THAT(rough.Judge().reason, ::testing::HasSubstr("distance"));
+  EXPECT_THAT(astray.Judge().reason, ::testing::HasSubstr("tracker has them"));
+  EXPECT_THAT(drifting.Judge().reason, ::testing::HasSubstr("scale"));
+  for (const HealthMonitor* monitor : {&rough, &astray, &drifting}) {
+    EXPECT_EQ(monitor->Judge().state, HealthState::kDegraded);
+  }
+}
+
+}  // namespace
+}  // namespace mono3d
