@@ -18,9 +18,9 @@ enum class DepthStatus { kEstimated, kRejected };
 
 struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
-  std::string reason;       // why there is no depth: "no baseline between the images"
-  DepthMap map;             // empty images when rejected
-  int level = 0;            // of the pyramid, the finest that was swept
+  std::string reason;  // why there is no depth: "no baseline between the images"
+  DepthMap map;        // empty images when rejected
+  int level = 0;       // of the pyramid, the finest that was swept
   // Of the grid through the range on that level. All are swept only where it is the coarsest level;
   // else each pixel is matched on the 16 of them around its prior.
   int num_planes = 0;
