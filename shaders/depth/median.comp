@@ -15,7 +15,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kWithConfidence = true;  // else it is 0
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
-layout(binding = 1, r32f) uniform readonly imageBuffer confidence;        // 0 to 1
+layout(binding = 1, rgba32f) uniform readonly imageBuffer confidence;     // 0 to 1
 layout(binding = 2, std430) writeonly buffer MedianDepth {                // as inverse_depth
   float median_depth[];
 };
@@ -23,7 +23,6 @@ layout(binding = 3, std430) writeonly buffer MedianConfidence {  // as confidenc
   float median_confidence[];
 };
 
-#define MAP inverse_depth
 #include "depth/map_row.glsl"
 
 // Positive floats are in the order of their bits, which are faster to compare. The ends of that order
@@ -56,10 +55,10 @@ int MedianOf(int value[25]) {
   return kept[1];
 }
 
-float Confidence(int x, int y, int width, int height, int window_index) {
-  const int column = clamp(x + window_index % 5 - 2, 0, width - 1);
-  const int row = clamp(y + window_index / 5 - 2, 0, height - 1);
-  return imageLoad(confidence, row * width + column).x;
+// Columns left and right of the image become those at its border.
+void RepeatBorder(int first_column, int width, inout float row[12]) {
+  [[unroll]] for (int i = 3; i >= 2; --i) row[i] = first_column + i < 0 ? row[i + 1] : row[i];
+  [[unroll]] for (int i = 5; i < 10; ++i) row[i] = first_column + i >= width ? row[i - 1] : row[i];
 }
 
 void main() {
@@ -69,14 +68,14 @@ void main() {
   const int y = int(gl_GlobalInvocationID.y);
   if (4 * group >= width || y >= height) return;
   float rows[5][12];
+  float confidences[5][12];
   [[unroll]] for (int dy = 0; dy < 5; ++dy) {
-    LoadMapRow(width, height, group, clamp(y + dy - 2, 0, height - 1), rows[dy]);
-    // The border is repeated.
-    [[unroll]] for (int i = 3; i >= 2; --i) {
-      rows[dy][i] = 4 * group - 4 + i < 0 ? rows[dy][i + 1] : rows[dy][i];
-    }
-    [[unroll]] for (int i = 5; i < 10; ++i) {
-      rows[dy][i] = 4 * group - 4 + i >= width ? rows[dy][i - 1] : rows[dy][i];
+    const int row = clamp(y + dy - 2, 0, height - 1);
+    LOAD_MAP_ROW(inverse_depth, width, height, group, row, rows[dy])
+    RepeatBorder(4 * group - 4, width, rows[dy]);
+    if (kWithConfidence) {
+      LOAD_MAP_ROW(confidence, width, height, group, row, confidences[dy])
+      RepeatBorder(4 * group - 4, width, confidences[dy]);
     }
   }
   [[unroll]] for (int p = 0; p < 4; ++p) {
@@ -99,7 +98,7 @@ void main() {
       const float w = rows[i / 5][p + 2 + i % 5];
       const bool agrees = abs(w - median) <= params.tolerance && w > 0.0;
       support += agrees ? 1u : 0u;
-      if (kWithConfidence) sum += agrees ? Confidence(x, y, width, height, i) : 0.0;
+      if (kWithConfidence) sum += agrees ? confidences[i / 5][p + 2 + i % 5] : 0.0;
     }
     const bool valid = middle > 0 && middle < kInfinity && support >= params.min_support;
     if (x < width) {

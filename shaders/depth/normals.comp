@@ -19,7 +19,6 @@ layout(binding = 1, std430) writeonly buffer Normals {                    // x y
   float normals[];
 };
 
-#define MAP inverse_depth
 #include "depth/map_row.glsl"
 
 const int kRadius = 3;
@@ -61,13 +60,13 @@ void main() {
   const int y = int(gl_GlobalInvocationID.y);
   if (4 * group >= width || y >= height) return;
   float row[12];
-  LoadMapRow(width, height, group, y, row);
+  LOAD_MAP_ROW(inverse_depth, width, height, group, y, row)
   const vec4 middle = vec4(row[4], row[5], row[6], row[7]);
 
   Sums sums[4];
   [[unroll]] for (int p = 0; p < 4; ++p) sums[p] = Sums(0, 0, 0, 0, 0, 0, 0, 0, 0);
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    LoadMapRow(width, height, group, clamp(y + dy, 0, height - 1), row);
+    LOAD_MAP_ROW(inverse_depth, width, height, group, clamp(y + dy, 0, height - 1), row)
     const bool row_inside = y + dy >= 0 && y + dy < height;
     [[unroll]] for (int i = 1; i < 11; ++i) {
       const int column = 4 * group - 4 + i;

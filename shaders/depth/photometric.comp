@@ -8,7 +8,7 @@
 // (Geman and McClure 1987), which takes occluded sources out. The step is damped as if the depth
 // were known to one plane: without texture it stays where it is. A point that fewer than `min_views`
 // sources see has no second witness and loses its depth: where the true surface leaves the view of all sources,
-// a false one that stays in view of one takes its place. Four rows an
+// a false one that stays in view of one takes its place. Sixteen rows an
 // invocation, which share the projections.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -30,7 +30,7 @@ layout(binding = 4, std430) writeonly buffer Measurements {
 
 #include "depth/projections.glsl"
 
-const int kRowsPerInvocation = 4;  // as photometric.cpp dispatches
+const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
 const int kBorder = 3;
 
 int stride;

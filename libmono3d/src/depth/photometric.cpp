@@ -10,7 +10,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 4;
+constexpr std::uint64_t kRowsPerInvocation = 16;
 
 }  // namespace
 
