@@ -102,7 +102,9 @@ void AddDepthArguments(CLI::App& app, DepthBenchOptions& depth, DeviceOptions& d
   app.add_option("--reference", depth.reference,
                  "index of the middle image; -1: that of the middle")
       ->capture_default_str();
-  app.add_option("--step", depth.step, "images from one of the five to the next")
+  app.add_option("--step", depth.step, "images from one of the bundle to the next")
+      ->capture_default_str();
+  app.add_option("--images", depth.num_images, "images of the bundle: 3, 5, 7 or 9")
       ->capture_default_str();
   app.add_option("--repeat", depth.num_repeats, "maps that are timed")->capture_default_str();
   app.add_flag("!--alone", depth.compare, "do not measure OpenCV's StereoSGBM beside it");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// mono3d-depth: from five images, with poses or without, to the depth of the middle one.
+// mono3d-depth: from a few images, with poses or without, to the depth of the middle one.
 
 #include <cmath>
 #include <cstdio>
@@ -94,12 +94,12 @@ int EstimateDepth(const Arguments& arguments, const DeviceOptions& device_option
 int main(int argc, char** argv) {
   using namespace mono3d::tools;
   Tool tool("mono3d-depth",
-            "Estimates depth, normals and confidence of the middle one of five images.\n"
+            "Estimates depth, normals and confidence of the middle one of 3, 5, 7 or 9 images.\n"
             "Example: mono3d-depth 1.jpg 2.jpg 3.jpg 4.jpg 5.jpg --camera camera.yaml -o depth/");
   Arguments arguments;
   CLI::App& app = tool.app();
   app.add_option("IMAGES", arguments.input.images,
-                 "five images in the order of flight, or their folder")
+                 "3, 5, 7 or 9 images in the order of flight, or their folder")
       ->required();
   app.add_option("--camera", arguments.input.camera,
                  "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt")

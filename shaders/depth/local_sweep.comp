@@ -20,6 +20,7 @@ layout(binding = 3, std430) writeonly buffer Costs {
 };
 
 #include "depth/local_volume.glsl"
+#include "depth/sources.glsl"
 #include "depth/plane_cost.glsl"
 #include "depth/projections.glsl"
 
@@ -65,7 +66,7 @@ View NextView(int source, inout Line line) {
   return ViewOf(visible, (source + 1) * census_pixels + pixel.y * stride_px + pixel.x);
 }
 
-void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
+void MatchPixel(Source sources[kMostSources], int x, int y, float row) {
   LoadReference(y * stride_px + x);
   const int pixel = LocalPixel(x, y, int(params.height_px));
   const uint range = imageLoad(ranges, pixel).x;
@@ -73,17 +74,16 @@ void MatchPixel(Source s0, Source s1, Source s2, Source s3, int x, int y, float 
   const float first_plane = float(range & 0xffffu) + (narrow ? 4.0 : 0.0);
   const float first = params.inverse_depth + first_plane * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
-  Line l0 = LineOf(s0, row, first, last);
-  Line l1 = LineOf(s1, row, first, last);
-  Line l2 = LineOf(s2, row, first, last);
-  Line l3 = LineOf(s3, row, first, last);
+  Line lines[kMostSources];
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) lines[s] = LineOf(sources[s], row, first, last);
   uvec4 words = uvec4(0);
   const int num_words = narrow ? 2 : 4;
   for (int i = 0; i < num_words; ++i) {
     uint word = 0u;
     [[unroll]] for (int j = 0; j < 4; ++j) {
-      word |= CostOf(NextView(0, l0), NextView(1, l1), NextView(2, l2), NextView(3, l3))
-              << (8 * j);
+      View views[kMostSources];
+      [[unroll]] for (int s = 0; s < kNumSources; ++s) views[s] = NextView(s, lines[s]);
+      word |= CostOf(views) << (8 * j);
     }
     words = uvec4(words.yzw, word);
   }
@@ -99,12 +99,10 @@ void main() {
   census_pixels = stride_px * height;
   size = vec2(params.width_px, params.height_px);
   const vec3 p = vec3(x, first_row, 1);
-  const Source s0 = LoadSource(0, p);
-  const Source s1 = LoadSource(1, p);
-  const Source s2 = LoadSource(2, p);
-  const Source s3 = LoadSource(3, p);
+  Source sources[kMostSources];
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);
   const int num_rows = min(kRowsPerInvocation, height - first_row);
   for (int row = 0; row < num_rows; ++row) {
-    MatchPixel(s0, s1, s2, s3, x, first_row + row, float(row));
+    MatchPixel(sources, x, first_row + row, float(row));
   }
 }

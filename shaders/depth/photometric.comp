@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// One Gauss-Newton step of each pixel's inverse depth on the grey values of all four sources, which
+// One Gauss-Newton step of each pixel's inverse depth on the grey values of all sources, which
 // sees fractions of a pixel that census transforms do not: the residual r of source i is the
 // difference of detail (detail.comp) between where the source sees the point and the reference, and
 // J = dr/dw. A residual that noise and a third of a pixel of motion do not explain counts less
@@ -11,24 +11,27 @@
 // a false one that stays in view of one takes its place. Sixteen rows an
 // invocation, which share the projections.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 
 #include "depth/photometric.params.h"
 
 layout(local_size_x = 64) in;
 
-// Words, read by fours: of the reference, sources 0 and 1; and of sources 2 and 3.
+// Words, read by fours: of the reference, and of the sources before it and after it.
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer detail;
-layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_detail;
-layout(binding = 2, r32f) uniform readonly imageBuffer projections;    // projections.glsl
-layout(binding = 3, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
+layout(binding = 1, rgba32ui) uniform readonly uimageBuffer detail_before;
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer detail_after;
+layout(binding = 3, r32f) uniform readonly imageBuffer projections;    // projections.glsl
+layout(binding = 4, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // Inverse depth before and after the step; its information, 1 / (standard deviation in planes)^2;
 // and the mean weight of the sources, 0 to 1. With a border of three zeros, for windows of 7x7.
-layout(binding = 4, std430) writeonly buffer Measurements {
+layout(binding = 5, std430) writeonly buffer Measurements {
   vec4 measurements[];
 };
 
 #include "depth/projections.glsl"
+#include "depth/sources.glsl"
 
 const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
 const int kBorder = 3;
@@ -65,8 +68,10 @@ void AddSource(Source from, int source, float row, float w) {
   const vec2 corner = visible ? floor(u) : vec2(0);
   const vec2 share = u - corner;
   const int place = int(corner.y) * stride + int(corner.x);
-  const int index = (source < 2 ? source + 1 : source - 2) * image_words + place;
-  const uvec4 texel = source < 2 ? imageLoad(detail, index >> 2) : imageLoad(more_detail, index >> 2);
+  const bool is_before = source < kSourcesPerSide;
+  const int index = (is_before ? source : source - kSourcesPerSide) * image_words + place;
+  const uvec4 texel =
+      is_before ? imageLoad(detail_before, index >> 2) : imageLoad(detail_after, index >> 2);
   const uint word = Select(texel, index);
   const float v00 = float(word & 0xffu), v10 = float((word >> 8) & 0xffu);
   const float v01 = float((word >> 16) & 0xffu), v11 = float(word >> 24);
@@ -85,7 +90,7 @@ void AddSource(Source from, int source, float row, float w) {
   num_visible += visible ? 1.0 : 0.0;
 }
 
-void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row) {
+void Measure(Source sources[kMostSources], int x, int y, float row) {
   const int width = int(params.width_px);
   const bool inside = x >= 0 && x < width && y >= 0 && y < int(params.height_px);
   const float w = inside ? imageLoad(inverse_depth, inside ? y * width + x : 0).x : 0.0;
@@ -94,10 +99,7 @@ void Measure(Source s0, Source s1, Source s2, Source s3, int x, int y, float row
   sums = vec2(0);
   support = 0.0;
   num_visible = 0.0;
-  AddSource(s0, 0, row, w);
-  AddSource(s1, 1, row, w);
-  AddSource(s2, 2, row, w);
-  AddSource(s3, 3, row, w);
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) AddSource(sources[s], s, row, w);
   const float step = clamp(-sums.x / (sums.y + 2.0 * noise_variance), -1.0, 1.0);
   measurements[(y + kBorder) * (width + 2 * kBorder) + x + kBorder] =
       w > 0.0 && num_visible >= params.min_views
@@ -118,10 +120,8 @@ void main() {
   const int x = column - kBorder;
   const int y = first_row - kBorder;
   const vec3 p = vec3(x, y, 1);
-  const Source s0 = LoadSource(0, p);
-  const Source s1 = LoadSource(1, p);
-  const Source s2 = LoadSource(2, p);
-  const Source s3 = LoadSource(3, p);
+  Source sources[kMostSources];
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);
   const int rows_here = min(kRowsPerInvocation, num_rows - first_row);
-  for (int row = 0; row < rows_here; ++row) Measure(s0, s1, s2, s3, x, y + row, float(row));
+  for (int row = 0; row < rows_here; ++row) Measure(sources, x, y + row, float(row));
 }

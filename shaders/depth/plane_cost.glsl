@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Matching cost of a pixel of the reference on a plane, by the census transforms of five images: the
-// Hamming distances are added over the two sources before the reference and over the two after it,
-// each side normalised by its number of valid projections, and the smaller side counts: what hides a
+// Matching cost of a pixel of the reference on a plane, by the census transforms of the images: the
+// Hamming distances are added over the sources before the reference and over those after it, each
+// side normalised by its number of valid projections, and the smaller side counts: what hides a
 // point from one side seldom hides it from the other (Kang, Szeliski and Chai 2001).
 // A cost is twice the mean distance, 0 to 124; kInvalidCost where no source sees the point.
 //
-// The including shader declares the rg32ui binding `census`: of the reference, then per source of its
+// The including shader includes depth/sources.glsl and declares the rg32ui binding `census`: of the reference, then per source of its
 // positions_per_px^2 images (census.comp).
 
 const uint kInvalidCost = 255u;
@@ -32,21 +32,51 @@ View ViewOf(bool visible, int index) {
 uint PairSums(uint bits) { return bits - ((bits >> 1) & 0x55555555u); }
 uint NibbleSums(uint pairs) { return (pairs & 0x33333333u) + ((pairs >> 2) & 0x33333333u); }
 
-// Of two sources: the sum of their Hamming distances, or twice that of the one that sees the point.
-uint SideCost(View a, View b) {
-  const uvec2 first = a.visible ? a.difference : b.difference;
-  const uvec2 second = b.visible ? b.difference : a.difference;
+// The set bits of four words, in four bytes of at most 32.
+uint ByteSums(uvec2 first, uvec2 second) {
   // Three of the four words as sum and carry: a full adder in each bit.
   const uint sum = first.x ^ first.y ^ second.x;
   const uint carry = (first.x & first.y) | (second.x & (first.x ^ first.y));
   const uint ones = NibbleSums(PairSums(sum)) + NibbleSums(PairSums(second.y));  // up to 8
   const uint twos = NibbleSums(PairSums(carry));
-  const uint bytes = (ones & 0x0f0f0f0fu) + ((ones >> 4) & 0x0f0f0f0fu) +
-                     2u * ((twos & 0x0f0f0f0fu) + ((twos >> 4) & 0x0f0f0f0fu));
-  return a.visible || b.visible ? (bytes * 0x01010101u) >> 24 : kInvalidCost;
+  return (ones & 0x0f0f0f0fu) + ((ones >> 4) & 0x0f0f0f0fu) +
+         2u * ((twos & 0x0f0f0f0fu) + ((twos >> 4) & 0x0f0f0f0fu));
 }
 
-// Of the four sources, in the order of flight.
-uint CostOf(View first, View second, View third, View fourth) {
-  return min(SideCost(first, second), SideCost(third, fourth));
+uint SumOfBytes(uint bytes) { return (bytes * 0x01010101u) >> 24; }
+
+// Of one or two sources: the sum of their Hamming distances, or twice that of the one that sees the
+// point.
+uint CostOfTwo(View a, View b) {
+  const uvec2 first = a.visible ? a.difference : b.difference;
+  const uvec2 second = b.visible ? b.difference : a.difference;
+  return a.visible || b.visible ? SumOfBytes(ByteSums(first, second)) : kInvalidCost;
+}
+
+// Of three or four: twice the mean of those that see the point, rounded. At most 4 * 62 bits.
+uint CostOfMore(View a, View b, View c, View d) {
+  const uvec2 none = uvec2(0);
+  const uint bytes =
+      ByteSums(a.visible ? a.difference : none, b.visible ? b.difference : none) +
+      ByteSums(c.visible ? c.difference : none, d.visible ? d.difference : none);
+  const int num_visible = int(a.visible) + int(b.visible) + int(c.visible) + int(d.visible);
+  const float doubled_share = num_visible == 4   ? 0.5
+                              : num_visible == 3 ? 2.0 / 3.0
+                              : num_visible == 2 ? 1.0
+                                                 : 2.0;
+  const uint cost = uint(float(SumOfBytes(bytes)) * doubled_share + 0.5);
+  return num_visible > 0 ? cost : kInvalidCost;
+}
+
+// Of the sources from `first` on.
+uint SideCost(View views[kMostSources], int first) {
+  const View last = views[first + kSourcesPerSide - 1];
+  if (kSourcesPerSide <= 2) return CostOfTwo(views[first], last);
+  const View none = View(false, uvec2(0));
+  return CostOfMore(views[first], views[first + 1], last,
+                    kSourcesPerSide > 3 ? views[first + 2] : none);
+}
+
+uint CostOf(View views[kMostSources]) {
+  return min(SideCost(views, 0), SideCost(views, kSourcesPerSide));
 }

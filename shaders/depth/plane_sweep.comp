@@ -4,6 +4,7 @@
 // Matching costs of fronto-parallel planes of the reference, all planes of one pixel an invocation.
 // The homography of plane k takes the pixel to a source; its cost is that of plane_cost.glsl.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 
 #include "depth/plane_sweep.params.h"
@@ -17,11 +18,12 @@ layout(binding = 2, std430) writeonly buffer Costs {
   uvec4 costs[];
 };
 
+#include "depth/sources.glsl"
 #include "depth/plane_cost.glsl"
 #include "depth/projections.glsl"
 
-vec3 a0, a1, a2, a3;  // A p of each source
-vec3 b0, b1, b2, b3;
+vec3 a[kMostSources];  // A p of each source
+vec3 b[kMostSources];
 int stride_px;
 ivec2 last;  // positions in a source: 0 .. last
 int shift;   // 1 when there are half-pixel positions
@@ -38,14 +40,10 @@ void PreparePixel(int x, int y) {
   const float positions = float(params.positions_per_px);
   const vec3 scale = vec3(positions, positions, 1);
   const vec3 p = vec3(x, y, 1);
-  a0 = scale * LoadAp(0, p);
-  a1 = scale * LoadAp(1, p);
-  a2 = scale * LoadAp(2, p);
-  a3 = scale * LoadAp(3, p);
-  b0 = scale * LoadB(0);
-  b1 = scale * LoadB(1);
-  b2 = scale * LoadB(2);
-  b3 = scale * LoadB(3);
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) {
+    a[s] = scale * LoadAp(s, p);
+    b[s] = scale * LoadB(s);
+  }
 }
 
 View ViewFrom(int source, vec3 at) {
@@ -58,8 +56,9 @@ View ViewFrom(int source, vec3 at) {
 }
 
 uint Cost(float w) {
-  return CostOf(ViewFrom(0, a0 + w * b0), ViewFrom(1, a1 + w * b1), ViewFrom(2, a2 + w * b2),
-                ViewFrom(3, a3 + w * b3));
+  View views[kMostSources];
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) views[s] = ViewFrom(s, a[s] + w * b[s]);
+  return CostOf(views);
 }
 
 void main() {

@@ -18,6 +18,7 @@ namespace mono3d {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 DepthResult Estimate(const ImageBundle& bundle, const DepthEstimatorOptions& options = {}) {
   return CreateDepthEstimator(TestDevice(), options)->Estimate(bundle);
@@ -64,6 +65,26 @@ TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {
   // The range was found, not swept from the camera to infinity.
   EXPECT_GT(result.min_depth_su, 0.5);
   EXPECT_LT(result.max_depth_su, 10);
+}
+
+TEST(DepthEstimator, FindsItInThreeToNineImages) {
+  const auto estimator = CreateDepthEstimator(TestDevice());
+  for (const int num_images : {9, 3, 7, 5}) {  // with buffers of larger bundles before smaller
+    PlaneScene scene;
+    scene.num_images = num_images;
+    scene.baseline = 0.8 / (num_images - 1);  // the outermost where they are by default
+    const DepthResult result = estimator->Estimate(scene.Bundle());
+    ASSERT_EQ(result.status, DepthStatus::kEstimated) << num_images << ": " << result.reason;
+    // Of three images both others must see a point, and each of them misses a fifth of the columns:
+    // the plane moves by fx * 0.4 / 2 = 30 of 160 px.
+    const double share = num_images == 3 ? 0.6 : kShareWithinTolerance;
+    EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance), share)
+        << num_images;
+    if (num_images == 5) {
+      const cv::Mat alone = Estimate(scene.Bundle()).map.depth;
+      EXPECT_EQ(std::memcmp(result.map.depth.data, alone.data, 4 * alone.total()), 0);
+    }
+  }
 }
 
 TEST(DepthEstimator, FindsItOnEachLevel) {
@@ -187,10 +208,24 @@ TEST(DepthEstimator, RejectsImagesWithoutTexture) {
   }
 }
 
-TEST(DepthEstimator, ThrowsOnAnInvalidBundle) {
-  ImageBundle bundle = PlaneScene().Bundle();
-  bundle.keyframes.pop_back();
-  EXPECT_THROW((void)Estimate(bundle), Error);
+TEST(DepthEstimator, RefusesAnEvenNumberOfImagesFewerThanThreeAndMoreThanNine) {
+  PlaneScene scene;
+  for (const int num_images : {0, 1, 2, 4, 6, 8, 10, 11}) {
+    scene.num_images = num_images;
+    EXPECT_THAT([&] { (void)Estimate(scene.Bundle()); },
+                ThrowsMessage<Error>(HasSubstr("number of images in a bundle (expected 3, 5, 7 or "
+                                               "9, found " +
+                                               std::to_string(num_images) + ")")));
+  }
+}
+
+TEST(DepthEstimator, RefusesToAskForMoreViewsThanThereAre) {
+  PlaneScene scene;
+  scene.num_images = 3;
+  DepthEstimatorOptions options;
+  options.refinement.min_views = 3;
+  EXPECT_THAT([&] { (void)Estimate(scene.Bundle(), options); },
+              ThrowsMessage<Error>(HasSubstr("refinement.min_views")));
 }
 
 TEST(DepthEstimator, AddsItsStagesToTheTimes) {

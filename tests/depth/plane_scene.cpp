@@ -62,8 +62,8 @@ cv::Mat PlaneScene::TrueDepth() const {
 ImageBundle PlaneScene::Bundle() const {
   const cv::Mat texture = Texture(contrast);
   ImageBundle bundle;
-  for (int i = 0; i < static_cast<int>(kBundleSize); ++i) {
-    const double side = i - 2;
+  for (int i = 0; i < num_images; ++i) {
+    const double side = i - num_images / 2;
     // The reference in the middle, at the origin; the others a little turned towards it.
     const Pose T_world_cam(RotationExp(Eigen::Vector3d(0.005, -0.02, 0.01) * side),
                            Eigen::Vector3d(baseline, 0.02 * baseline, 0) * side);
@@ -77,11 +77,12 @@ ImageBundle PlaneScene::Bundle() const {
     keyframe.T_world_cam = Pose(T_world_cam.rotation(), scale * T_world_cam.translation());
     bundle.keyframes.push_back(keyframe);
   }
-  if (with_sparse_depths) {
+  if (with_sparse_depths && num_images > 0) {
     const cv::Mat depth = TrueDepth();
     for (int y = 2; y < depth.rows; y += 8) {
       for (int x = 2; x < depth.cols; x += 8) {
-        bundle.keyframes[2].sparse_depths_su.push_back(depth.at<float>(y, x));
+        bundle.keyframes[bundle.reference_index()].sparse_depths_su.push_back(
+            depth.at<float>(y, x));
       }
     }
   }

@@ -11,14 +11,12 @@
 namespace mono3d {
 namespace {
 
-using Projections = std::array<SourceProjection, kNumSources>;
-
 // Positions are rounded to whole or half pixels: where one lies within rounding of a border between
 // two, float and double may differ, and no two drivers need agree on the last bit of a division.
 constexpr double kLargestShareOfOtherRounding = 0.002;
 
 std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
-                                        const Projections& projections,
+                                        const SourceProjections& projections,
                                         const PlaneSweepParams& params) {
   const LevelSize size{params.width_px, params.height_px};
   const std::size_t plane = size.num_strided_pixels();
@@ -31,15 +29,12 @@ std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
       words[at + 1] = static_cast<std::uint32_t>(census[i][p] >> 32);
     }
   }
-  std::vector<float> numbers;
-  for (const SourceProjection& projection : projections) {
-    for (int i = 0; i < 9; ++i) numbers.push_back(static_cast<float>(projection.A(i / 3, i % 3)));
-    for (int i = 0; i < 3; ++i) numbers.push_back(static_cast<float>(projection.b(i)));
-  }
   const std::size_t num_costs = size.num_pixels() * params.padded_planes;
   const Buffer costs = MakeBuffer<std::uint8_t>(num_costs);
   Recorder recorder(TestDevice());
-  PlaneSweepStage(TestDevice()).Record(recorder, params, ToBuffer(words), ToBuffer(numbers), costs);
+  PlaneSweepStage(TestDevice())
+      .Record(recorder, projections.size(), params, ToBuffer(words), ToBuffer(Pack(projections)),
+              costs);
   recorder.Submit();
   return FirstOf<std::uint8_t>(costs, num_costs);
 }
@@ -55,17 +50,19 @@ reference::CensusImages RandomCensus(std::size_t num_images, std::size_t num_pix
 }
 
 // Cameras on a line, turned a little, one of them beyond the near planes.
-Projections CamerasOnALine(LevelSize size) {
-  Projections projections;
+SourceProjections CamerasOnALine(LevelSize size, std::size_t num_sources) {
+  SourceProjections projections;
   const double f = 0.9 * size.width_px;
   Eigen::Matrix3d K;
   K << f, 0, 0.5 * size.width_px, 0, f, 0.5 * size.height_px, 0, 0, 1;
-  const std::array<double, kNumSources> places = {-0.2, -0.1, 0.1, 0.2};
-  for (std::size_t i = 0; i < kNumSources; ++i) {
+  const int num_per_side = static_cast<int>(num_sources / 2);
+  for (int i = -num_per_side; i <= num_per_side; ++i) {
+    if (i == 0) continue;  // the reference
+    const double place = 0.2 * i / num_per_side;
     const Eigen::Matrix3d R =
-        Eigen::AngleAxisd(0.2 * places[i], Eigen::Vector3d(0.1, 1, 0.3).normalized())
+        Eigen::AngleAxisd(0.2 * place, Eigen::Vector3d(0.1, 1, 0.3).normalized())
             .toRotationMatrix();
-    projections[i] = {K * R * K.inverse(), K * Eigen::Vector3d(places[i], 0.02, 4 * places[i])};
+    projections.push_back({K * R * K.inverse(), K * Eigen::Vector3d(place, 0.02, 4 * place)});
   }
   return projections;
 }
@@ -84,23 +81,26 @@ TEST(PlaneSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
     for (const std::uint32_t positions : {1u, 2u}) {
-      const auto census = RandomCensus(1 + 4 * positions * positions, size.num_pixels(), random);
-      const Projections projections = CamerasOnALine(size);
-      const PlaneSweepParams params = Params(size, positions);
-      const auto expected = reference::PlaneSweep(census, projections, params);
-      const auto found = SweepOnDevice(census, projections, params);
-      std::size_t num_different = 0;
-      for (std::size_t i = 0; i < found.size(); ++i) num_different += found[i] != expected[i];
-      EXPECT_LE(static_cast<double>(num_different),
-                kLargestShareOfOtherRounding * static_cast<double>(found.size()));
+      for (const std::size_t num_sources : {2, 4, 6, 8}) {
+        const auto census =
+            RandomCensus(1 + num_sources * positions * positions, size.num_pixels(), random);
+        const SourceProjections projections = CamerasOnALine(size, num_sources);
+        const PlaneSweepParams params = Params(size, positions);
+        const auto expected = reference::PlaneSweep(census, projections, params);
+        const auto found = SweepOnDevice(census, projections, params);
+        std::size_t num_different = 0;
+        for (std::size_t i = 0; i < found.size(); ++i) num_different += found[i] != expected[i];
+        EXPECT_LE(static_cast<double>(num_different),
+                  kLargestShareOfOtherRounding * static_cast<double>(found.size()));
+      }
     }
   }
 }
 
 // Each source shows the census of one pixel everywhere, so the cost of any pixel that all see is
 // known.
-std::vector<std::uint8_t> CostsOfOnePixel(const std::array<std::uint64_t, 5>& bits,
-                                          const Projections& projections) {
+std::vector<std::uint8_t> CostsOfOnePixel(const std::vector<std::uint64_t>& bits,
+                                          const SourceProjections& projections) {
   reference::CensusImages census;
   for (const std::uint64_t b : bits) census.push_back({b});
   const PlaneSweepParams params = Params({1, 1}, 1);
@@ -111,7 +111,7 @@ TEST(PlaneSweep, TakesTheSmallerSideNormalisedByItsNumberOfProjections) {
   const SourceProjection same{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
   const SourceProjection away{Eigen::Matrix3d::Identity(), Eigen::Vector3d(1e9, 0, 0)};
   // Distances 3 and 4 before, 7 and 1 after.
-  const std::array<std::uint64_t, 5> bits = {0, 0b111, 0b1111, 0b1111111, 0b1};
+  const std::vector<std::uint64_t> bits = {0, 0b111, 0b1111, 0b1111111, 0b1};
   // At plane 0 all see the pixel; from plane 1 on those that are away do not.
   const auto all = CostsOfOnePixel(bits, {same, same, same, same});
   EXPECT_EQ(all[1], 3 + 4);
@@ -123,6 +123,28 @@ TEST(PlaneSweep, TakesTheSmallerSideNormalisedByItsNumberOfProjections) {
   const auto none = CostsOfOnePixel(bits, {away, away, away, away});
   EXPECT_EQ(none[1], 255);
   EXPECT_EQ(all[29], 255);  // beyond the last plane
+}
+
+TEST(PlaneSweep, TakesTwiceTheMeanOfOneThreeAndFourSourcesASide) {
+  const SourceProjection same{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+  const SourceProjection away{Eigen::Matrix3d::Identity(), Eigen::Vector3d(1e9, 0, 0)};
+  const std::uint64_t all_bits = (std::uint64_t{1} << 62) - 1;
+  // Distances 3 before and 7 after.
+  const auto of_two = CostsOfOnePixel({0, 0b111, 0b1111111}, {same, away});
+  EXPECT_EQ(of_two[0], 2 * 3);
+  EXPECT_EQ(CostsOfOnePixel({0, 0b111, 0b1111111}, {away, same})[1], 2 * 7);
+  // 3, 4 and 1 before, 62 each after: 2 * 8 / 3 is rounded.
+  const std::vector<std::uint64_t> six = {0, 0b111, 0b1111, 0b1, all_bits, all_bits, all_bits};
+  EXPECT_EQ(CostsOfOnePixel(six, {same, same, same, same, same, same})[1], 5);
+  EXPECT_EQ(CostsOfOnePixel(six, {away, same, same, same, same, same})[1], 4 + 1);
+  EXPECT_EQ(CostsOfOnePixel(six, {away, away, away, same, same, same})[1], 124);
+  // 3, 4, 1 and 1 before, 2 * 9 / 4 is rounded up; then two of them, then one.
+  const std::vector<std::uint64_t> eight = {0,        0b111,    0b1111,   0b1,     0b1,
+                                            all_bits, all_bits, all_bits, all_bits};
+  EXPECT_EQ(CostsOfOnePixel(eight, SourceProjections(8, same))[1], 5);
+  EXPECT_EQ(CostsOfOnePixel(eight, {away, same, same, away, same, same, same, same})[1], 4 + 1);
+  EXPECT_EQ(CostsOfOnePixel(eight, {away, same, away, away, same, same, same, same})[1], 2 * 4);
+  EXPECT_EQ(CostsOfOnePixel(eight, SourceProjections(8, away))[1], 255);
 }
 
 }  // namespace

@@ -91,10 +91,9 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
   }
 }
 
-TEST(LocalSweep, EqualsReferenceButForRounding) {
-  std::mt19937 random = SeededByTestName();
+void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   std::uniform_int_distribution<std::uint64_t> bits(0, (std::uint64_t{1} << 62) - 1);
-  std::vector<std::vector<std::uint64_t>> census(5);
+  std::vector<std::vector<std::uint64_t>> census(1 + num_sources);
   const std::size_t plane = kFine.num_strided_pixels();
   std::vector<std::uint32_t> words(2 * plane * census.size());
   for (std::size_t i = 0; i < census.size(); ++i) {
@@ -107,11 +106,13 @@ TEST(LocalSweep, EqualsReferenceButForRounding) {
     }
   }
   // Cameras on a line that also moves forward a little, a pixel a plane at the ends.
-  std::array<SourceProjection, kNumSources> projections;
-  const std::array<double, kNumSources> places = {-2, -1, 1, 2};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    projections[i] = {Eigen::Matrix3d::Identity(),
-                      Eigen::Vector3d(50 * places[i] + 2, 3 * places[i], 0.01 * places[i])};
+  SourceProjections projections;
+  const int num_per_side = static_cast<int>(num_sources / 2);
+  for (int i = -num_per_side; i <= num_per_side; ++i) {
+    const double place = 2.0 * i / num_per_side;
+    if (i == 0) continue;  // the reference
+    projections.push_back(
+        {Eigen::Matrix3d::Identity(), Eigen::Vector3d(50 * place + 2, 3 * place, 0.01 * place)});
   }
   const LocalSweepParams params{.width_px = kFine.width_px,
                                 .height_px = kFine.height_px,
@@ -119,11 +120,9 @@ TEST(LocalSweep, EqualsReferenceButForRounding) {
                                 .inverse_depth_step = 0.01f};
   const auto ranges = RandomLocalRanges(kFine, random);
   const Buffer costs = MakeBuffer<std::uint8_t>(kLocalPlanes * NumLocalPixels(kFine));
-  const auto packed = Pack(projections);
   Recorder recorder(TestDevice());
   LocalSweepStage(TestDevice())
-      .Record(recorder, params, ToBuffer(words),
-              ToBuffer(std::vector<float>(packed.begin(), packed.end())),
+      .Record(recorder, num_sources, params, ToBuffer(words), ToBuffer(Pack(projections)),
               LocalToBuffer(ranges, kFine), costs);
   recorder.Submit();
   const auto found = LocalVolumeOf(costs, kFine, 0);
@@ -133,6 +132,13 @@ TEST(LocalSweep, EqualsReferenceButForRounding) {
     for (std::size_t d = 0; d < 16; ++d) num_different += found[i][d] != expected[i][d];
   }
   EXPECT_LE(double(num_different), kLargestShareOfOtherPixels * 16 * double(found.size()));
+}
+
+TEST(LocalSweep, EqualsReferenceButForRounding) {
+  std::mt19937 random = SeededByTestName();
+  for (const std::size_t num_sources : {2, 4, 6, 8}) {
+    ExpectSweepEqualsReference(num_sources, random);
+  }
 }
 
 }  // namespace

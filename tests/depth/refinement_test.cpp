@@ -80,15 +80,19 @@ double Pattern(double x, double y) { return 128 + 40 * std::sin(0.7 * x) + 30 * 
 
 struct PhotometricScene {
   std::vector<cv::Mat> detail;
-  std::array<SourceProjection, kNumSources> projections;
+  SourceProjections projections;
 };
 
 // A plane of inverse depth `w`: each source sees the pattern moved by w b.
-PhotometricScene SceneOf(double w) {
+PhotometricScene SceneOf(double w, std::size_t num_sources = 4) {
   PhotometricScene scene;
-  const std::array<Eigen::Vector3d, kNumSources> b = {
-      {{-100, 0, 0}, {-50, 10, 0}, {50, -10, 0}, {100, 0, 0}}};
-  for (std::size_t i = 0; i <= kNumSources; ++i) {
+  const int num_per_side = static_cast<int>(num_sources / 2);
+  std::vector<Eigen::Vector3d> b;
+  for (int i = -num_per_side; i <= num_per_side; ++i) {
+    const double place = 100.0 * i / num_per_side;
+    if (i != 0) b.emplace_back(place, std::abs(place) < 100 ? -0.2 * place : 0, 0);
+  }
+  for (std::size_t i = 0; i <= num_sources; ++i) {
     const Eigen::Vector3d moved = i == 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(w * b[i - 1]);
     cv::Mat image(int(kSize.height_px), int(kSize.width_px), CV_8UC1);
     for (int y = 0; y < image.rows; ++y) {
@@ -98,7 +102,7 @@ PhotometricScene SceneOf(double w) {
       }
     }
     scene.detail.push_back(image);
-    if (i > 0) scene.projections[i - 1] = {Eigen::Matrix3d::Identity(), b[i - 1]};
+    if (i > 0) scene.projections.push_back({Eigen::Matrix3d::Identity(), b[i - 1]});
   }
   return scene;
 }
@@ -118,15 +122,19 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
       }
     }
   }
-  const auto packed = Pack(scene.projections);
-  const std::ptrdiff_t first_of_more = std::ptrdiff_t(3 * kSize.num_strided_pixels());
+  const std::size_t num_sources = scene.projections.size();
+  const auto detail_of = [&](std::size_t first_image, std::size_t num_images) {
+    const auto first = words.begin() + std::ptrdiff_t(first_image * kSize.num_strided_pixels());
+    return ToBuffer(std::vector<std::uint32_t>(
+        first, first + std::ptrdiff_t(num_images * kSize.num_strided_pixels())));
+  };
   const Buffer measurements = MakeBuffer<float>(4 * NumMeasurements(kSize));
   Recorder recorder(TestDevice());
   PhotometricStage(TestDevice())
-      .Record(recorder, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views}, ToBuffer(words),
-              ToBuffer(std::vector<std::uint32_t>(words.begin() + first_of_more, words.end())),
-              ToBuffer(std::vector<float>(packed.begin(), packed.end())), ToBuffer(inverse_depth),
-              measurements);
+      .Record(recorder, num_sources, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views},
+              {detail_of(0, 1), detail_of(1, num_sources / 2),
+               detail_of(1 + num_sources / 2, num_sources / 2)},
+              ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth), measurements);
   recorder.Submit();
   const auto numbers = FirstOf<float>(measurements, 4 * NumMeasurements(kSize));
   std::vector<Eigen::Vector4f> result;
@@ -158,10 +166,9 @@ TEST(Photometric, StepsToTheTrueDepth) {
   EXPECT_LT(errors[errors.size() * 3 / 4], 0.2);
 }
 
-TEST(Photometric, EqualsReference) {
-  std::mt19937 random = SeededByTestName();
+void ExpectStepsEqualReference(std::size_t num_sources, std::mt19937& random) {
   constexpr float min_views = 2;
-  const PhotometricScene scene = SceneOf(0.033);
+  const PhotometricScene scene = SceneOf(0.033, num_sources);
   const auto depth = RandomValues(kSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
   const auto found = StepOnDevice(scene, depth, min_views);
   const auto expected =
@@ -178,6 +185,13 @@ TEST(Photometric, EqualsReference) {
   }
   // At a border between pixels either gradient is right, and rounding decides.
   EXPECT_LE(double(num_different), 0.005 * double(found.size()));
+}
+
+TEST(Photometric, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const std::size_t num_sources : {2, 4, 6, 8}) {
+    ExpectStepsEqualReference(num_sources, random);
+  }
 }
 
 TEST(Photometric, DropsWhatTooFewSourcesSee) {

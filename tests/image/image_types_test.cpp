@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -67,12 +68,42 @@ TEST(ImageBundle, HasItsReferenceInTheMiddle) {
   EXPECT_NO_THROW(Validate(bundle));
 }
 
-TEST(ImageBundle, RefusesFourImages) {
+TEST(ImageBundle, HasAnOddNumberOfImagesFromThreeToNine) {
+  for (std::size_t num_images = 0; num_images < 12; ++num_images) {
+    ImageBundle bundle = TestBundle();
+    bundle.keyframes.resize(num_images, bundle.keyframes[0]);
+    if (num_images == 3 || num_images == 5 || num_images == 7 || num_images == 9) {
+      EXPECT_NO_THROW(Validate(bundle));
+      EXPECT_EQ(2 * bundle.reference_index() + 1, num_images);
+      continue;
+    }
+    EXPECT_THAT([&] { Validate(bundle); },
+                ThrowsMessage<Error>(
+                    HasSubstr("wrong number of images in a bundle (expected 3, 5, 7 or 9, found " +
+                              std::to_string(num_images) + ")")));
+  }
+}
+
+TEST(ImageBundle, RefusesPosesThatAreNoRigidMotions) {
+  const double nan = std::nan("");
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  const Eigen::Quaterniond identity = Eigen::Quaterniond::Identity();
+  for (const Pose& pose : {Pose(identity, {0, nan, 0}), Pose(identity, {0, HUGE_VAL, 0}),
+                           Pose(Eigen::Quaterniond(nan, 0, 0, 1), origin),
+                           Pose(Eigen::Quaterniond(0, 0, 0, 0), origin),
+                           Pose(Eigen::Matrix3d(Eigen::Matrix3d::Constant(nan)), origin)}) {
+    ImageBundle bundle = TestBundle();
+    bundle.keyframes[3].T_world_cam = pose;
+    EXPECT_THAT([&] { Validate(bundle); },
+                ThrowsMessage<Error>(HasSubstr("a.jpg: pose is no rigid motion (expected a unit "
+                                               "quaternion and a finite translation, found ")));
+  }
+}
+
+TEST(ImageBundle, RefusesACameraWithoutFocalLength) {
   ImageBundle bundle = TestBundle();
-  bundle.keyframes.pop_back();
-  EXPECT_THAT(
-      [&] { Validate(bundle); },
-      ThrowsMessage<Error>(HasSubstr("wrong number of images in a bundle (expected 5, found 4)")));
+  bundle.keyframes[1].frame.camera.fx = 0;
+  EXPECT_THAT([&] { Validate(bundle); }, ThrowsMessage<Error>(HasSubstr("focal length fx")));
 }
 
 TEST(ImageBundle, RefusesImagesOfTwoSizesOrTwoMaps) {

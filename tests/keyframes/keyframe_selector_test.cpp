@@ -3,7 +3,7 @@
 
 #include "mono3d/keyframes/keyframe_selector.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <numbers>
 #include <vector>
@@ -12,6 +12,10 @@
 
 namespace mono3d {
 namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 constexpr double kMedianDepth_su = 3;
 
@@ -45,6 +49,28 @@ TEST(KeyframeSelector, MakesABundleOfFiveWithTheReferenceInTheMiddle) {
   EXPECT_EQ(Ids(*bundle), (IdList{0, 1, 2, 3, 4}));
   EXPECT_EQ(bundle->reference().id, 2);
   EXPECT_FALSE(bundle->reference().frame.bgr.empty());
+}
+
+// The same flight and the same limits between neighbours, whatever the number.
+TEST(KeyframeSelector, MakesBundlesOfThreeToNineImages) {
+  for (const int num_images : {3, 5, 7, 9}) {
+    KeyframeSelectorOptions options;
+    options.num_images = num_images;
+    const auto selector = CreateKeyframeSelector(options);
+    for (int i = 0; i + 1 < num_images; ++i) {
+      EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i, 4.0 * i)));
+    }
+    const auto bundle = selector->Add(
+        MakeKeyframe(num_images - 1, 0.05 * (num_images - 1), 4.0 * (num_images - 1)));
+    ASSERT_TRUE(bundle) << num_images;
+    EXPECT_EQ(bundle->keyframes.size(), static_cast<std::size_t>(num_images));
+    EXPECT_EQ(bundle->keyframes.front().id, 0);
+    EXPECT_EQ(bundle->keyframes.back().id, num_images - 1);
+    EXPECT_EQ(bundle->reference().id, num_images / 2);
+    // A gap that a pair of neighbours may not have cuts the larger bundle as it does the smaller.
+    const int beyond = num_images;
+    EXPECT_FALSE(selector->Add(MakeKeyframe(beyond, 0.05 * beyond + 0.2, 4.0 * beyond)));
+  }
 }
 
 TEST(KeyframeSelector, TakesTheWidestStepsThatTheLimitsAllow) {
@@ -143,6 +169,17 @@ TEST(KeyframeSelector, MovesWaitingKeyframesWhenTheyAreCorrected) {
   EXPECT_NEAR(bundle->reference().T_world_cam.translation().x(), 0.05 * kMedianDepth_su, 1e-9);
   EXPECT_NEAR(bundle->reference().T_world_cam.translation().y(), 7, 1e-9);
   EXPECT_NEAR(bundle->reference().sparse_depths_su[1], 0.5 * kMedianDepth_su, 1e-5);
+}
+
+TEST(KeyframeSelectorOptions, RefusesANumberOfImagesThatIsNotThreeFiveSevenOrNine) {
+  for (const int num_images : {-1, 0, 1, 2, 4, 6, 8, 10, 11}) {
+    KeyframeSelectorOptions options;
+    options.num_images = num_images;
+    EXPECT_THAT([&] { (void)CreateKeyframeSelector(options); },
+                ThrowsMessage<UsageError>(AllOf(HasSubstr("keyframes.num_images"),
+                                                HasSubstr("3, 5, 7 or 9"),
+                                                HasSubstr("found " + std::to_string(num_images)))));
+  }
 }
 
 TEST(KeyframeSelectorOptions, RefusesLimitsThatContradictEachOther) {

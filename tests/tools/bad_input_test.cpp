@@ -165,13 +165,13 @@ TEST_F(BadInput, ImagesOfTwoSizesKeepWhatIsThereSoFar) {
 
 TEST_F(BadInput, FourImagesForTheDepthTool) {
   std::filesystem::remove(images() / "4.png");
-  ExpectError(Depth(images().string()), kWrongUsage, "expected 5", "found 4");
+  ExpectError(Depth(images().string()), kWrongUsage, "expected 3, 5, 7 or 9", "found 4");
 }
 
 TEST_F(BadInput, FourNamedImagesForTheDepthTool) {
   std::string names;
   for (int i = 0; i < 4; ++i) names += (images() / (std::to_string(i) + ".png ")).string();
-  ExpectError(Depth(names), kWrongUsage, "expected 5", "found 4");
+  ExpectError(Depth(names), kWrongUsage, "expected 3, 5, 7 or 9", "found 4");
 }
 
 TEST_F(BadInput, WrongNumberOfPoses) {

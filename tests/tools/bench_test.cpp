@@ -230,7 +230,11 @@ TEST(DepthBench, MeasuresTheStagesOfAMap) {
 
   const CommandResult too_far = RunCommand(command + " --step 30", folder);
   EXPECT_EQ(too_far.exit_status, 1);
-  EXPECT_THAT(too_far.errors, HasSubstr("the five images leave the sequence"));
+  EXPECT_THAT(too_far.errors, HasSubstr("the images of the bundle leave the sequence"));
+
+  const CommandResult even = RunCommand(command + " --images 4", folder);
+  EXPECT_EQ(even.exit_status, 2);
+  EXPECT_THAT(even.errors, HasSubstr("--images: option out of range (expected 3, 5, 7 or 9, found 4)"));
   std::filesystem::remove_all(folder);
 }
 

@@ -41,10 +41,10 @@ ImageBundle ReadBundle(const DepthBenchOptions& options) {
   }
   const int num_images = static_cast<int>(images.size());
   const int reference = options.reference < 0 ? num_images / 2 : options.reference;
-  const int reach = static_cast<int>(kBundleSize / 2) * options.step;
+  const int reach = options.num_images / 2 * options.step;
   if (options.step < 1 || reference < reach || reference + reach >= num_images) {
     throw Error(ErrorParts{
-        .what = "the five images leave the sequence",
+        .what = "the images of the bundle leave the sequence",
         .where = options.folder,
         .expected = "images 0 to " + std::to_string(num_images - 1),
         .found = std::to_string(reference - reach) + " to " + std::to_string(reference + reach)});
@@ -137,12 +137,15 @@ TimedMap Estimate(DepthEstimator& estimator, const ImageBundle& bundle) {
 
 DepthBenchResult BenchDepth(const DepthBenchOptions& options, const DeviceOptions& device_options) {
   options.depth.Validate();
+  RequireOption(IsBundleSize(static_cast<std::size_t>(std::max(options.num_images, 0))), "images",
+                kBundleSizesText, options.num_images);
   ImageBundle bundle = ReadBundle(options);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   StageTimes times;
   const auto estimator = CreateDepthEstimator(device, options.depth, &times);
   DepthBenchResult result;
   result.device = Info(*device).name;
+  result.num_images = options.num_images;
   result.width = bundle.reference().frame.camera.width;
   result.height = bundle.reference().frame.camera.height;
   // The first map, of bare poses, has to look for the range of depths; those of the chain know it
@@ -167,8 +170,9 @@ DepthBenchResult BenchDepth(const DepthBenchOptions& options, const DeviceOption
 
 Table ToTable(const DepthBenchResult& result) {
   Table table;
-  table.title = "Depth of five images of " + std::to_string(result.width) + " x " +
-                std::to_string(result.height) + " on " + result.device;
+  table.title = "Depth of " + std::to_string(result.num_images) + " images of " +
+                std::to_string(result.width) + " x " + std::to_string(result.height) + " on " +
+                result.device;
   table.columns = {"", "least ms", "median ms"};
   const auto add = [&](const std::string& name, const Spread& ms) {
     table.rows.push_back({name, FormatFixed(ms.least, 1), FormatFixed(ms.median, 1)});
@@ -192,6 +196,7 @@ Json ToJson(const DepthBenchResult& result) {
     return Json{{"least_ms", ms.least}, {"median_ms", ms.median}};
   };
   Json json = {{"device", result.device},
+               {"num_images", result.num_images},
                {"width_px", result.width},
                {"height_px", result.height},
                {"first_map_cpu_ms", result.first_cpu_ms},

@@ -12,14 +12,15 @@
 
 namespace mono3d::tools {
 
-// What the depth of five images of a sequence costs.
+// What the depth of some images of a sequence costs.
 struct DepthBenchOptions {
-  std::string folder;   // of a sequence: images/, camera.yaml, groundtruth.txt
-  std::string poses;    // a pose for each image, as in groundtruth.txt, the default
-  std::string resize;   // WIDTHxHEIGHT
-  int reference = -1;   // index of the middle image, from 0; -1: the middle of the sequence
-  int step = 10;        // images from one of the five to the next
-  int num_repeats = 8;  // timed maps
+  std::string folder;  // of a sequence: images/, camera.yaml, groundtruth.txt
+  std::string poses;   // a pose for each image, as in groundtruth.txt, the default
+  std::string resize;  // WIDTHxHEIGHT
+  int reference = -1;  // index of the middle image, from 0; -1: the middle of the sequence
+  int num_images = static_cast<int>(kBundleSize);  // of the bundle
+  int step = 10;                                   // images from one of the bundle to the next
+  int num_repeats = 8;                             // timed maps
   bool compare = true;  // with OpenCV's StereoSGBM, in the same process and in turn
   DepthEstimatorOptions depth;
 };
@@ -36,6 +37,7 @@ struct DepthBenchStage {
 
 struct DepthBenchResult {
   std::string device;
+  int num_images = 0;
   int width = 0, height = 0;
   double first_cpu_ms = 0;  // of the map that makes pipelines and buffers and finds the depths
   Spread cpu_ms;            // of this process, all threads, for a map

@@ -21,10 +21,10 @@ std::vector<Frame> ReadFrames(const BundleInput& input, const CameraModel& calib
   if (images.size() == 1 && !std::filesystem::is_regular_file(images[0])) {
     images = ListImages(images[0]);
   }
-  if (images.size() != kBundleSize) {
+  if (!IsBundleSize(images.size())) {
     throw UsageError(ErrorParts{.what = "wrong number of images",
                                 .where = input.images[0],
-                                .expected = std::to_string(kBundleSize),
+                                .expected = kBundleSizesText,
                                 .found = std::to_string(images.size())});
   }
   FrameSourceOptions options;

@@ -26,7 +26,7 @@ Table CountTable(const Json& record) {
   table.rows = {{"frames", Count(record, "counts/frames")},
                 {"tracked when they came", Count(record, "counts/tracked")},
                 {"keyframes", Count(record, "counts/keyframes")},
-                {"bundles of five", Count(record, "counts/bundles")},
+                {"bundles", Count(record, "counts/bundles")},
                 {"depth maps", Count(record, "counts/depth_maps")},
                 {"depth maps fused", Count(record, "counts/fused")}};
   for (const char* kind : {"untracked_frames", "rejected_bundles", "rejected_depth_maps"}) {

@@ -21,6 +21,7 @@
 #include "depth/texture_filter.h"
 #include "depth/upsample.h"
 #include "gpu/recorder.h"
+#include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
@@ -40,6 +41,16 @@ DepthResult Rejected(std::string reason) {
   DepthResult result;
   result.reason = std::move(reason);
   return result;
+}
+
+void RequireViews(const ImageBundle& bundle, const RefinementOptions& options) {
+  const auto num_sources = static_cast<int>(bundle.keyframes.size()) - 1;
+  if (options.iterations == 0 || options.min_views <= num_sources) return;
+  throw Error(ErrorParts{.what = "refinement.min_views asks for more images than there are",
+                         .where = {},
+                         .expected = "at most " + std::to_string(num_sources) + " of " +
+                                     std::to_string(num_sources + 1) + " images",
+                         .found = std::to_string(options.min_views)});
 }
 
 // Standard deviation of the noise of an image, grey levels: of what no plane or edge along the axes
@@ -106,6 +117,7 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   Validate(bundle);
+  RequireViews(bundle, options_.refinement);
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
   if (!geometry.HasBaseline()) return Rejected("no baseline between the images");

@@ -88,7 +88,8 @@ void DepthEstimatorOptions::Validate() const {
                 winner_takes_all.min_uniqueness);
   require_int(median.min_support, 1, 25, "median.min_support");
   require_int(refinement.iterations, 0, 10, "refinement.iterations");
-  require_int(refinement.min_views, 1, 4, "refinement.min_views");
+  require_int(refinement.min_views, 1, static_cast<int>(kLargestBundleSize) - 1,
+              "refinement.min_views");
   RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "dog.min_response", "0 to 255",
                 dog.min_response);
 }

@@ -10,9 +10,9 @@
 
 namespace mono3d {
 
-// High-pass grey images in words for bilinear interpolation (shaders/depth/detail.comp), five of
-// them. `quarter` holds the padded images halved twice; `detail` gets a word for each strided
-// pixel.
+// High-pass grey images in words for bilinear interpolation (shaders/depth/detail.comp),
+// `num_images` from params.first_image on. `quarter` holds the padded images halved twice; `detail`
+// gets a word for each strided pixel.
 class DetailStage {
  public:
   explicit DetailStage(std::shared_ptr<Device> device);

@@ -32,9 +32,10 @@ void Hierarchy::Upload(const ImageBundle& bundle) {
   const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
   const std::size_t image_bytes = 4 * PaddedWords(size);
   if (levels_.empty()) levels_.emplace_back();
-  Reserve(levels_[0], device_, image_bytes * kBundleSize, "depth/pyramid");
+  num_images_ = bundle.keyframes.size();
+  Reserve(levels_[0], device_, image_bytes * num_images_, "depth/pyramid");
   std::size_t source = 1;
-  for (std::size_t i = 0; i < kBundleSize; ++i) {
+  for (std::size_t i = 0; i < num_images_; ++i) {
     const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
     const std::vector<std::uint32_t> words = PackPadded(ToGrey(bundle.keyframes[i].frame.bgr));
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
@@ -45,9 +46,10 @@ void Hierarchy::RecordPyramid(Recorder& recorder, const LevelSize& full, int lev
   LevelSize size = full;
   for (std::size_t fine = 0; fine < static_cast<std::size_t>(level); ++fine) {
     if (levels_.size() <= fine + 1) levels_.emplace_back();
-    Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * kBundleSize,
+    Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * num_images_,
             "depth/pyramid");
-    pyramid_.Record(recorder, levels_[fine], size, kBundleSize, levels_[fine + 1]);
+    pyramid_.Record(recorder, levels_[fine], size, static_cast<std::uint32_t>(num_images_),
+                    levels_[fine + 1]);
     size = size.Halved();
   }
 }
@@ -129,7 +131,7 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
 // That of the options, or the first whose volumes fit the device's buffers.
 int Hierarchy::FinestLevel(const CameraModel& camera) const {
   int level = options_.pyramid.level;
-  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level)) >
+  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level), num_images_ - 1) >
          Limits(*device_).max_storage_buffer_bytes) {
     ++level;
   }

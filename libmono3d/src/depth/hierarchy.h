@@ -43,7 +43,7 @@ class Hierarchy {
   // Of the finest level: inverse depth in 1/su, 0: no estimate; confidence 0 to 1.
   const Buffer& inverse_depth() const { return *inverse_depth_; }
   const Buffer& confidence() const { return *confidence_; }
-  // Five padded images of a level up to kDetailLevel, the reference first.
+  // Padded images of a level up to kDetailLevel, the reference and then the sources.
   const Buffer& images(int level) const { return levels_[static_cast<std::size_t>(level)]; }
 
   // detail.comp takes away the images of this level.
@@ -54,7 +54,7 @@ class Hierarchy {
   std::optional<InverseDepthRange> SearchRange(Recorder& recorder, const SweepGeometry& geometry,
                                                StageTimes* times);
   SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
-  int FinestLevel(const CameraModel& camera) const;
+  int FinestLevel(const CameraModel& camera) const;  // of the images that were uploaded
   int CoarsestLevel(const CameraModel& camera, int finest) const;
 
   std::shared_ptr<Device> device_;
@@ -62,6 +62,7 @@ class Hierarchy {
   PyramidStage pyramid_;
   Matcher matcher_;
   LocalMatcher local_matcher_;
+  std::size_t num_images_ = 0;
   std::vector<Buffer> levels_;
   const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
   const Buffer* confidence_ = nullptr;

@@ -3,6 +3,7 @@
 
 #include "depth/local_matcher.h"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -10,6 +11,18 @@
 #include "depth/local_volume.h"
 
 namespace mono3d {
+namespace {
+
+// Of four paths.
+std::uint64_t PathBytes(LevelSize size) {
+  return std::uint64_t{kLocalPlanes} * (kNumPaths / 2) * NumLocalPixels(size);
+}
+
+std::uint64_t CensusBytes(LevelSize size, std::size_t num_sources) {
+  return std::uint64_t{8} * (1 + num_sources) * size.num_strided_pixels();
+}
+
+}  // namespace
 
 LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
     : device_(std::move(device)),
@@ -24,8 +37,8 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       median_(device_, false),
       last_median_(device_) {}
 
-std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size) {
-  return std::uint64_t{kLocalPlanes} * (kNumPaths / 2) * NumLocalPixels(size);
+std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size, std::size_t num_sources) {
+  return std::max(PathBytes(size), CensusBytes(size, num_sources));
 }
 
 void LocalMatcher::RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
@@ -66,23 +79,30 @@ std::uint32_t LocalMatcher::NumPaths(const Level& level) const {
   return level.is_last ? static_cast<std::uint32_t>(options_.sgm.finest_paths) : kNumPaths;
 }
 
-void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level, const Buffer& projections,
-                               const Buffer& images) {
+void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level,
+                               const SourceProjections& projections, const Buffer& images) {
   const SweepPlan& plan = level.plan;
+  const std::size_t num_sources = projections.size();
+  const auto index = static_cast<std::size_t>(plan.level);
+  if (projections_.size() <= index) projections_.resize(index + 1);
+  Reserve(projections_[index], device_, kMostProjectionBytes, "depth/projections");
+  const std::vector<float> packed = Pack(projections);
+  projections_[index].Upload(std::span<const float>(packed));
   const std::size_t num_pixels = NumLocalPixels(plan.size);
-  Reserve(census_, device_, 8 * plan.size.num_strided_pixels() * kBundleSize, "depth/local_census");
+  Reserve(census_, device_, CensusBytes(plan.size, num_sources), "depth/local_census");
   Reserve(costs_, device_, kLocalPlanes * num_pixels, "depth/local_costs");
-  Reserve(paths_, device_, LargestBufferBytes(plan.size), "depth/paths");
+  Reserve(paths_, device_, PathBytes(plan.size), "depth/paths");
   // Bound even where it is not written.
-  Reserve(more_paths_, device_, NumPaths(level) > kFewPaths ? LargestBufferBytes(plan.size) : 16,
+  Reserve(more_paths_, device_, NumPaths(level) > kFewPaths ? PathBytes(plan.size) : 16,
           "depth/more_paths");
-  census_stage_.Record(recorder, images, plan.size, kBundleSize, census_);
-  sweep_.Record(recorder,
+  census_stage_.Record(recorder, images, plan.size, static_cast<std::uint32_t>(1 + num_sources),
+                       census_);
+  sweep_.Record(recorder, num_sources,
                 {.width_px = plan.size.width_px,
                  .height_px = plan.size.height_px,
                  .inverse_depth = static_cast<float>(plan.inverse_depth),
                  .inverse_depth_step = static_cast<float>(plan.step)},
-                census_, projections, ranges_, costs_);
+                census_, projections_[index], ranges_, costs_);
   sgm_.Record(recorder, plan.size, costs_, ranges_, paths_, more_paths_, NumPaths(level));
 }
 
@@ -115,15 +135,10 @@ void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
 }
 
 void LocalMatcher::Record(Recorder& recorder, const Level& level,
-                          const std::array<SourceProjection, kNumSources>& projections,
-                          const Buffer& images, const Buffer& coarse_depth) {
-  const auto index = static_cast<std::size_t>(level.plan.level);
-  if (projections_.size() <= index) projections_.resize(index + 1);
-  Reserve(projections_[index], device_, sizeof(PackedProjections), "depth/projections");
-  const PackedProjections packed = Pack(projections);
-  projections_[index].Upload(std::span<const float>(packed));
+                          const SourceProjections& projections, const Buffer& images,
+                          const Buffer& coarse_depth) {
   RecordPrior(recorder, level, images, coarse_depth);
-  RecordSweep(recorder, level, projections_[index], images);
+  RecordSweep(recorder, level, projections, images);
   RecordChoice(recorder, level);
 }
 

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <array>
 #include <memory>
 
 #include "depth/census.h"
@@ -35,14 +34,13 @@ class LocalMatcher {
   };
 
   // Bytes of the largest buffer of a level.
-  static std::uint64_t LargestBufferBytes(LevelSize size);
+  static std::uint64_t LargestBufferBytes(LevelSize size, std::size_t num_sources);
 
-  // `images` holds five padded images of plan.size, the reference first; `coarse_depth` inverse
+  // `images` holds padded images of plan.size, the reference first; `coarse_depth` inverse
   // depth of the coarser level, which may be inverse_depth() of the level before. The results are
   // there after recorder.Submit(), plan.size.num_pixels() floats each.
-  void Record(Recorder& recorder, const Level& level,
-              const std::array<SourceProjection, kNumSources>& projections, const Buffer& images,
-              const Buffer& coarse_depth);
+  void Record(Recorder& recorder, const Level& level, const SourceProjections& projections,
+              const Buffer& images, const Buffer& coarse_depth);
 
   const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
   const Buffer& confidence() const { return median_confidence_; }  // of the last level, 0 to 1
@@ -50,7 +48,7 @@ class LocalMatcher {
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
                    const Buffer& coarse_depth);
-  void RecordSweep(Recorder& recorder, const Level& level, const Buffer& projections,
+  void RecordSweep(Recorder& recorder, const Level& level, const SourceProjections& projections,
                    const Buffer& images);
   std::uint32_t NumPaths(const Level& level) const;
   void RecordChoice(Recorder& recorder, const Level& level);

@@ -15,13 +15,14 @@ constexpr std::uint64_t kRowsPerInvocation = 4;
 }  // namespace
 
 LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv}) {}
+    : kernels_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv}) {}
 
-void LocalSweepStage::Record(Recorder& recorder, const LocalSweepParams& params,
-                             const Buffer& census, const Buffer& projections, const Buffer& ranges,
-                             const Buffer& costs) const {
-  recorder.Dispatch(kernel_, {census, projections, ranges, costs}, params,
-                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
+void LocalSweepStage::Record(Recorder& recorder, std::size_t num_sources,
+                             const LocalSweepParams& params, const Buffer& census,
+                             const Buffer& projections, const Buffer& ranges, const Buffer& costs) {
+  const Kernel& kernel = kernels_.For(num_sources);
+  recorder.Dispatch(kernel, {census, projections, ranges, costs}, params,
+                    {DivideRoundingUp(params.width_px, kernel.workgroup_size()[0]),
                      DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
 }
 

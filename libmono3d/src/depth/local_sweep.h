@@ -3,24 +3,27 @@
 
 #pragma once
 
+#include <cstddef>
 #include <memory>
 
 #include "depth/local_sweep.params.h"
+#include "depth/source_kernels.h"
 #include "gpu/recorder.h"
 
 namespace mono3d {
 
 // Matching costs of the planes around the prior (shaders/depth/local_sweep.comp). `census` holds
-// five images, the reference first; `costs` gets kLocalPlanes bytes for each of NumLocalPixels.
+// the reference and then the sources; `costs` gets kLocalPlanes bytes for each of NumLocalPixels.
 class LocalSweepStage {
  public:
   explicit LocalSweepStage(std::shared_ptr<Device> device);
 
-  void Record(Recorder& recorder, const LocalSweepParams& params, const Buffer& census,
-              const Buffer& projections, const Buffer& ranges, const Buffer& costs) const;
+  void Record(Recorder& recorder, std::size_t num_sources, const LocalSweepParams& params,
+              const Buffer& census, const Buffer& projections, const Buffer& ranges,
+              const Buffer& costs);
 
  private:
-  Kernel kernel_;
+  SourceKernels kernels_;
 };
 
 }  // namespace mono3d

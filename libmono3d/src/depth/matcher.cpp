@@ -9,12 +9,6 @@
 #include "depth/buffers.h"
 
 namespace mono3d {
-namespace {
-
-constexpr std::uint32_t kNumImages = kBundleSize;
-constexpr std::uint32_t kNumHalfPixelImages = 1 + 4 * kNumSources;
-
-}  // namespace
 
 Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
     : device_(std::move(device)),
@@ -25,30 +19,31 @@ Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& op
       sgm_(device_, options.sgm),
       winner_takes_all_(device_),
       median_(device_),
-      projections_(device_, sizeof(PackedProjections), "depth/projections") {}
+      projections_(device_, kMostProjectionBytes, "depth/projections") {}
 
-void Matcher::RecordCensus(Recorder& recorder, const LevelSize& size, const Buffer& images) {
+void Matcher::RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
+                           const Buffer& images) {
   const bool half_pixel = options_.plane_sweep.half_pixel;
-  const std::uint32_t num_images = half_pixel ? kNumHalfPixelImages : kNumImages;
+  const auto num_images = static_cast<std::uint32_t>(1 + (half_pixel ? 4 : 1) * num_sources);
   Reserve(census_, device_, 8 * size.num_strided_pixels() * num_images, "depth/census");
   if (!half_pixel) {
     census_stage_.Record(recorder, images, size, num_images, census_);
     return;
   }
   Reserve(shifted_images_, device_, 4 * PaddedWords(size) * num_images, "depth/half_pixel");
-  half_pixel_.Record(recorder, images, size, kNumImages, shifted_images_);
+  half_pixel_.Record(recorder, images, size, static_cast<std::uint32_t>(1 + num_sources),
+                     shifted_images_);
   census_stage_.Record(recorder, shifted_images_, size, num_images, census_);
 }
 
 void Matcher::RecordSweep(Recorder& recorder, const SweepPlan& plan,
-                          const std::array<SourceProjection, kNumSources>& projections,
-                          const Buffer& images) {
+                          const SourceProjections& projections, const Buffer& images) {
   const std::size_t cost_bytes = plan.size.num_pixels() * plan.padded_planes;
   Reserve(costs_, device_, cost_bytes, "depth/costs");
   Reserve(sums_, device_, 2 * cost_bytes, "depth/sums");
-  const PackedProjections packed = Pack(projections);
+  const std::vector<float> packed = Pack(projections);
   projections_.Upload(std::span<const float>(packed));
-  plane_sweep_.Record(recorder,
+  plane_sweep_.Record(recorder, projections.size(),
                       {.width_px = plan.size.width_px,
                        .height_px = plan.size.height_px,
                        .num_planes = plan.num_planes,
@@ -90,9 +85,8 @@ void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_la
 }
 
 void Matcher::Record(Recorder& recorder, const SweepPlan& plan,
-                     const std::array<SourceProjection, kNumSources>& projections,
-                     const Buffer& images, bool is_last) {
-  RecordCensus(recorder, plan.size, images);
+                     const SourceProjections& projections, const Buffer& images, bool is_last) {
+  RecordCensus(recorder, plan.size, projections.size(), images);
   RecordSweep(recorder, plan, projections, images);
   RecordChoice(recorder, plan, is_last);
 }

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <array>
 #include <memory>
 
 #include "depth/census.h"
@@ -29,20 +28,19 @@ class Matcher {
     return sgm_.PaddedPlanes(num_planes);
   }
 
-  // `images` holds five padded images of plan.size, the reference first. The results are there
-  // after recorder.Submit(), plan.size.num_pixels() floats each. Every winner is kept, as a prior,
-  // unless `is_last`.
-  void Record(Recorder& recorder, const SweepPlan& plan,
-              const std::array<SourceProjection, kNumSources>& projections, const Buffer& images,
-              bool is_last);
+  // `images` holds padded images of plan.size, the reference and then the sources. The results are
+  // there after recorder.Submit(), plan.size.num_pixels() floats each. Every winner is kept, as a
+  // prior, unless `is_last`.
+  void Record(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,
+              const Buffer& images, bool is_last);
 
   const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
   const Buffer& confidence() const { return median_confidence_; }  // 0 to 1
 
  private:
-  void RecordCensus(Recorder& recorder, const LevelSize& size, const Buffer& images);
-  void RecordSweep(Recorder& recorder, const SweepPlan& plan,
-                   const std::array<SourceProjection, kNumSources>& projections,
+  void RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
+                    const Buffer& images);
+  void RecordSweep(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,
                    const Buffer& images);
   void RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_last);
 

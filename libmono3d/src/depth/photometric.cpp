@@ -15,15 +15,18 @@ constexpr std::uint64_t kRowsPerInvocation = 16;
 }  // namespace
 
 PhotometricStage::PhotometricStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/photometric", depth_photometric_spirv}) {}
+    : kernels_(std::move(device), {"depth/photometric", depth_photometric_spirv}) {}
 
-void PhotometricStage::Record(Recorder& recorder, const PhotometricParams& params,
-                              const Buffer& detail, const Buffer& more_detail,
+void PhotometricStage::Record(Recorder& recorder, std::size_t num_sources,
+                              const PhotometricParams& params, const DetailBuffers& detail,
                               const Buffer& projections, const Buffer& inverse_depth,
-                              const Buffer& measurements) const {
+                              const Buffer& measurements) {
+  const Kernel& kernel = kernels_.For(num_sources);
   recorder.Dispatch(
-      kernel_, {detail, more_detail, projections, inverse_depth, measurements}, params,
-      {DivideRoundingUp(params.width_px + 2 * kMeasurementBorder, kernel_.workgroup_size()[0]),
+      kernel,
+      {detail.reference, detail.before, detail.after, projections, inverse_depth, measurements},
+      params,
+      {DivideRoundingUp(params.width_px + 2 * kMeasurementBorder, kernel.workgroup_size()[0]),
        DivideRoundingUp(params.height_px + 2 * kMeasurementBorder, kRowsPerInvocation), 1});
 }
 

@@ -9,6 +9,7 @@
 
 #include "depth/padded_image.h"
 #include "depth/photometric.params.h"
+#include "depth/source_kernels.h"
 #include "gpu/recorder.h"
 
 namespace mono3d {
@@ -22,19 +23,26 @@ inline std::size_t NumMeasurements(LevelSize size) {
          (size.height_px + 2 * kMeasurementBorder);
 }
 
-// A step of inverse depth on grey values (shaders/depth/photometric.comp). `detail` holds the
-// reference and the first two sources, `more_detail` the other two; `measurements` gets four floats
-// for each of NumMeasurements.
+// Detail (detail.comp) of the reference, of the sources before it and of those after it: of all in
+// one buffer there would be too much to bind at 3840x2160.
+struct DetailBuffers {
+  const Buffer& reference;
+  const Buffer& before;
+  const Buffer& after;
+};
+
+// A step of inverse depth on grey values (shaders/depth/photometric.comp). `measurements` gets four
+// floats for each of NumMeasurements.
 class PhotometricStage {
  public:
   explicit PhotometricStage(std::shared_ptr<Device> device);
 
-  void Record(Recorder& recorder, const PhotometricParams& params, const Buffer& detail,
-              const Buffer& more_detail, const Buffer& projections, const Buffer& inverse_depth,
-              const Buffer& measurements) const;
+  void Record(Recorder& recorder, std::size_t num_sources, const PhotometricParams& params,
+              const DetailBuffers& detail, const Buffer& projections, const Buffer& inverse_depth,
+              const Buffer& measurements);
 
  private:
-  Kernel kernel_;
+  SourceKernels kernels_;
 };
 
 }  // namespace mono3d

@@ -10,14 +10,15 @@
 namespace mono3d {
 
 PlaneSweepStage::PlaneSweepStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/plane_sweep", depth_plane_sweep_spirv}) {}
+    : kernels_(std::move(device), {"depth/plane_sweep", depth_plane_sweep_spirv}) {}
 
-void PlaneSweepStage::Record(Recorder& recorder, const PlaneSweepParams& params,
-                             const Buffer& census, const Buffer& projections,
-                             const Buffer& costs) const {
+void PlaneSweepStage::Record(Recorder& recorder, std::size_t num_sources,
+                             const PlaneSweepParams& params, const Buffer& census,
+                             const Buffer& projections, const Buffer& costs) {
+  const Kernel& kernel = kernels_.For(num_sources);
   recorder.Dispatch(
-      kernel_, {census, projections, costs}, params,
-      {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]), params.height_px, 1});
+      kernel, {census, projections, costs}, params,
+      {DivideRoundingUp(params.width_px, kernel.workgroup_size()[0]), params.height_px, 1});
 }
 
 }  // namespace mono3d

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "depth/detail.h"
@@ -22,7 +23,7 @@ class Refiner {
   Refiner(std::shared_ptr<Device> device, const RefinementOptions& options);
 
   struct Input {
-    const Buffer& images;   // five padded images, the reference first
+    const Buffer& images;   // padded images, the reference first
     const Buffer& quarter;  // the same, halved twice
     const Buffer& inverse_depth;
     const Buffer& uniqueness;  // of the sweep, 0 to 1
@@ -37,6 +38,9 @@ class Refiner {
   const Buffer& confidence() const { return confidence_; }        // 0 to 1
 
  private:
+  void RecordDetail(Recorder& recorder, const LevelSize& size, std::uint32_t first_image,
+                    std::uint32_t num_images, const Input& input, Buffer& detail);
+
   std::shared_ptr<Device> device_;
   RefinementOptions options_;
   DetailStage detail_stage_;
@@ -44,8 +48,9 @@ class Refiner {
   SurfaceStage surface_;  // of all iterations but the last
   SurfaceStage last_surface_;
   Buffer projections_;
-  Buffer detail_;       // of the reference and the two sources before it
-  Buffer more_detail_;  // of the two after it: all five are too large to bind at 3840x2160
+  Buffer reference_detail_;
+  Buffer detail_before_;  // of the sources before the reference
+  Buffer detail_after_;
   Buffer measurements_;
   Buffer inverse_depth_;
   Buffer confidence_;

@@ -57,28 +57,26 @@ CameraModel HalvedCamera(CameraModel camera, int level) {
 }
 
 SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.reference().frame.camera) {
-  std::size_t source = 0;
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     if (i == bundle.reference_index()) continue;
     const Keyframe& keyframe = bundle.keyframes[i];
     const Pose T_src_ref = keyframe.T_world_cam.Inverse() * bundle.reference().T_world_cam;
     const Eigen::Matrix3d K_src = keyframe.frame.camera.Matrix();
-    projections_[source] = {
-        K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
-        K_src * T_src_ref.translation()};
-    source_cameras_[source] = keyframe.frame.camera;
+    projections_.push_back(
+        {K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
+         K_src * T_src_ref.translation()});
+    source_cameras_.push_back(keyframe.frame.camera);
     largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
-    ++source;
   }
   const double rounding = kPoseRounding * bundle.reference().T_world_cam.translation().norm();
   has_baseline_ = largest_baseline_su_ > rounding;
 }
 
-std::array<SourceProjection, kNumSources> SweepGeometry::Projections(int level) const {
-  std::array<SourceProjection, kNumSources> result = projections_;
+SourceProjections SweepGeometry::Projections(int level) const {
+  SourceProjections result = projections_;
   const Eigen::Matrix3d K = camera_.Matrix();
   const Eigen::Matrix3d K_level = HalvedCamera(camera_, level).Matrix();
-  for (std::size_t i = 0; i < kNumSources; ++i) {
+  for (std::size_t i = 0; i < projections_.size(); ++i) {
     const Eigen::Matrix3d to_level =
         HalvedCamera(source_cameras_[i], level).Matrix() * source_cameras_[i].Matrix().inverse();
     result[i].A = to_level * projections_[i].A * K * K_level.inverse();
@@ -89,7 +87,7 @@ std::array<SourceProjection, kNumSources> SweepGeometry::Projections(int level) 
 
 double SweepGeometry::VisibleShare(double inverse_depth) const {
   int most = 0;
-  for (std::size_t i = 0; i < kNumSources; ++i) {
+  for (std::size_t i = 0; i < projections_.size(); ++i) {
     int num_seen = 0;
     ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
       const Eigen::Vector3d at = projections_[i].A * p + inverse_depth * projections_[i].b;
@@ -103,7 +101,7 @@ double SweepGeometry::VisibleShare(double inverse_depth) const {
 double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) const {
   double fastest = 0;
   for (const double w : {range.farthest, 0.5 * (range.farthest + range.nearest), range.nearest}) {
-    for (std::size_t i = 0; i < kNumSources; ++i) {
+    for (std::size_t i = 0; i < projections_.size(); ++i) {
       const Eigen::Vector3d& b = projections_[i].b;
       ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
         const Eigen::Vector3d at = projections_[i].A * p + w * b;
@@ -130,12 +128,11 @@ std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
   return InverseDepthRange{0, nearest};
 }
 
-PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections) {
-  PackedProjections packed{};
-  std::size_t next = 0;
+std::vector<float> Pack(const SourceProjections& projections) {
+  std::vector<float> packed;
   for (const SourceProjection& projection : projections) {
-    for (int i = 0; i < 9; ++i) packed[next++] = static_cast<float>(projection.A(i / 3, i % 3));
-    for (int i = 0; i < 3; ++i) packed[next++] = static_cast<float>(projection.b(i));
+    for (int i = 0; i < 9; ++i) packed.push_back(static_cast<float>(projection.A(i / 3, i % 3)));
+    for (int i = 0; i < 3; ++i) packed.push_back(static_cast<float>(projection.b(i)));
   }
   return packed;
 }

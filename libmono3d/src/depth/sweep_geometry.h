@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -13,8 +12,6 @@
 
 namespace mono3d {
 
-inline constexpr std::size_t kNumSources = kBundleSize - 1;
-
 // Where a source sees the pixel p = (x, y, 1) of the reference on the plane of inverse depth w:
 // at (A p + w b), homogeneous. The homography of the plane is A + w b (0 0 1).
 struct SourceProjection {
@@ -22,24 +19,30 @@ struct SourceProjection {
   Eigen::Vector3d b;
 };
 
+// Of the matching images, the sources, in the order of flight: the first half of them lies before
+// the reference, the other half after it.
+using SourceProjections = std::vector<SourceProjection>;
+inline constexpr std::size_t kMostSources = kLargestBundleSize - 1;
+
 // Inverse depths in 1/su, 0 <= farthest < nearest.
 struct InverseDepthRange {
   double farthest = 0;
   double nearest = 0;
 };
 
-// The four sources around the reference of a bundle, as the sweep sees them at full resolution.
+// The sources around the reference of a bundle, as the sweep sees them at full resolution.
 class SweepGeometry {
  public:
   explicit SweepGeometry(const ImageBundle& bundle);
 
   const CameraModel& camera() const { return camera_; }  // of the reference
+  std::size_t num_sources() const { return projections_.size(); }
   double largest_baseline_su() const { return largest_baseline_su_; }
   // False when the cameras stand in one place, up to the rounding of their poses.
   bool HasBaseline() const { return has_baseline_; }
 
-  // The sources in the order of flight, for images halved `level` times.
-  std::array<SourceProjection, kNumSources> Projections(int level) const;
+  // For images halved `level` times.
+  SourceProjections Projections(int level) const;
 
   // Largest share of the reference that one source sees on the plane.
   double VisibleShare(double inverse_depth) const;
@@ -55,8 +58,8 @@ class SweepGeometry {
 
  private:
   CameraModel camera_;
-  std::array<CameraModel, kNumSources> source_cameras_;
-  std::array<SourceProjection, kNumSources> projections_;
+  std::vector<CameraModel> source_cameras_;
+  SourceProjections projections_;
   double largest_baseline_su_ = 0;
   bool has_baseline_ = false;
 };
@@ -66,8 +69,8 @@ class SweepGeometry {
 CameraModel HalvedCamera(CameraModel camera, int level);
 
 // As the kernels read them: per source A in rows, then b.
-using PackedProjections = std::array<float, 12 * kNumSources>;
-PackedProjections Pack(const std::array<SourceProjection, kNumSources>& projections);
+inline constexpr std::size_t kMostProjectionBytes = 12 * kMostSources * sizeof(float);
+std::vector<float> Pack(const SourceProjections& projections);
 
 // Range of inverse depths in which nearly all of the scene lies, from a sample of its depths: their
 // 2 % and 98 % quantiles with a margin. Empty when the sample is too small to have quantiles.

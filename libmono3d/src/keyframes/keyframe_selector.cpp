@@ -40,10 +40,11 @@ Motion MotionBetween(const Candidate& a, const Candidate& b) {
 }
 
 // Holds the latest keyframes, each within the limits of its predecessor, and looks for a chain of
-// five that ends at the newest.
+// num_images that ends at the newest.
 class BaselineKeyframeSelector final : public KeyframeSelector {
  public:
-  explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options) : options_(options) {
+  explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options)
+      : options_(options), num_images_(static_cast<std::size_t>(options.num_images)) {
     options_.Validate();
   }
 
@@ -91,11 +92,11 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return true;
   }
 
-  // Five indices into the window, ascending, the last one the newest; each step goes back as far as
-  // the limits allow, since the depth error falls with the baseline. Empty when there is no chain.
+  // Indices into the window, ascending, the last one the newest; each step goes back as far as the
+  // limits allow, since the depth error falls with the baseline. Empty when there is no chain.
   std::vector<std::size_t> FindChain() const {
     std::vector<std::size_t> chain = {window_.size() - 1};
-    while (chain.size() < kBundleSize) {
+    while (chain.size() < num_images_) {
       const std::size_t head = chain.back();
       std::optional<std::size_t> next;
       for (std::size_t i = head; i-- > 0;) {
@@ -111,7 +112,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   std::optional<ImageBundle> FindBundle() {
     const std::vector<std::size_t> chain = FindChain();
     if (chain.empty()) return std::nullopt;
-    const Candidate& reference = window_[chain[kBundleSize / 2]];
+    const Candidate& reference = window_[chain[num_images_ / 2]];
     if (last_reference_ && MotionBetween(*last_reference_, reference).baseline_ratio <
                                options_.min_reference_baseline_ratio) {
       return std::nullopt;
@@ -122,14 +123,15 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
     // The next chain ends at a newer keyframe, but its widest steps may reach back a little
     // further.
-    if (chain.front() > kBundleSize) {
+    if (chain.front() > num_images_) {
       window_.erase(window_.begin(),
-                    window_.begin() + static_cast<std::ptrdiff_t>(chain.front() - kBundleSize));
+                    window_.begin() + static_cast<std::ptrdiff_t>(chain.front() - num_images_));
     }
     return bundle;
   }
 
   KeyframeSelectorOptions options_;
+  std::size_t num_images_;
   std::vector<Candidate> window_;
   std::optional<Candidate> last_reference_;
 };
@@ -137,6 +139,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
 }  // namespace
 
 void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
+  visit("num_images", num_images, "images of a bundle: 3, 5, 7 or 9");
   visit("max_rotation_deg", max_rotation_deg, "largest rotation between neighbouring images");
   visit("min_baseline_ratio", min_baseline_ratio,
         "smallest baseline between neighbouring images, over the median depth");
@@ -147,6 +150,8 @@ void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
 }
 
 void KeyframeSelectorOptions::Validate() const {
+  RequireOption(num_images > 0 && IsBundleSize(static_cast<std::size_t>(num_images)),
+                "keyframes.num_images", kBundleSizesText, num_images);
   RequireOption(max_rotation_deg > 0 && max_rotation_deg < 90, "keyframes.max_rotation_deg",
                 "more than 0 and less than 90", max_rotation_deg);
   RequireOption(min_baseline_ratio > 0, "keyframes.min_baseline_ratio", "more than 0",

@@ -8,8 +8,8 @@
 namespace mono3d::reference {
 
 LocalVolume LocalSweep(const std::vector<std::vector<std::uint64_t>>& census,
-                       const std::array<SourceProjection, kNumSources>& projections,
-                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params) {
+                       const SourceProjections& projections, const std::vector<LocalRange>& ranges,
+                       const LocalSweepParams& params) {
   int num_planes = 0;
   for (const LocalRange& range : ranges) {
     num_planes = std::max(num_planes, range.first_plane + kNumLocalPlanes);

@@ -12,9 +12,9 @@
 namespace mono3d::reference {
 
 // Costs of the 16 planes of each pixel (local_sweep.comp), each plane projected for itself.
-// `census` holds the reference and the four sources.
+// `census` holds the reference and the sources.
 LocalVolume LocalSweep(const std::vector<std::vector<std::uint64_t>>& census,
-                       const std::array<SourceProjection, kNumSources>& projections,
-                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params);
+                       const SourceProjections& projections, const std::vector<LocalRange>& ranges,
+                       const LocalSweepParams& params);
 
 }  // namespace mono3d::reference

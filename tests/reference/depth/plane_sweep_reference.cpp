@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <span>
 
 namespace mono3d::reference {
 namespace {
@@ -29,17 +30,20 @@ std::optional<int> Distance(const CensusImages& census, std::uint64_t reference,
   return std::popcount(census[image][pixel] ^ reference);
 }
 
-// Twice the mean of those that are there.
-int SideCost(const std::optional<int>& first, const std::optional<int>& second) {
-  if (first && second) return *first + *second;
-  if (first) return 2 * *first;
-  return second ? 2 * *second : 255;
+// Twice the mean of those that are there, rounded.
+int SideCost(std::span<const std::optional<int>> distances) {
+  int sum = 0, num_valid = 0;
+  for (const std::optional<int>& distance : distances) {
+    sum += distance.value_or(0);
+    num_valid += distance ? 1 : 0;
+  }
+  return num_valid > 0 ? static_cast<int>(std::floor(2.0 * sum / num_valid + 0.5)) : 255;
 }
 
 }  // namespace
 
 std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
-                                     const std::array<SourceProjection, kNumSources>& projections,
+                                     const SourceProjections& projections,
                                      const PlaneSweepParams& params) {
   const std::size_t num_pixels = std::size_t{params.width_px} * params.height_px;
   std::vector<std::uint8_t> costs(num_pixels * params.padded_planes, 255);
@@ -47,13 +51,14 @@ std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
     const Eigen::Vector3d p(double(pixel % params.width_px), double(pixel / params.width_px), 1);
     for (std::size_t k = 0; k < params.num_planes; ++k) {
       const double w = params.inverse_depth + double(k) * params.inverse_depth_step;
-      std::array<std::optional<int>, kNumSources> distances;
-      for (std::size_t s = 0; s < kNumSources; ++s) {
+      std::vector<std::optional<int>> distances(projections.size());
+      for (std::size_t s = 0; s < projections.size(); ++s) {
         const Eigen::Vector3d at = projections[s].A * p + w * projections[s].b;
         distances[s] = Distance(census, census[0][pixel], s, at, params);
       }
-      const int cost =
-          std::min(SideCost(distances[0], distances[1]), SideCost(distances[2], distances[3]));
+      const std::span<const std::optional<int>> all(distances);
+      const int cost = std::min(SideCost(all.first(projections.size() / 2)),
+                                SideCost(all.last(projections.size() / 2)));
       costs[pixel * params.padded_planes + k] = static_cast<std::uint8_t>(cost);
     }
   }

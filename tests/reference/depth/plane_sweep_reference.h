@@ -15,9 +15,10 @@ namespace mono3d::reference {
 using CensusImages = std::vector<std::vector<std::uint64_t>>;
 
 // Costs of all planes, params.padded_planes of each pixel together: twice the mean Hamming distance
-// of the better side, 255 where no source sees the point and beyond params.num_planes.
+// of the better half of the sources, 255 where no source sees the point and beyond
+// params.num_planes.
 std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
-                                     const std::array<SourceProjection, kNumSources>& projections,
+                                     const SourceProjections& projections,
                                      const PlaneSweepParams& params);
 
 }  // namespace mono3d::reference

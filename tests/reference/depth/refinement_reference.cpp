@@ -38,10 +38,10 @@ cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter) {
   return detail;
 }
 
-std::vector<Eigen::Vector4f> PhotometricStep(
-    const std::vector<cv::Mat>& detail,
-    const std::array<SourceProjection, kNumSources>& projections,
-    const std::vector<float>& inverse_depth, const PhotometricParams& params) {
+std::vector<Eigen::Vector4f> PhotometricStep(const std::vector<cv::Mat>& detail,
+                                             const SourceProjections& projections,
+                                             const std::vector<float>& inverse_depth,
+                                             const PhotometricParams& params) {
   std::vector<Eigen::Vector4f> result;
   const int width = static_cast<int>(params.width_px);
   const int height = static_cast<int>(params.height_px);
@@ -52,7 +52,7 @@ std::vector<Eigen::Vector4f> PhotometricStep(
     const auto w = double(inverse_depth[i]);
     double gradient = 0, information = 0, support = 0;
     int num_visible = 0;
-    for (std::size_t s = 0; s < kNumSources; ++s) {
+    for (std::size_t s = 0; s < projections.size(); ++s) {
       const auto at = [&](double of) -> Eigen::Vector3d {
         return projections[s].A * Eigen::Vector3d(x, y, 1) + of * projections[s].b;
       };

@@ -17,11 +17,11 @@ namespace mono3d::reference {
 cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter);
 
 // photometric.comp: inverse depth before and after the step, its information, and the sources' mean
-// weight. `detail` holds the reference and the four sources.
-std::vector<Eigen::Vector4f> PhotometricStep(
-    const std::vector<cv::Mat>& detail,
-    const std::array<SourceProjection, kNumSources>& projections,
-    const std::vector<float>& inverse_depth, const PhotometricParams& params);
+// weight. `detail` holds the reference and the sources.
+std::vector<Eigen::Vector4f> PhotometricStep(const std::vector<cv::Mat>& detail,
+                                             const SourceProjections& projections,
+                                             const std::vector<float>& inverse_depth,
+                                             const PhotometricParams& params);
 
 struct Surface {
   std::vector<float> inverse_depth;

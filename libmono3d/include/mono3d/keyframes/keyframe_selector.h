@@ -13,7 +13,7 @@
 
 namespace mono3d {
 
-// Chooses the bundles of five images from which depth is estimated (paper, section 3.1).
+// Chooses the bundles of images from which depth is estimated (paper, section 3.1).
 class KeyframeSelector {
  public:
   virtual ~KeyframeSelector() = default;
@@ -30,8 +30,9 @@ class KeyframeSelector {
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,
 // so that nothing depends on the scale of the map or on its drift.
 struct KeyframeSelectorOptions {
-  double max_rotation_deg = 5;       // between neighbouring images (paper)
-  double min_baseline_ratio = 0.02;  // between neighbouring images (paper)
+  int num_images = static_cast<int>(kBundleSize);  // of a bundle: 3, 5, 7 or 9 (paper: 5)
+  double max_rotation_deg = 5;                     // between neighbouring images (paper)
+  double min_baseline_ratio = 0.02;                // between neighbouring images (paper)
   // Between neighbouring images: tan(5 degrees), the baseline of an orbit's largest step, so that a
   // straight flight changes the viewing angle no more than an orbit does.
   double max_baseline_ratio = 0.0875;
