@@ -19,28 +19,8 @@ layout(binding = 1, std430) writeonly buffer Census {
 };
 
 #define WORDS images
+#include "depth/census.glsl"
 #include "depth/three_words.glsl"
-
-const uint kHigh = 0x80808080u;
-
-// The high bit of each byte is set where a < b, for unsigned bytes; the others mean nothing.
-uint Less(uint a, uint b) {
-  const uint low_not_less = (a | kHigh) - (b & ~kHigh);
-  return (~a & b) | (~(a ^ b) & ~low_not_less);
-}
-
-// Words of the pixels to the left of those of `here` by 1 to 3, and to the right.
-#define LEFT(n) ((before >> (32 - 8 * n)) | (here << (8 * n)))
-#define RIGHT(n) ((here >> (8 * n)) | (after << (32 - 8 * n)))
-#define UNPACK(row) before = row.x; here = row.y; after = row.z
-
-// One more bit of each of the four pixels, on top of those before.
-#define PUT(bits, neighbours) bits = (bits >> 1) | (Less(neighbours, centre) & kHigh)
-
-// Byte p of a, b, c and d.
-#define WORD(a, b, c, d, p) \
-  ((((a) >> (8 * p)) & 0xffu) | ((((b) >> (8 * p)) & 0xffu) << 8) | \
-   ((((c) >> (8 * p)) & 0xffu) << 16) | ((((d) >> (8 * p)) & 0xffu) << 24))
 
 // Census of the four pixels in the middle of seven rows of three words, to two texels.
 void StoreCensus(uvec3 r0, uvec3 r1, uvec3 r2, uvec3 r3, uvec3 r4, uvec3 r5, uvec3 r6, int texel) {

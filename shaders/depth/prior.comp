@@ -3,7 +3,7 @@
 
 // From the depth and normals of one level to the planes that each pixel of the next finer level is
 // matched on. The level has one grid of planes; a pixel takes the 16 of it around its prior, which
-// is the depth of the coarse pixel it lies in, carried along its surface. The range is moved so that
+// is the depth of the coarse pixel it lies in, the same for the four. The range is moved so that
 // the depths of the neighbourhood lie in it as well, as far as it goes: a thin structure or a step
 // that the coarse level lost can come back.
 //
@@ -64,12 +64,6 @@ uint Jump(vec2 slope, float dx, float dy, int direction) {
   return (uint(jump) & 15u) << (4 * direction);
 }
 
-uint Grey(int x, int y) {
-  const uint word =
-      imageLoad(image, PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y)).x;
-  return (word >> (8 * (x & 3))) & 0xffu;
-}
-
 void main() {
   const int column = int(gl_GlobalInvocationID.x);
   const int row = int(gl_GlobalInvocationID.y);
@@ -99,20 +93,24 @@ void main() {
   const float around = 0.5 * (Position(nearest) + Position(farthest));
   const float spread = Position(nearest) - Position(farthest);
 
-  [[unroll]] for (int i = 0; i < 4; ++i) {
-    const int x = 2 * column + (i & 1);
-    const int y = 2 * row + (i >> 1);
-    const vec2 from_centre = vec2((i & 1) == 0 ? -0.5 : 0.5, (i >> 1) == 0 ? -0.5 : 0.5);
-    const float position = coarse_position + dot(slope, from_centre);
-    // The middle of the neighbourhood, but never so that the prior's own margin is left.
-    const float middle = found ? around : position;
-    const float centre = clamp(middle, position - reach, position + reach);
-    const float wanted = floor(centre - 0.5 * kNumPlanes + 1.0);
-    const float first = clamp(wanted, 0.0, most);
-    const bool narrow = found && first == wanted && spread <= 0.5 * kNumPlanes - 2.0 * kMargin;
-    if (x < int(params.width_px) && y < int(params.height_px)) {
-      ranges[LocalPixel(x, y, int(params.height_px))] =
-          uvec2(uint(first) | (Grey(x, y) << 16) | (narrow ? kNarrow : 0u), jumps);
+  // The middle of the neighbourhood, but never so that the prior's own margin is left.
+  const float middle = found ? around : coarse_position;
+  const float centre = clamp(middle, coarse_position - reach, coarse_position + reach);
+  const float wanted = floor(centre - 0.5 * kNumPlanes + 1.0);
+  const float first = clamp(wanted, 0.0, most);
+  const bool narrow = found && first == wanted && spread <= 0.5 * kNumPlanes - 2.0 * kMargin;
+  const uint range = uint(first) | (narrow ? kNarrow : 0u);
+
+  const int words_per_row = int(PaddedWordsPerRow(params.width_px));
+  [[unroll]] for (int i = 0; i < 2; ++i) {
+    const int x = 2 * column;
+    const int y = 2 * row + i;
+    const uint greys = imageLoad(image, PaddedWordIndex(words_per_row, x >> 2, y)).x >> (8 * (x & 2));
+    if (y < int(params.height_px)) {
+      const int pixel = LocalPixel(x, y, int(params.height_px));
+      ranges[pixel] = uvec2(range | ((greys & 0xffu) << 16), jumps);
+      // In a column of pixels the next one is there, if only as a place that nobody reads.
+      ranges[pixel + 1] = uvec2(range | ((greys & 0xff00u) << 8), jumps);
     }
   }
 }

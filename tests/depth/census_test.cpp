@@ -3,6 +3,8 @@
 
 #include "depth/census.h"
 
+#include "depth/local_census.h"
+#include "depth/local_testing.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/census_reference.h"
 
@@ -50,6 +52,20 @@ TEST(CensusTransform, EqualsReferenceBitForBit) {
     const std::vector<std::uint64_t> second = reference::Census(images[1]);
     expected.insert(expected.end(), second.begin(), second.end());
     EXPECT_EQ(CensusOnDevice(images), expected) << size.width_px << "x" << size.height_px;
+  }
+}
+
+TEST(LocalCensus, EqualsReferenceBitForBit) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSizes) {
+    const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
+    const Buffer census = MakeBuffer<std::uint32_t>(4 * 2 * NumLocalCensusTexels(size));
+    Recorder recorder(TestDevice());
+    LocalCensusStage(TestDevice()).Record(recorder, ImagesToBuffer(images), size, 2, census);
+    recorder.Submit();
+    const reference::LocalCensus expected = {reference::HalfCensus(images[0]),
+                                             reference::HalfCensus(images[1])};
+    EXPECT_EQ(LocalCensusOf(census, size, 2), expected) << size.width_px << "x" << size.height_px;
   }
 }
 

@@ -3,8 +3,13 @@
 
 #include "depth/local_testing.h"
 
+#include <gtest/gtest.h>
+
+#include "depth/local_census.h"
+
 namespace mono3d {
 
+using reference::LocalCensus;
 using reference::LocalRange;
 using reference::LocalVolume;
 
@@ -29,6 +34,44 @@ Buffer LocalToBuffer(const std::vector<LocalRange>& ranges, LevelSize size) {
     }
   }
   return ToBuffer(words);
+}
+
+namespace {
+
+// Number of the first word of a texel.
+std::size_t LocalCensusWord(LevelSize size, std::size_t image, std::size_t pixel) {
+  const std::size_t x = pixel % size.width_px;
+  const std::size_t y = pixel / size.width_px;
+  return 4 * (image * NumLocalCensusTexels(size) + 1 + y * 2 * size.groups_per_row() + x / 2);
+}
+
+}  // namespace
+
+Buffer LocalToBuffer(const LocalCensus& census, LevelSize size) {
+  std::vector<std::uint32_t> words(4 * NumLocalCensusTexels(size) * census.size(), 0);
+  for (std::size_t i = 0; i < census.size(); ++i) {
+    for (std::size_t pixel = 0; pixel < census[i].size(); ++pixel) {
+      const std::size_t at = LocalCensusWord(size, i, pixel) + pixel % size.width_px % 2;
+      words[at] = census[i][pixel];
+      words[at - 2] = census[i][pixel];  // of the texel before
+    }
+  }
+  return ToBuffer(words);
+}
+
+LocalCensus LocalCensusOf(const Buffer& buffer, LevelSize size, std::size_t num_images) {
+  const auto words = buffer.Download<std::uint32_t>();
+  LocalCensus census(num_images);
+  for (std::size_t i = 0; i < num_images; ++i) {
+    for (std::size_t pixel = 0; pixel < size.num_pixels(); ++pixel) {
+      const std::size_t x = pixel % size.width_px;
+      const std::size_t at = LocalCensusWord(size, i, pixel) + x % 2;
+      // Pixels from the third of a row on lie in two texels.
+      EXPECT_TRUE(x < 2 || words[at] == words[at - 2]);
+      census[i].push_back(words[at]);
+    }
+  }
+  return census;
 }
 
 LocalVolume LocalVolumeOf(const Buffer& buffer, LevelSize size, std::size_t volume) {

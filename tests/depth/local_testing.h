@@ -8,6 +8,7 @@
 #include "depth/local_volume.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/local_sgm_reference.h"
+#include "reference/depth/local_sweep_reference.h"
 
 namespace mono3d {
 
@@ -22,7 +23,11 @@ inline std::size_t LocalIndex(LevelSize size, std::size_t pixel) {
 Buffer LocalToBuffer(const reference::LocalVolume& volume, LevelSize size);
 Buffer LocalToBuffer(const std::vector<reference::LocalRange>& ranges, LevelSize size);
 
+// The census of images, in the texels of depth/local_census.h.
+Buffer LocalToBuffer(const reference::LocalCensus& census, LevelSize size);
+
 // And back.
+reference::LocalCensus LocalCensusOf(const Buffer& buffer, LevelSize size, std::size_t num_images);
 reference::LocalVolume LocalVolumeOf(const Buffer& buffer, LevelSize size, std::size_t volume);
 std::vector<reference::LocalRange> LocalRangesOf(const Buffer& buffer, LevelSize size);
 

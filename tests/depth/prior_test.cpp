@@ -92,17 +92,10 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
 }
 
 void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
-  std::uniform_int_distribution<std::uint64_t> bits(0, (std::uint64_t{1} << 62) - 1);
-  std::vector<std::vector<std::uint64_t>> census(1 + num_sources);
-  const std::size_t plane = kFine.num_strided_pixels();
-  std::vector<std::uint32_t> words(2 * plane * census.size());
-  for (std::size_t i = 0; i < census.size(); ++i) {
+  reference::LocalCensus census(1 + num_sources);
+  for (auto& image : census) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
-      census[i].push_back(bits(random));
-      const std::size_t at =
-          2 * (i * plane + p / kFine.width_px * 4 * kFine.groups_per_row() + p % kFine.width_px);
-      words[at] = static_cast<std::uint32_t>(census[i][p]);
-      words[at + 1] = static_cast<std::uint32_t>(census[i][p] >> 32);
+      image.push_back(static_cast<std::uint32_t>(random()));
     }
   }
   // Cameras on a line that also moves forward a little, a pixel a plane at the ends.
@@ -122,8 +115,8 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   const Buffer costs = MakeBuffer<std::uint8_t>(kLocalPlanes * NumLocalPixels(kFine));
   Recorder recorder(TestDevice());
   LocalSweepStage(TestDevice())
-      .Record(recorder, num_sources, params, ToBuffer(words), ToBuffer(Pack(projections)),
-              LocalToBuffer(ranges, kFine), costs);
+      .Record(recorder, num_sources, params, LocalToBuffer(census, kFine),
+              ToBuffer(Pack(projections)), LocalToBuffer(ranges, kFine), costs);
   recorder.Submit();
   const auto found = LocalVolumeOf(costs, kFine, 0);
   const auto expected = reference::LocalSweep(census, projections, ranges, params);
@@ -136,7 +129,7 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
 
 TEST(LocalSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
-  for (const std::size_t num_sources : {2, 4, 6, 8}) {
+  for (const std::size_t num_sources : {2, 4, 8}) {
     ExpectSweepEqualsReference(num_sources, random);
   }
 }

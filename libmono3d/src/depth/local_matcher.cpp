@@ -19,7 +19,7 @@ std::uint64_t PathBytes(LevelSize size) {
 }
 
 std::uint64_t CensusBytes(LevelSize size, std::size_t num_sources) {
-  return std::uint64_t{8} * (1 + num_sources) * size.num_strided_pixels();
+  return std::uint64_t{16} * (1 + num_sources) * NumLocalCensusTexels(size);
 }
 
 }  // namespace
@@ -29,7 +29,7 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       options_(options),
       normals_stage_(device_),
       prior_(device_),
-      census_stage_(device_),
+      local_census_(device_),
       sweep_(device_),
       sgm_(device_, options.sgm),
       winner_(device_, kNumPaths),
@@ -95,7 +95,7 @@ void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level,
   // Bound even where it is not written.
   Reserve(more_paths_, device_, NumPaths(level) > kFewPaths ? PathBytes(plan.size) : 16,
           "depth/more_paths");
-  census_stage_.Record(recorder, images, plan.size, static_cast<std::uint32_t>(1 + num_sources),
+  local_census_.Record(recorder, images, plan.size, static_cast<std::uint32_t>(1 + num_sources),
                        census_);
   sweep_.Record(recorder, num_sources,
                 {.width_px = plan.size.width_px,

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "depth/census.h"
+#include "depth/local_census.h"
 #include "depth/local_sgm.h"
 #include "depth/local_sweep.h"
 #include "depth/local_winner.h"
@@ -57,7 +57,7 @@ class LocalMatcher {
   DepthEstimatorOptions options_;
   NormalsStage normals_stage_;
   PriorStage prior_;
-  CensusStage census_stage_;
+  LocalCensusStage local_census_;
   LocalSweepStage sweep_;
   LocalSgmStage sgm_;
   LocalWinnerStage winner_;

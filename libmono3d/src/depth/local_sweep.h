@@ -12,8 +12,9 @@
 
 namespace mono3d {
 
-// Matching costs of the planes around the prior (shaders/depth/local_sweep.comp). `census` holds
-// the reference and then the sources; `costs` gets kLocalPlanes bytes for each of NumLocalPixels.
+// Matching costs of the planes around the prior (shaders/depth/local_sweep.comp). `census` is
+// local_census.h's of the reference and then the sources; `costs` gets kLocalPlanes bytes for each
+// of NumLocalPixels.
 class LocalSweepStage {
  public:
   explicit LocalSweepStage(std::shared_ptr<Device> device);

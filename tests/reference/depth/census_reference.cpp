@@ -7,7 +7,11 @@
 
 namespace mono3d::reference {
 
-std::vector<std::uint64_t> Census(const cv::Mat& grey) {
+namespace {
+
+// Of the neighbours that `wanted(dx, dy)` chooses.
+template <typename Wanted>
+std::vector<std::uint64_t> CensusOf(const cv::Mat& grey, const Wanted& wanted) {
   std::vector<std::uint64_t> census;
   for (int y = 0; y < grey.rows; ++y) {
     for (int x = 0; x < grey.cols; ++x) {
@@ -15,7 +19,7 @@ std::vector<std::uint64_t> Census(const cv::Mat& grey) {
       int n = 0;
       for (int dy = -3; dy <= 3; ++dy) {
         for (int dx = -4; dx <= 4; ++dx) {
-          if (dx == 0 && dy == 0) continue;
+          if (!wanted(dx, dy)) continue;
           const int row = std::clamp(y + dy, 0, grey.rows - 1);
           const int column = std::clamp(x + dx, 0, grey.cols - 1);
           const bool darker = grey.at<std::uint8_t>(row, column) < grey.at<std::uint8_t>(y, x);
@@ -26,6 +30,19 @@ std::vector<std::uint64_t> Census(const cv::Mat& grey) {
     }
   }
   return census;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> Census(const cv::Mat& grey) {
+  return CensusOf(grey, [](int dx, int dy) { return dx != 0 || dy != 0; });
+}
+
+std::vector<std::uint32_t> HalfCensus(const cv::Mat& grey) {
+  const auto census = CensusOf(grey, [](int dx, int dy) { return (dx + dy) % 2 != 0; });
+  std::vector<std::uint32_t> result;
+  for (const std::uint64_t bits : census) result.push_back(static_cast<std::uint32_t>(bits));
+  return result;
 }
 
 }  // namespace mono3d::reference

@@ -13,4 +13,8 @@ namespace mono3d::reference {
 // the top left without the centre, is darker than the centre. Borders are repeated.
 std::vector<std::uint64_t> Census(const cv::Mat& grey);
 
+// The same of those neighbours alone whose column and row differ from the centre's by an odd number
+// in sum.
+std::vector<std::uint32_t> HalfCensus(const cv::Mat& grey);
+
 }  // namespace mono3d::reference

@@ -3,32 +3,52 @@
 
 #include "reference/depth/local_sweep_reference.h"
 
-#include "reference/depth/plane_sweep_reference.h"
+#include <algorithm>
+#include <bit>
+#include <cmath>
 
 namespace mono3d::reference {
+namespace {
 
-LocalVolume LocalSweep(const std::vector<std::vector<std::uint64_t>>& census,
-                       const SourceProjections& projections, const std::vector<LocalRange>& ranges,
-                       const LocalSweepParams& params) {
-  int num_planes = 0;
-  for (const LocalRange& range : ranges) {
-    num_planes = std::max(num_planes, range.first_plane + kNumLocalPlanes);
+// Four times the mean over the sources `first` to `last` - 1 that see the block of `pixel`.
+int SideCost(const LocalCensus& census, const SourceProjections& projections, std::size_t first,
+             std::size_t last, std::size_t pixel, double w, const LocalSweepParams& params) {
+  const int width = static_cast<int>(params.width_px);
+  const int height = static_cast<int>(params.height_px);
+  const int x = static_cast<int>(pixel) % width;
+  const int y = static_cast<int>(pixel) / width;
+  const Eigen::Vector3d middle(x / 2 * 2 + 0.5, y / 2 * 2 + 0.5, 1);
+  int sum = 0, num_visible = 0;
+  for (std::size_t s = first; s < last; ++s) {
+    const Eigen::Vector3d at = projections[s].A * middle + w * projections[s].b;
+    const int column = static_cast<int>(std::floor(at.x() / at.z()));
+    const int row = static_cast<int>(std::floor(at.y() / at.z()));
+    if (at.z() <= 0 || column < 0 || row < 0 || column > width - 2 || row > height - 2) continue;
+    const auto place = static_cast<std::size_t>((row + y % 2) * width + column + x % 2);
+    sum += std::popcount(census[1 + s][place] ^ census[0][pixel]);
+    ++num_visible;
   }
-  // All planes of all pixels, of which each takes its own.
-  const PlaneSweepParams all{.width_px = params.width_px,
-                             .height_px = params.height_px,
-                             .num_planes = static_cast<std::uint32_t>(num_planes),
-                             .padded_planes = static_cast<std::uint32_t>(num_planes),
-                             .positions_per_px = 1,
-                             .inverse_depth = params.inverse_depth,
-                             .inverse_depth_step = params.inverse_depth_step};
-  const std::vector<std::uint8_t> costs = PlaneSweep(census, projections, all);
+  return num_visible > 0 ? static_cast<int>(std::floor(4.0 * sum / num_visible + 0.5)) : 255;
+}
+
+}  // namespace
+
+LocalVolume LocalSweep(const LocalCensus& census, const SourceProjections& projections,
+                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params) {
+  const std::size_t num_sources = projections.size();
   LocalVolume local(ranges.size());
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    const std::size_t x = pixel % params.width_px;
+    const std::size_t y = pixel / params.width_px;
+    const LocalRange& range = ranges[y / 2 * 2 * params.width_px + x / 2 * 2];
     for (std::size_t d = 0; d < local[pixel].size(); ++d) {
-      const bool matched = !ranges[pixel].narrow || (d >= 4 && d < 12);
-      const std::size_t plane = static_cast<std::size_t>(ranges[pixel].first_plane) + d;
-      local[pixel][d] = matched ? costs[pixel * all.padded_planes + plane] : std::uint8_t{255};
+      const double w = params.inverse_depth +
+                       (range.first_plane + double(d)) * double(params.inverse_depth_step);
+      const int before = SideCost(census, projections, 0, num_sources / 2, pixel, w, params);
+      const int after =
+          SideCost(census, projections, num_sources / 2, num_sources, pixel, w, params);
+      const bool matched = !range.narrow || (d >= 4 && d < 12);
+      local[pixel][d] = static_cast<std::uint8_t>(matched ? std::min(before, after) : 255);
     }
   }
   return local;

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "depth/local_sweep.params.h"
@@ -11,10 +12,11 @@
 
 namespace mono3d::reference {
 
+// The census of half of the neighbours of each image: the reference, then the sources.
+using LocalCensus = std::vector<std::vector<std::uint32_t>>;
+
 // Costs of the 16 planes of each pixel (local_sweep.comp), each plane projected for itself.
-// `census` holds the reference and the sources.
-LocalVolume LocalSweep(const std::vector<std::vector<std::uint64_t>>& census,
-                       const SourceProjections& projections, const std::vector<LocalRange>& ranges,
-                       const LocalSweepParams& params);
+LocalVolume LocalSweep(const LocalCensus& census, const SourceProjections& projections,
+                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params);
 
 }  // namespace mono3d::reference

@@ -61,7 +61,7 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
         if (coarse_depth[own] > 0) {
           const auto w = double(coarse_depth[own]);
           slope = Slope(coarse_normals[own].cast<double>(), x / 2, y / 2, w, params);
-          position = plane_of(w) + slope.x() * (x % 2 - 0.5) + slope.y() * (y % 2 - 0.5);
+          position = plane_of(w);
         }
       }
       if (around.empty()) middle = position;
