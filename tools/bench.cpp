@@ -2,7 +2,7 @@
 // Copyright the mono3d authors
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
-// and what a depth map costs.
+// and what a depth map and a tracked frame cost.
 
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +10,7 @@
 #include "bench/depth_bench.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
+#include "bench/tracking_command.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
@@ -120,19 +121,25 @@ int main(int argc, char** argv) {
   using namespace mono3d::tools;
   Tool tool("mono3d-bench",
             "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
-            "or measures what a depth map costs.\n"
+            "or measures what a depth map or a tracked frame costs.\n"
             "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
             ToolKind::kPlain);
   tool.app().require_subcommand(1);
   CLI::App& suite = *tool.app().add_subcommand("suite", "all sequences of a folder");
   CLI::App& depth = *tool.app().add_subcommand("depth", "what a depth map costs, by stage");
+  CLI::App& tracking = *tool.app().add_subcommand(
+      "tracking", "tracking alone: share of frames, errors, what a frame costs");
   Arguments arguments;
   AddSuiteArguments(suite, arguments);
   DepthBenchOptions depth_options;
   mono3d::DeviceOptions device;
-  std::string depth_json;
-  AddDepthArguments(depth, depth_options, device, depth_json);
+  std::string json;  // of either bench of one room
+  AddDepthArguments(depth, depth_options, device, json);
+  TrackingBenchOptions tracking_options;
+  AddTrackingArguments(tracking, tracking_options, json);
   return tool.Run(argc, argv, [&] {
-    return depth.parsed() ? RunDepthBench(depth_options, device, depth_json) : RunBench(arguments);
+    if (depth.parsed()) return RunDepthBench(depth_options, device, json);
+    if (tracking.parsed()) return RunTrackingBench(tracking_options, json);
+    return RunBench(arguments);
   });
 }

@@ -24,6 +24,7 @@ using testing::Not;
 // Small images and few frames keep the test short; the chain is the same.
 constexpr const char* kSmall =
     " -- --resize 384x224 --max-frames 40 --tracking.features.num_features 600";
+constexpr double kClockTick_ms = 20;  // the clocks of a process and of its threads differ by less
 
 // A suite of the shipped sequence and one that is none, run once for all tests.
 class BenchRun : public testing::Test {
@@ -212,6 +213,31 @@ TEST(Process, ReportsExitSignalAndTimeLimit) {
   EXPECT_EQ(RunProcess({"/bin/sleep", "60"}, log, 0, stopped).ending, "stopped");
   EXPECT_THROW(RunProcess({"/no/such/program"}, log, 0, stop), std::exception);
   std::filesystem::remove(log);
+}
+
+TEST(TrackingBench, MeasuresWhatAFrameCostsAndHowFarItIsOff) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_tracking_bench";
+  std::filesystem::create_directories(folder);
+  const std::string command = std::string(MONO3D_BENCH_TOOL) + " tracking " + MONO3D_EXAMPLE +
+                              " --json " + (folder / "tracking.json").string();
+  const CommandResult result = RunCommand(command, folder);
+  EXPECT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("CPU of the tracking thread"),
+                                   HasSubstr("tracking/local_bundle_adjustment")));
+  const Json json = Json::parse(std::ifstream(folder / "tracking.json"));
+  EXPECT_EQ(json.at("frames_with_pose"), json.at("frames"));
+  EXPECT_EQ(json.at("maps"), 1);
+  constexpr double kMaxShare = 0.005;  // of the depth: half a percent, where it is sound
+  EXPECT_LT(json.at("final_rmse_m").get<double>(),
+            kMaxShare * json.at("mean_depth_m").get<double>());
+  EXPECT_GE(json.at("cpu_ms_per_frame").get<double>() + kClockTick_ms,
+            json.at("thread_cpu_ms_per_frame").get<double>());
+  EXPECT_GT(json.at("stages").at("tracking/frame_tracking").at("calls"), 0);
+
+  const CommandResult refused = RunCommand(command + " --mean-depth -1", folder);
+  EXPECT_EQ(refused.exit_status, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("--mean-depth"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(DepthBench, MeasuresTheStagesOfAMap) {

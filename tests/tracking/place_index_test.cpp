@@ -85,6 +85,19 @@ TEST(PlaceIndex, PutsThePlaceThatSharesMoreFirst) {
   EXPECT_EQ(matches[1].num_votes, 20);
 }
 
+TEST(PlaceIndex, LeavesOutTheKeyframesThatAreNotAskedFor) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> features = RandomFeatures(50, random);
+  PlaceIndex index;
+  for (KeyframeId id = 0; id < 3; ++id) index.Add(id, features);
+  const std::vector<PlaceMatch> matches = index.Query(features, 5, {1, 0});
+  ASSERT_EQ(matches.size(), 2U);
+  EXPECT_EQ(matches[0].keyframe, 1U);
+  EXPECT_EQ(matches[0].num_votes, 50);
+  EXPECT_EQ(matches[1].keyframe, 2U);                           // beyond the list
+  EXPECT_TRUE(index.Query(features, 5, {1, 1, 1, 1}).empty());  // longer than there are keyframes
+}
+
 TEST(PlaceIndex, ForgetsAKeyframeAndUsesItsRoomAgain) {
   std::mt19937_64 random(SeedFromTestName());
   const std::vector<Feature> first = RandomFeatures(50, random);

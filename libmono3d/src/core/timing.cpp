@@ -7,10 +7,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 namespace mono3d {
 
-void StageTimes::Add(std::string_view stage, double wall_ms, double gpu_ms) {
+void StageTimes::Add(std::string_view stage, double wall_ms, double gpu_ms, double cpu_ms) {
   const std::lock_guard lock(mutex_);
   auto it = std::find_if(times_.begin(), times_.end(),
                          [&](const StageTime& time) { return time.stage == stage; });
@@ -18,6 +19,7 @@ void StageTimes::Add(std::string_view stage, double wall_ms, double gpu_ms) {
   ++it->num_calls;
   it->wall_ms += wall_ms;
   it->gpu_ms += gpu_ms;
+  it->cpu_ms += cpu_ms;
 }
 
 std::vector<StageTime> StageTimes::Snapshot() const {
@@ -26,15 +28,22 @@ std::vector<StageTime> StageTimes::Snapshot() const {
 }
 
 ScopedStageTimer::ScopedStageTimer(StageTimes* times, std::string_view stage)
-    : times_(times), stage_(stage), start_ms_(WallClockMs()) {}
+    : times_(times), stage_(stage), start_ms_(WallClockMs()), start_cpu_ms_(ThreadCpuMs()) {}
 
 ScopedStageTimer::~ScopedStageTimer() {
-  if (times_ != nullptr) times_->Add(stage_, WallClockMs() - start_ms_);
+  if (times_ == nullptr) return;
+  times_->Add(stage_, WallClockMs() - start_ms_, 0, ThreadCpuMs() - start_cpu_ms_);
 }
 
 double WallClockMs() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration<double, std::milli>(now).count();
+}
+
+double ThreadCpuMs() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
 double ProcessCpuMs() {

@@ -177,8 +177,10 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
 Json StagesJson(const std::vector<StageTime>& stages) {
   Json json = Json::object();
   for (const StageTime& stage : stages) {
-    json[stage.stage] = {
-        {"calls", stage.num_calls}, {"wall_ms", stage.wall_ms}, {"gpu_ms", stage.gpu_ms}};
+    json[stage.stage] = {{"calls", stage.num_calls},
+                         {"wall_ms", stage.wall_ms},
+                         {"gpu_ms", stage.gpu_ms},
+                         {"cpu_ms", stage.cpu_ms}};
   }
   return json;
 }

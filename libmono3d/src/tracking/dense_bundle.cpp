@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -30,6 +31,22 @@ struct Camera {
   Eigen::Vector3d t;
 };
 
+// Of the weighted residual, less its sign: what the residual shrinks by.
+struct Derivatives {
+  Eigen::Vector2d error;
+  std::array<Eigen::Vector3d, 2> by_point;  // gradient of x, of y
+  std::array<Vector6d, 2> by_view;          // (omega, dt)
+};
+
+// hessian += J' J, column by column: the compiler makes straight code of it.
+template <int kSize>
+void AddSquare(const std::array<Eigen::Matrix<double, kSize, 1>, 2>& rows,
+               Eigen::Matrix<double, kSize, kSize>& hessian) {
+  for (int column = 0; column < kSize; ++column) {
+    hessian.col(column) += rows[0][column] * rows[0] + rows[1][column] * rows[1];
+  }
+}
+
 class DenseBundle {
  public:
   DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust);
@@ -39,6 +56,7 @@ class DenseBundle {
  private:
   static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
   double Cost(const std::vector<Camera>& cameras, const std::vector<Eigen::Vector3d>& points) const;
+  Derivatives Derive(const Term& term, const Camera& camera, const Eigen::Vector3d& p_world) const;
   void Linearise(const std::vector<Camera>& cameras);
   void EliminatePoints(double damping);
   bool Solve(double damping);
@@ -114,40 +132,56 @@ double DenseBundle::Cost(const std::vector<Camera>& cameras,
   return cost;
 }
 
+Derivatives DenseBundle::Derive(const Term& term, const Camera& camera,
+                                const Eigen::Vector3d& p_world) const {
+  const CameraModel& model = problem_.camera;
+  const Eigen::Vector3d r = camera.R * p_world;
+  const Eigen::Vector3d p_cam = r + camera.t;
+  const double inverse_z = 1 / p_cam.z();
+  const double x = p_cam.x() * inverse_z;
+  const double y = p_cam.y() * inverse_z;
+  Derivatives at;
+  at.error.x() = term.inverse_sigma * (term.pixel.x() - (model.fx * x + model.cx));
+  at.error.y() = term.inverse_sigma * (term.pixel.y() - (model.fy * y + model.cy));
+  const double weight = Weight(at.error.squaredNorm());
+  const double root_weight = weight == 1 ? 1 : std::sqrt(weight);
+  at.error *= root_weight;
+  // By p_cam: (a, 0, c) and (0, b, d).
+  const double a = root_weight * term.inverse_sigma * inverse_z * model.fx;
+  const double b = root_weight * term.inverse_sigma * inverse_z * model.fy;
+  const double c = -a * x;
+  const double d = -b * y;
+  for (int i = 0; i < 3; ++i) {
+    at.by_point[0][i] = a * camera.R(0, i) + c * camera.R(2, i);
+    at.by_point[1][i] = b * camera.R(1, i) + d * camera.R(2, i);
+  }
+  // By omega, of Exp(omega) r: r x (a, 0, c) and r x (0, b, d).
+  at.by_view[0] << c * r.y(), a * r.z() - c * r.x(), -a * r.y(), a, 0, c;
+  at.by_view[1] << d * r.y() - b * r.z(), -d * r.x(), b * r.x(), 0, b, d;
+  return at;
+}
+
 void DenseBundle::Linearise(const std::vector<Camera>& cameras) {
   view_hessians_.assign(free_views_.size(), Matrix6d::Zero());
   view_gradient_.setZero(static_cast<Eigen::Index>(6 * free_views_.size()));
   point_hessians_.assign(problem_.p_world.size(), Eigen::Matrix3d::Zero());
   point_gradients_.assign(problem_.p_world.size(), Eigen::Vector3d::Zero());
   mixed_.resize(terms_.size());
-  const CameraModel& model = problem_.camera;
   for (std::size_t point = 0; point < problem_.p_world.size(); ++point) {
+    const Eigen::Vector3d& p_world = problem_.p_world[point];
     for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {
       const Term& term = terms_[k];
-      const Camera& camera = cameras[term.view];
-      const Eigen::Vector3d rotated = camera.R * problem_.p_world[point];
-      const Eigen::Vector3d p_cam = rotated + camera.t;
-      Eigen::Vector2d error = term.inverse_sigma * (term.pixel - model.Project(p_cam));
-      const double root_weight = std::sqrt(Weight(error.squaredNorm()));
-      error *= root_weight;
-      const double inverse_z = root_weight * term.inverse_sigma / p_cam.z();
-      Eigen::Matrix<double, 2, 3> by_p_cam;
-      by_p_cam << model.fx * inverse_z, 0, -model.fx * p_cam.x() / p_cam.z() * inverse_z,  //
-          0, model.fy * inverse_z, -model.fy * p_cam.y() / p_cam.z() * inverse_z;
-      const Eigen::Matrix<double, 2, 3> by_point = by_p_cam * camera.R;
-      point_hessians_[point].noalias() += by_point.transpose() * by_point;
-      point_gradients_[point].noalias() += by_point.transpose() * error;
+      const Derivatives at = Derive(term, cameras[term.view], p_world);
+      AddSquare(at.by_point, point_hessians_[point]);
+      point_gradients_[point] += at.error.x() * at.by_point[0] + at.error.y() * at.by_point[1];
       if (!term.free_view) continue;
-      Eigen::Matrix3d cross;  // d (Exp(omega) r) / d omega = -[r]x
-      cross << 0, rotated.z(), -rotated.y(), -rotated.z(), 0, rotated.x(), rotated.y(),
-          -rotated.x(), 0;
-      Eigen::Matrix<double, 2, 6> by_view;
-      by_view.leftCols<3>().noalias() = by_p_cam * cross;
-      by_view.rightCols<3>() = by_p_cam;
-      view_hessians_[*term.free_view].noalias() += by_view.transpose() * by_view;
-      view_gradient_.segment<6>(static_cast<Eigen::Index>(6 * *term.free_view)).noalias() +=
-          by_view.transpose() * error;
-      mixed_[k].noalias() = by_view.transpose() * by_point;
+      AddSquare(at.by_view, view_hessians_[*term.free_view]);
+      view_gradient_.segment<6>(static_cast<Eigen::Index>(6 * *term.free_view)) +=
+          at.error.x() * at.by_view[0] + at.error.y() * at.by_view[1];
+      for (int column = 0; column < 3; ++column) {
+        mixed_[k].col(column) =
+            at.by_point[0][column] * at.by_view[0] + at.by_point[1][column] * at.by_view[1];
+      }
     }
   }
 }

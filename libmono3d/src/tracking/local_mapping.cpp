@@ -18,6 +18,9 @@ namespace {
 // Keyframes after this many newer ones in their bundle adjustments have settled.
 constexpr int kMinNewer = 2;
 
+// The next keyframe adjusts nearly the same again: what a further step would gain comes with it.
+constexpr BundleOptions kLocalAdjustment{.min_gain = 1e-3};
+
 // A bundle problem and where its parts come from.
 struct MapBundle {
   BundleProblem problem;
@@ -89,25 +92,32 @@ void CountNewer(std::vector<KeyframeId> adjusted, Map& map) {
   }
 }
 
+// Do three others have as fine a look at the point of a feature as its keyframe, or finer?
+bool IsSeenByOthers(const Map& map, KeyframeId id, std::size_t feature) {
+  const View& view = map.keyframe(id).view;
+  int num_others = 0;
+  for (const Observation& observation : map.point(*view.points[feature]).observations) {
+    if (observation.keyframe == id) continue;
+    const View& other = map.keyframe(observation.keyframe).view;
+    const int level = other.features[observation.feature].level;
+    num_others += level <= view.features[feature].level + 1 ? 1 : 0;
+    if (num_others >= 3) return true;
+  }
+  return false;
+}
+
 bool IsRedundant(const Map& map, KeyframeId id, double max_share) {
   const View& view = map.keyframe(id).view;
-  int num_points = 0;
-  int num_seen_by_others = 0;
+  const auto num_points = static_cast<double>(std::count_if(
+      view.points.begin(), view.points.end(), [](const auto& point) { return point.has_value(); }));
+  // Most keyframes are out of the question after a few points.
+  int num_missed = 0;
   for (std::size_t feature = 0; feature < view.points.size(); ++feature) {
-    const std::optional<PointId> point = view.points[feature];
-    if (!point) continue;
-    ++num_points;
-    int num_others = 0;
-    for (const Observation& observation : map.point(*point).observations) {
-      if (observation.keyframe == id) continue;
-      const View& other = map.keyframe(observation.keyframe).view;
-      // As fine a look at the point as this one has, or finer.
-      const int level = other.features[observation.feature].level;
-      num_others += level <= view.features[feature].level + 1 ? 1 : 0;
-    }
-    num_seen_by_others += num_others >= 3 ? 1 : 0;
+    if (!view.points[feature] || IsSeenByOthers(map, id, feature)) continue;
+    ++num_missed;
+    if (num_points - num_missed <= max_share * num_points) return false;
   }
-  return num_seen_by_others > max_share * num_points;
+  return num_points > 0;
 }
 
 // The keyframe of a lower number that shares most with one, else the next lower one.
@@ -201,7 +211,7 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
     adjusted.erase(adjusted.begin());
   }
   MapBundle bundle = Collect(map, adjusted, fixed);
-  const BundleReport report = AdjustBundle(bundle.problem);
+  const BundleReport report = AdjustBundle(bundle.problem, kLocalAdjustment);
   Apply(bundle, report, map);
   CountNewer(together, map);
 }

@@ -15,32 +15,41 @@
 namespace mono3d::tracking {
 namespace {
 
-// The keyframes that share points with `keyframe`, or with one that does.
-std::vector<char> ConnectedTo(const Map& map, KeyframeId keyframe) {
-  constexpr int kMinShared = 15;
-  std::vector<char> is_connected(map.keyframes().size(), 0);
-  is_connected[keyframe] = 1;
-  for (const Covisible& first : map.CovisibleKeyframes(keyframe)) {
-    is_connected[first.keyframe] = 1;
-    if (first.num_shared < kMinShared) continue;
-    for (const Covisible& second : map.CovisibleKeyframes(first.keyframe)) {
-      if (second.num_shared >= kMinShared) is_connected[second.keyframe] = 1;
-    }
+constexpr int kMinShared = 15;  // points, with which two keyframes count as connected
+
+// The keyframes that share points with the newest one, and those too young to be a loop.
+std::vector<char> NotAskedFor(const Map& map, KeyframeId keyframe,
+                              const std::vector<Covisible>& covisible) {
+  constexpr KeyframeId kMinAge = 10;  // keyframes: younger ones only lost sight for a moment
+  std::vector<char> is_left_out(map.keyframes().size(), 0);
+  for (KeyframeId id = 0; id < is_left_out.size(); ++id) {
+    is_left_out[id] = id + kMinAge > keyframe || !map.keyframe(id).alive ? 1 : 0;
   }
-  return is_connected;
+  for (const Covisible& other : covisible) is_left_out[other.keyframe] = 1;
+  return is_left_out;
+}
+
+// Does a keyframe share points with one that shares points with the newest?
+bool IsConnected(const Map& map, KeyframeId candidate, const std::vector<Covisible>& covisible) {
+  const std::vector<Covisible> of_candidate = map.CovisibleKeyframes(candidate);
+  return std::any_of(of_candidate.begin(), of_candidate.end(), [&](const Covisible& second) {
+    return second.num_shared >= kMinShared &&
+           std::any_of(covisible.begin(), covisible.end(), [&](const Covisible& first) {
+             return first.keyframe == second.keyframe && first.num_shared >= kMinShared;
+           });
+  });
 }
 
 std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& index, KeyframeId keyframe) {
   constexpr std::size_t kMaxQueried = 40;
   constexpr std::size_t kMaxCandidates = 2;
-  constexpr KeyframeId kMinAge = 10;  // keyframes: younger ones only lost sight for a moment
-  const std::vector<char> is_connected = ConnectedTo(map, keyframe);
+  const std::vector<Covisible> covisible = map.CovisibleKeyframes(keyframe);
   std::vector<KeyframeId> candidates;
   const std::vector<Feature> features = FeaturesWithPoints(map.keyframe(keyframe).view);
-  for (const PlaceMatch& match : index.Query(features, kMaxQueried)) {
+  for (const PlaceMatch& match :
+       index.Query(features, kMaxQueried, NotAskedFor(map, keyframe, covisible))) {
     if (match.num_votes < kMinVotes || candidates.size() >= kMaxCandidates) break;
-    if (is_connected[match.keyframe] != 0 || match.keyframe + kMinAge > keyframe) continue;
-    if (map.keyframe(match.keyframe).alive) candidates.push_back(match.keyframe);
+    if (!IsConnected(map, match.keyframe, covisible)) candidates.push_back(match.keyframe);
   }
   return candidates;
 }
@@ -58,7 +67,7 @@ struct Graph {
 };
 
 Graph BuildGraph(const Map& map) {
-  constexpr int kMinShared = 50;  // points, for an edge
+  constexpr int kMinSharedOfEdge = 50;  // points
   Graph graph;
   graph.node_of.resize(map.keyframes().size());
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
@@ -76,7 +85,7 @@ Graph BuildGraph(const Map& map) {
     // To the one before in any case, so that the graph is in one piece.
     if (before) graph.AddEdge(*before, id, relative(*before, id));
     for (const Covisible& other : map.CovisibleKeyframes(id)) {
-      if (other.num_shared < kMinShared || other.keyframe >= id || other.keyframe == before) {
+      if (other.num_shared < kMinSharedOfEdge || other.keyframe >= id || other.keyframe == before) {
         continue;
       }
       graph.AddEdge(other.keyframe, id, relative(other.keyframe, id));

@@ -4,6 +4,7 @@
 #include "tracking/place_index.h"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 namespace mono3d::tracking {
@@ -67,17 +68,23 @@ void PlaceIndex::Remove(KeyframeId keyframe) {
 }
 
 std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
-                                          std::size_t max_matches) const {
+                                          std::size_t max_matches,
+                                          const std::vector<char>& is_left_out) const {
   std::vector<int> votes(entries_of_.size(), 0);
-  std::vector<std::size_t> voted_by(entries_of_.size(),
-                                    features.size());  // one vote of each feature
+  // One vote of each feature; those left out have had it.
+  constexpr std::size_t kAlways = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> voted_by(entries_of_.size(), features.size());
+  for (KeyframeId id = 0; id < std::min(is_left_out.size(), voted_by.size()); ++id) {
+    if (is_left_out[id] != 0) voted_by[id] = kAlways;
+  }
   for (std::size_t i = 0; i < features.size(); ++i) {
     for (std::size_t table = 0; table < kNumTables; ++table) {
       const auto& bucket = buckets_[table][Hash(features[i].descriptor, table)];
       if (bucket.size() > kMaxBucket) continue;
       for (const std::uint32_t index : bucket) {
         const Entry& entry = entries_[index];
-        if (voted_by[entry.keyframe] == i) continue;
+        const std::size_t voter = voted_by[entry.keyframe];
+        if (voter == i || voter == kAlways) continue;
         constexpr int kMaxDistance = 50;  // see kCloseDistance of matching.h
         if (Distance(entry.descriptor, features[i].descriptor) > kMaxDistance) continue;
         voted_by[entry.keyframe] = i;

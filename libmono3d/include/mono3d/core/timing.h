@@ -17,12 +17,13 @@ struct StageTime {
   std::int64_t num_calls = 0;
   double wall_ms = 0;
   double gpu_ms = 0;
+  double cpu_ms = 0;  // of the threads that ran it, where that was measured
 };
 
 // Collects the times of the stages, in the order in which they first appear. Thread-safe.
 class StageTimes {
  public:
-  void Add(std::string_view stage, double wall_ms, double gpu_ms = 0);
+  void Add(std::string_view stage, double wall_ms, double gpu_ms = 0, double cpu_ms = 0);
   std::vector<StageTime> Snapshot() const;
 
  private:
@@ -30,7 +31,8 @@ class StageTimes {
   std::vector<StageTime> times_;
 };
 
-// Adds the wall time of its own life to a stage; does nothing when `times` is null.
+// Adds the wall time of its own life, and what this thread computes meanwhile, to a stage; does
+// nothing when `times` is null.
 class ScopedStageTimer {
  public:
   ScopedStageTimer(StageTimes* times, std::string_view stage);
@@ -42,9 +44,11 @@ class ScopedStageTimer {
   StageTimes* times_;
   std::string stage_;
   double start_ms_;
+  double start_cpu_ms_;
 };
 
 double WallClockMs();            // monotonic
+double ThreadCpuMs();            // user and system time of the calling thread
 double ProcessCpuMs();           // user and system time of all threads of this process
 std::int64_t PeakMemoryBytes();  // largest resident set so far; 0 where the system does not say
 
