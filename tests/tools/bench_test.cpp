@@ -219,7 +219,7 @@ TEST(TrackingBench, MeasuresWhatAFrameCostsAndHowFarItIsOff) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_tracking_bench";
   std::filesystem::create_directories(folder);
   const std::string command = std::string(MONO3D_BENCH_TOOL) + " tracking " + MONO3D_EXAMPLE +
-                              " --json " + (folder / "tracking.json").string();
+                              " --mean-depth 30 --json " + (folder / "tracking.json").string();
   const CommandResult result = RunCommand(command, folder);
   EXPECT_EQ(result.exit_status, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("CPU of the tracking thread"),
@@ -227,16 +227,16 @@ TEST(TrackingBench, MeasuresWhatAFrameCostsAndHowFarItIsOff) {
   const Json json = Json::parse(std::ifstream(folder / "tracking.json"));
   EXPECT_EQ(json.at("frames_with_pose"), json.at("frames"));
   EXPECT_EQ(json.at("maps"), 1);
-  constexpr double kMaxShare = 0.005;  // of the depth: half a percent, where it is sound
-  EXPECT_LT(json.at("final_rmse_m").get<double>(),
-            kMaxShare * json.at("mean_depth_m").get<double>());
+  EXPECT_EQ(json.at("mean_depth_m"), 30);
+  constexpr double kMaxError_m = 0.1;  // a third of a percent of that; broken tracking is far off
+  EXPECT_LT(json.at("final_rmse_m").get<double>(), kMaxError_m);
   EXPECT_GE(json.at("cpu_ms_per_frame").get<double>() + kClockTick_ms,
             json.at("thread_cpu_ms_per_frame").get<double>());
   EXPECT_GT(json.at("stages").at("tracking/frame_tracking").at("calls"), 0);
 
-  const CommandResult refused = RunCommand(command + " --mean-depth -1", folder);
+  const CommandResult refused = RunCommand(command + " --stride 0", folder);
   EXPECT_EQ(refused.exit_status, 2);
-  EXPECT_THAT(refused.errors, HasSubstr("--mean-depth"));
+  EXPECT_THAT(refused.errors, HasSubstr("stride"));
   std::filesystem::remove_all(folder);
 }
 
@@ -260,7 +260,8 @@ TEST(DepthBench, MeasuresTheStagesOfAMap) {
 
   const CommandResult even = RunCommand(command + " --images 4", folder);
   EXPECT_EQ(even.exit_status, 2);
-  EXPECT_THAT(even.errors, HasSubstr("--images: option out of range (expected 3, 5, 7 or 9, found 4)"));
+  EXPECT_THAT(even.errors,
+              HasSubstr("--images: option out of range (expected 3, 5, 7 or 9, found 4)"));
   std::filesystem::remove_all(folder);
 }
 
