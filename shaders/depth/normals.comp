@@ -2,8 +2,10 @@
 // Copyright the mono3d authors
 
 // Normals: on a plane n.X = 1 inverse depth is affine in the pixel, w = (K^-T n).(x, y, 1). The affine
-// function is fitted by least squares over the 7x7 window, to the pixels that belong to the surface
-// of the middle one: those whose inverse depth is near, the nearer the smaller the distance.
+// function is fitted by least squares to nine pixels, the middle one and those 3 px away in rows and
+// columns, as far as they belong to its surface: those whose inverse depth is near, the nearer the
+// smaller the distance. (The pixels between them were smoothed together with these; they would add
+// little but a shorter lever.)
 // Camera frame, towards the camera; 0 where there is no depth or too little surface. Four pixels an
 // invocation.
 #version 450
@@ -22,6 +24,7 @@ layout(binding = 1, std430) writeonly buffer Normals {                    // x y
 #include "depth/map_row.glsl"
 
 const int kRadius = 3;
+const float kLeastSupport = 4.0;  // pixels, which then do not lie on one line
 const float kNone = -3e38;  // nowhere near any inverse depth
 
 // Sums of the normal equations for w - middle = g0 + gx dx + gy dy.
@@ -39,8 +42,7 @@ vec3 NormalOf(Sums s, float middle, float x, float y) {
   const float cxw = s.n * (s.xw * per_tolerance) - s.x * sw;
   const float cyw = s.n * (s.yw * per_tolerance) - s.y * sw;
   const float determinant = cxx * cyy - cxy * cxy;
-  // A third of the window, spread in both directions: full, cxx is 49 * 196.
-  if (!(middle > 0.0 && s.n >= 16.0 && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0)) {
+  if (!(middle > 0.0 && s.n >= kLeastSupport && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0)) {
     return vec3(0);
   }
   const float gx = params.tolerance * (cxw * cyy - cyw * cxy) / determinant;
@@ -65,7 +67,7 @@ void main() {
 
   Sums sums[4];
   [[unroll]] for (int p = 0; p < 4; ++p) sums[p] = Sums(0, 0, 0, 0, 0, 0, 0, 0, 0);
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
+  [[unroll]] for (int dy = -kRadius; dy <= kRadius; dy += kRadius) {
     LOAD_MAP_ROW(inverse_depth, width, height, group, clamp(y + dy, 0, height - 1), row)
     const bool row_inside = y + dy >= 0 && y + dy < height;
     [[unroll]] for (int i = 1; i < 11; ++i) {
@@ -77,7 +79,7 @@ void main() {
     const float distance_y = max(abs(fdy), 1.0);
     [[unroll]] for (int p = 0; p < 4; ++p) {
       float n = 0.0, sx = 0.0, sxx = 0.0, sw = 0.0, sxw = 0.0;  // of this row
-      [[unroll]] for (int dx = -kRadius; dx <= kRadius; ++dx) {
+      [[unroll]] for (int dx = -kRadius; dx <= kRadius; dx += kRadius) {
         const float difference = row[p + 4 + dx] - middle[p];
         const bool near = abs(difference) <= params.tolerance * max(float(abs(dx)), distance_y);
         const float u = near ? 1.0 : 0.0;

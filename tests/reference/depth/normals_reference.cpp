@@ -13,7 +13,7 @@ namespace mono3d::reference {
 namespace {
 
 constexpr int kRadius = 3;
-constexpr Eigen::Index kLeastSupport = 16;
+constexpr Eigen::Index kLeastSupport = 4;
 
 // Rows (dx, dy, 1) and values of the pixels on the surface of (x, y).
 void CollectSurface(const std::vector<float>& inverse_depth, const NormalsParams& params, int x,
@@ -22,10 +22,10 @@ void CollectSurface(const std::vector<float>& inverse_depth, const NormalsParams
   const int height = static_cast<int>(params.height_px);
   const float middle = inverse_depth[static_cast<std::size_t>(y * width + x)];
   Eigen::Index n = 0;
-  rows->resize(49, 3);
-  values->resize(49);
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    for (int dx = -kRadius; dx <= kRadius; ++dx) {
+  rows->resize(9, 3);
+  values->resize(9);
+  for (int dy = -kRadius; dy <= kRadius; dy += kRadius) {
+    for (int dx = -kRadius; dx <= kRadius; dx += kRadius) {
       const int column = x + dx;
       const int row = y + dy;
       if (column < 0 || column >= width || row < 0 || row >= height) continue;

@@ -11,7 +11,7 @@
 namespace mono3d::reference {
 
 // Normals towards the camera by a least-squares fit of inverse depth, affine in the pixel, over the
-// 7x7 window; 0 where there is none.
+// nine pixels 3 px apart; 0 where there is none.
 std::vector<Eigen::Vector3f> Normals(const std::vector<float>& inverse_depth,
                                      const NormalsParams& params);
 
