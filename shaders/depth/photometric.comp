@@ -24,17 +24,18 @@ layout(binding = 1, rgba32ui) uniform readonly uimageBuffer detail_before;
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer detail_after;
 layout(binding = 3, r32f) uniform readonly imageBuffer projections;    // projections.glsl
 layout(binding = 4, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
-// Inverse depth before and after the step; its information, 1 / (standard deviation in planes)^2;
-// and the mean weight of the sources, 0 to 1. With a border of three zeros, for windows of 7x7.
+// measurement.glsl: inverse depth before the step; the step in planes; its information,
+// 1 / (standard deviation in planes)^2; and the mean weight of the sources, 0 to 1. With a border of three
+// zeros, for windows of 7x7.
 layout(binding = 5, std430) writeonly buffer Measurements {
-  vec4 measurements[];
+  uvec2 measurements[];
 };
 
+#include "depth/measurement.glsl"
 #include "depth/projections.glsl"
 #include "depth/sources.glsl"
 
 const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
-const int kBorder = 3;
 
 int stride;
 int image_words;
@@ -101,24 +102,25 @@ void Measure(Source sources[kMostSources], int x, int y, float row) {
   num_visible = 0.0;
   [[unroll]] for (int s = 0; s < kNumSources; ++s) AddSource(sources[s], s, row, w);
   const float step = clamp(-sums.x / (sums.y + 2.0 * noise_variance), -1.0, 1.0);
-  measurements[(y + kBorder) * (width + 2 * kBorder) + x + kBorder] =
+  measurements[(y + kMeasurementBorder) * MeasurementsPerRow(params.width_px) + x +
+               kMeasurementBorder] =
       w > 0.0 && num_visible >= params.min_views
-          ? vec4(w, w + step * params.inverse_depth_step, sums.y / (2.0 * noise_variance) + 1.0,
-                 support / max(num_visible, 1.0))
-          : vec4(0);
+          ? PackMeasurement(w, step, sums.y / (2.0 * noise_variance) + 1.0,
+                            support / max(num_visible, 1.0))
+          : uvec2(0);
 }
 
 void main() {
   const int column = int(gl_GlobalInvocationID.x);
   const int first_row = kRowsPerInvocation * int(gl_GlobalInvocationID.y);
-  const int num_columns = int(params.width_px) + 2 * kBorder;
-  const int num_rows = int(params.height_px) + 2 * kBorder;
+  const int num_columns = int(params.width_px) + 2 * kMeasurementBorder;
+  const int num_rows = int(params.height_px) + 2 * kMeasurementBorder;
   if (column >= num_columns || first_row >= num_rows) return;
   stride = 4 * (int(params.width_px + 3u) / 4);
   image_words = stride * int(params.height_px);
   noise_variance = params.noise * params.noise;
-  const int x = column - kBorder;
-  const int y = first_row - kBorder;
+  const int x = column - kMeasurementBorder;
+  const int y = first_row - kMeasurementBorder;
   const vec3 p = vec3(x, y, 1);
   Source sources[kMostSources];
   [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);

@@ -29,7 +29,8 @@ void Refiner::RecordDetail(Recorder& recorder, const LevelSize& size, std::uint3
 
 void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {
   const LevelSize size = SizeAtLevel(geometry.camera(), 0);
-  Reserve(measurements_, device_, 4 * sizeof(float) * NumMeasurements(size), "depth/photometric");
+  Reserve(measurements_, device_, 2 * sizeof(std::uint32_t) * NumMeasurements(size),
+          "depth/photometric");
   Reserve(inverse_depth_, device_, sizeof(float) * size.num_pixels(), "depth/surface");
   Reserve(confidence_, device_, sizeof(float) * size.num_pixels(), "depth/confidence");
   const std::vector<float> packed = Pack(geometry.Projections(0));

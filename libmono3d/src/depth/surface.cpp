@@ -10,7 +10,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 2;
+constexpr std::uint64_t kPixelsPerInvocation = 2;  // in a row, and rows
 
 }  // namespace
 
@@ -21,9 +21,10 @@ SurfaceStage::SurfaceStage(std::shared_ptr<Device> device, bool with_confidence)
 void SurfaceStage::Record(Recorder& recorder, const SurfaceParams& params,
                           const Buffer& measurements, const Buffer& uniqueness,
                           const Buffer& inverse_depth, const Buffer& confidence) const {
-  recorder.Dispatch(kernel_, {measurements, uniqueness, inverse_depth, confidence}, params,
-                    {DivideRoundingUp(params.width_px, kernel_.workgroup_size()[0]),
-                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
+  recorder.Dispatch(
+      kernel_, {measurements, uniqueness, inverse_depth, confidence}, params,
+      {DivideRoundingUp(params.width_px, kPixelsPerInvocation * kernel_.workgroup_size()[0]),
+       DivideRoundingUp(params.height_px, kPixelsPerInvocation), 1});
 }
 
 }  // namespace mono3d
