@@ -17,7 +17,7 @@ layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer costs;  // local_sweep.comp
 layout(binding = 1, rg32ui) uniform readonly uimageBuffer ranges;   // prior.comp
-layout(binding = 2, r32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
 // L as bytes, a texel of 16 a pixel as the costs; the volumes of directions one after the other.
 layout(binding = 3, std430) writeonly buffer Paths {
   uvec4 paths[];
@@ -76,7 +76,11 @@ void main() {
     const int range = range_and_jumps.x;
     const int jump = bitfieldExtract(range_and_jumps.y, jump_shift, 4);
     const int difference = abs(((range >> 16) & 0xff) - ((range_before >> 16) & 0xff));
-    const uint penalty = imageLoad(p2, starts ? 0 : difference).x;
+    const int entry = starts ? 0 : difference;
+    // A word of a texel: a load of the word alone would be a gather, which nothing overtakes.
+    const uvec4 penalties = imageLoad(p2, entry >> 2);
+    const uvec2 two = (entry & 2) != 0 ? penalties.zw : penalties.xy;
+    const uint penalty = (entry & 1) != 0 ? two.y : two.x;
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;
     range_before = range;
     uint shifted[5];

@@ -18,7 +18,7 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer census;  // local_census.comp
-layout(binding = 1, r32f) uniform readonly imageBuffer projections;
+layout(binding = 1, rgba32f) uniform readonly imageBuffer projections;
 layout(binding = 2, rg32ui) uniform readonly uimageBuffer ranges;  // prior.comp
 // 16 bytes of each local pixel, the farthest plane first.
 layout(binding = 3, std430) writeonly buffer Costs {
@@ -51,7 +51,8 @@ struct Source {
 };
 
 Source LoadSource(int source, vec3 p) {
-  return Source(LoadAp(source, p), LoadVector(12 * source + 1, 3), LoadB(source));
+  const Projection projection = LoadProjection(source);
+  return Source(projection.A * p, projection.A[1], projection.b);
 }
 
 Line LineOf(Source source, float row, float first, float last) {

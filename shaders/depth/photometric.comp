@@ -22,8 +22,8 @@ layout(local_size_x = 64) in;
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer detail;
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer detail_before;
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer detail_after;
-layout(binding = 3, r32f) uniform readonly imageBuffer projections;    // projections.glsl
-layout(binding = 4, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
+layout(binding = 3, rgba32f) uniform readonly imageBuffer projections;    // projections.glsl
+layout(binding = 4, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // measurement.glsl: inverse depth before the step; the step in planes; its information,
 // 1 / (standard deviation in planes)^2; and the mean weight of the sources, 0 to 1. With a border of three
 // zeros, for windows of 7x7.
@@ -56,7 +56,8 @@ struct Source {
 };
 
 Source LoadSource(int source, vec3 p) {
-  return Source(LoadAp(source, p), LoadVector(12 * source + 1, 3), LoadB(source));
+  const Projection projection = LoadProjection(source);
+  return Source(projection.A * p, projection.A[1], projection.b);
 }
 
 void AddSource(Source from, int source, float row, float w) {
@@ -94,7 +95,10 @@ void AddSource(Source from, int source, float row, float w) {
 void Measure(Source sources[kMostSources], int x, int y, float row) {
   const int width = int(params.width_px);
   const bool inside = x >= 0 && x < width && y >= 0 && y < int(params.height_px);
-  const float w = inside ? imageLoad(inverse_depth, inside ? y * width + x : 0).x : 0.0;
+  const int pixel = inside ? y * width + x : 0;
+  // As words: a load of the float alone would be a gather, which nothing overtakes.
+  const uvec4 depths = floatBitsToUint(imageLoad(inverse_depth, pixel >> 2));
+  const float w = inside ? uintBitsToFloat(Select(depths, pixel)) : 0.0;
   const int place = inside ? y * stride + x : 0;
   reference = float(Select(imageLoad(detail, place >> 2), place) & 0xffu);
   sums = vec2(0);

@@ -12,7 +12,7 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, rg32ui) uniform readonly uimageBuffer census;
-layout(binding = 1, r32f) uniform readonly imageBuffer projections;
+layout(binding = 1, rgba32f) uniform readonly imageBuffer projections;
 // Four costs a word; the planes of a pixel lie together, pixels in rows of width_px.
 layout(binding = 2, std430) writeonly buffer Costs {
   uvec4 costs[];
@@ -41,8 +41,9 @@ void PreparePixel(int x, int y) {
   const vec3 scale = vec3(positions, positions, 1);
   const vec3 p = vec3(x, y, 1);
   [[unroll]] for (int s = 0; s < kNumSources; ++s) {
-    a[s] = scale * LoadAp(s, p);
-    b[s] = scale * LoadB(s);
+    const Projection projection = LoadProjection(s);
+    a[s] = scale * (projection.A * p);
+    b[s] = scale * projection.b;
   }
 }
 
