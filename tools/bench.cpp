@@ -2,12 +2,12 @@
 // Copyright the mono3d authors
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
-// and what a depth map and a tracked frame cost.
+// and what a depth map, its fusion and a tracked frame cost.
 
 #include <cstdio>
 #include <filesystem>
 
-#include "bench/depth_bench.h"
+#include "bench/measurements.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
 #include "bench/tracking_command.h"
@@ -66,15 +66,6 @@ int RunBench(const Arguments& arguments) {
   return 0;
 }
 
-int RunDepthBench(const DepthBenchOptions& options, const DeviceOptions& device,
-                  const std::string& json) {
-  RequireOption(options.num_repeats >= 1, "--repeat", "at least 1", options.num_repeats);
-  const DepthBenchResult result = BenchDepth(options, device);
-  if (!json.empty()) WriteFileAtomically(json, ToJson(result).dump(2) + "\n");
-  std::printf("%s\n", ToText(ToTable(result)).c_str());
-  return 0;
-}
-
 void AddSuiteArguments(CLI::App& app, Arguments& arguments) {
   SuiteOptions& suite = arguments.suite;
   app.add_option("DIR", suite.folder, "folder of sequence folders")->required();
@@ -94,52 +85,32 @@ void AddSuiteArguments(CLI::App& app, Arguments& arguments) {
                  "after --: options for mono3d-reconstruct");
 }
 
-void AddDepthArguments(CLI::App& app, DepthBenchOptions& depth, DeviceOptions& device,
-                       std::string& json) {
-  app.add_option("DIR", depth.folder, "folder of a sequence")->required();
-  app.add_option("--poses", depth.poses,
-                 "TUM file, a pose for each image; default: groundtruth.txt");
-  app.add_option("--resize", depth.resize, "WIDTHxHEIGHT or \"calibration\"");
-  app.add_option("--reference", depth.reference,
-                 "index of the middle image; -1: that of the middle")
-      ->capture_default_str();
-  app.add_option("--step", depth.step, "images from one of the bundle to the next")
-      ->capture_default_str();
-  app.add_option("--images", depth.num_images, "images of the bundle: 3, 5, 7 or 9")
-      ->capture_default_str();
-  app.add_option("--repeat", depth.num_repeats, "maps that are timed")->capture_default_str();
-  app.add_flag("!--alone", depth.compare, "do not measure OpenCV's StereoSGBM beside it");
-  app.add_option("--json", json, "write the figures as JSON");
-  app.add_option("--device", device.device, "Vulkan device: its index or part of its name");
-  Tool::AddOptions(app, ListOptions(depth.depth), "depth.");
-}
-
 }  // namespace
 }  // namespace mono3d::tools
 
 int main(int argc, char** argv) {
   using namespace mono3d::tools;
-  Tool tool("mono3d-bench",
-            "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
-            "or measures what a depth map or a tracked frame costs.\n"
-            "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
-            ToolKind::kPlain);
+  Tool tool(
+      "mono3d-bench",
+      "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
+      "or measures what a depth map, its fusion with a large model or a tracked frame costs.\n"
+      "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
+      ToolKind::kPlain);
   tool.app().require_subcommand(1);
   CLI::App& suite = *tool.app().add_subcommand("suite", "all sequences of a folder");
-  CLI::App& depth = *tool.app().add_subcommand("depth", "what a depth map costs, by stage");
   CLI::App& tracking = *tool.app().add_subcommand(
       "tracking", "tracking alone: share of frames, errors, what a frame costs");
   Arguments arguments;
   AddSuiteArguments(suite, arguments);
-  DepthBenchOptions depth_options;
-  mono3d::DeviceOptions device;
-  std::string json;  // of either bench of one room
-  AddDepthArguments(depth, depth_options, device, json);
+  const DepthCommand depth(tool.app());
+  const FusionCommand fusion(tool.app());
   TrackingBenchOptions tracking_options;
-  AddTrackingArguments(tracking, tracking_options, json);
+  std::string tracking_json;
+  AddTrackingArguments(tracking, tracking_options, tracking_json);
   return tool.Run(argc, argv, [&] {
-    if (depth.parsed()) return RunDepthBench(depth_options, device, json);
-    if (tracking.parsed()) return RunTrackingBench(tracking_options, json);
+    if (depth.is_asked_for()) return depth.Run();
+    if (fusion.is_asked_for()) return fusion.Run();
+    if (tracking.parsed()) return RunTrackingBench(tracking_options, tracking_json);
     return RunBench(arguments);
   });
 }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -20,12 +19,6 @@ namespace {
 
 constexpr int kSgbmDisparities = 128;
 constexpr int kSgbmBlock = 5;
-
-Spread SpreadOf(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  return {values.front(), values[values.size() / 2]};
-}
 
 ImageBundle ReadBundle(const DepthBenchOptions& options) {
   const std::filesystem::path folder = options.folder;
@@ -81,32 +74,6 @@ double SgbmCpuMs(const ImageBundle& bundle) {
   matcher->compute(left, right, disparity);
   return ProcessCpuMs() - start_ms;
 }
-
-// Device times of the stages since the call before.
-class StageDifferences {
- public:
-  void Add(const std::vector<StageTime>& times) {
-    for (const StageTime& time : times) {
-      if (time.gpu_ms == 0) continue;
-      if (!values_.contains(time.stage)) names_.push_back(time.stage);
-      values_[time.stage].push_back(time.gpu_ms - last_[time.stage]);
-      last_[time.stage] = time.gpu_ms;
-    }
-  }
-  void Skip(const std::vector<StageTime>& times) {
-    for (const StageTime& time : times) last_[time.stage] = time.gpu_ms;
-  }
-  std::vector<DepthBenchStage> Stages() const {
-    std::vector<DepthBenchStage> stages;
-    for (const std::string& name : names_) stages.push_back({name, SpreadOf(values_.at(name))});
-    return stages;
-  }
-
- private:
-  std::vector<std::string> names_;
-  std::map<std::string, std::vector<double>> values_;
-  std::map<std::string, double> last_;
-};
 
 // Depths of some pixels of a map, in the place of a tracker's points.
 std::vector<float> SparseDepths(const cv::Mat& depth) {
@@ -177,7 +144,7 @@ Table ToTable(const DepthBenchResult& result) {
   const auto add = [&](const std::string& name, const Spread& ms) {
     table.rows.push_back({name, FormatFixed(ms.least, 1), FormatFixed(ms.median, 1)});
   };
-  for (const DepthBenchStage& stage : result.stages) add(stage.name, stage.device_ms);
+  for (const StageSpread& stage : result.stages) add(stage.name, stage.device_ms);
   add("process CPU, one map", result.cpu_ms);
   if (result.sgbm_cpu_ms.least > 0) add("process CPU, one StereoSGBM", result.sgbm_cpu_ms);
   table.notes = {"The first map took " + FormatFixed(result.first_cpu_ms, 0) +
@@ -192,21 +159,18 @@ Table ToTable(const DepthBenchResult& result) {
 }
 
 Json ToJson(const DepthBenchResult& result) {
-  const auto spread = [](const Spread& ms) {
-    return Json{{"least_ms", ms.least}, {"median_ms", ms.median}};
-  };
   Json json = {{"device", result.device},
                {"num_images", result.num_images},
                {"width_px", result.width},
                {"height_px", result.height},
                {"first_map_cpu_ms", result.first_cpu_ms},
-               {"map_cpu", spread(result.cpu_ms)}};
+               {"map_cpu", ToJson(result.cpu_ms)}};
   if (result.sgbm_cpu_ms.least > 0) {
-    json["stereo_sgbm_cpu"] = spread(result.sgbm_cpu_ms);
+    json["stereo_sgbm_cpu"] = ToJson(result.sgbm_cpu_ms);
     json["ratio_to_stereo_sgbm"] = result.RatioToSgbm();
   }
-  for (const DepthBenchStage& stage : result.stages) {
-    json["stages"][stage.name] = spread(stage.device_ms);
+  for (const StageSpread& stage : result.stages) {
+    json["stages"][stage.name] = ToJson(stage.device_ms);
   }
   return json;
 }

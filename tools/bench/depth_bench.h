@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/device_times.h"
 #include "bench/sequence_result.h"
 #include "mono3d/depth/depth_estimator.h"
 #include "report/table.h"
@@ -25,16 +26,6 @@ struct DepthBenchOptions {
   DepthEstimatorOptions depth;
 };
 
-struct Spread {
-  double least = 0;
-  double median = 0;
-};
-
-struct DepthBenchStage {
-  std::string name;
-  Spread device_ms;  // by the device's clock, which runs on while other programs compute
-};
-
 struct DepthBenchResult {
   std::string device;
   int num_images = 0;
@@ -42,7 +33,7 @@ struct DepthBenchResult {
   double first_cpu_ms = 0;  // of the map that makes pipelines and buffers and finds the depths
   Spread cpu_ms;            // of this process, all threads, for a map
   Spread sgbm_cpu_ms;       // the same for one StereoSGBM of a pair; 0: not measured
-  std::vector<DepthBenchStage> stages;
+  std::vector<StageSpread> stages;
 
   double RatioToSgbm() const {
     return sgbm_cpu_ms.least > 0 ? cpu_ms.least / sgbm_cpu_ms.least : 0;

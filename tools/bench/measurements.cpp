@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "bench/measurements.h"
+
+#include <cstdio>
+
+#include "common/tool.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d::tools {
+
+DepthCommand::DepthCommand(CLI::App& tool)
+    : app_(*tool.add_subcommand("depth", "what a depth map costs, by stage")) {
+  app_.add_option("DIR", options_.folder, "folder of a sequence")->required();
+  app_.add_option("--poses", options_.poses,
+                  "TUM file, a pose for each image; default: groundtruth.txt");
+  app_.add_option("--resize", options_.resize, "WIDTHxHEIGHT or \"calibration\"");
+  app_.add_option("--reference", options_.reference,
+                  "index of the middle image; -1: that of the middle")
+      ->capture_default_str();
+  app_.add_option("--step", options_.step, "images from one of the bundle to the next")
+      ->capture_default_str();
+  app_.add_option("--images", options_.num_images, "images of the bundle: 3, 5, 7 or 9")
+      ->capture_default_str();
+  app_.add_option("--repeat", options_.num_repeats, "maps that are timed")->capture_default_str();
+  app_.add_flag("!--alone", options_.compare, "do not measure OpenCV's StereoSGBM beside it");
+  app_.add_option("--json", json_, "write the figures as JSON");
+  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  Tool::AddOptions(app_, ListOptions(options_.depth), "depth.");
+}
+
+int DepthCommand::Run() const {
+  RequireOption(options_.num_repeats >= 1, "--repeat", "at least 1", options_.num_repeats);
+  const DepthBenchResult result = BenchDepth(options_, device_);
+  if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
+  std::printf("%s\n", ToText(ToTable(result)).c_str());
+  return 0;
+}
+
+FusionCommand::FusionCommand(CLI::App& tool)
+    : app_(*tool.add_subcommand(
+          "fusion", "what it costs to fuse a depth map with a large model, and to correct that")) {
+  app_.add_option("--surfels", options_.num_surfels, "of the model")->capture_default_str();
+  app_.add_option("--width", options_.width_px, "of the depth maps, in pixels")
+      ->capture_default_str();
+  app_.add_option("--height", options_.height_px, "of the depth maps, in pixels")
+      ->capture_default_str();
+  app_.add_option("--repeat", options_.num_repeats, "maps of each kind that are timed")
+      ->capture_default_str();
+  app_.add_option("--error", options_.error_px, "of the wrong poses, in pixels of the image")
+      ->capture_default_str();
+  app_.add_option("--json", json_, "write the figures as JSON");
+  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  Tool::AddOptions(app_, ListOptions(options_.fusion), "fusion.");
+}
+
+int FusionCommand::Run() const {
+  RequireOption(options_.num_repeats >= 1, "--repeat", "at least 1", options_.num_repeats);
+  RequireOption(options_.width_px >= 32, "--width", "at least 32", options_.width_px);
+  RequireOption(options_.height_px >= 32, "--height", "at least 32", options_.height_px);
+  const int one_map = options_.width_px * options_.height_px;
+  RequireOption(options_.num_surfels >= one_map, "--surfels", "no less than a depth map has pixels",
+                options_.num_surfels);
+  const FusionBenchResult result = BenchFusion(options_, device_);
+  if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
+  for (const Table& table : ToTables(result)) std::printf("%s\n", ToText(table).c_str());
+  return 0;
+}
+
+}  // namespace mono3d::tools
