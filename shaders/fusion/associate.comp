@@ -13,7 +13,8 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // p
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 2, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 3, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
-layout(binding = 4, std430) writeonly buffer Association { uint association[]; };  // per surfel
+layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 5, std430) writeonly buffer Association { uint association[]; };  // per surfel
 
 float DepthAt(ivec2 pixel) { return imageLoad(depth, pixel.y * int(params.width_px) + pixel.x).x; }
 
@@ -77,6 +78,6 @@ uint Associate(uint i) {
 }
 
 void main() {
-  const uint i = params.first_surfel + ItemIndex();
-  if (i < params.num_surfels) association[i] = Associate(i);
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
+  if (i >= params.first_surfel && i < params.num_surfels) association[i] = Associate(i);
 }

@@ -8,8 +8,7 @@
 // is a similarity about its centre; a surfel takes their mean, by its distance from the centres and
 // by how many depth maps lie between, so that neighbouring surfels move alike.
 #include "fusion/deform.params.h"
-
-layout(local_size_x = 64) in;
+#include "fusion/item.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer old_normal_weight;    // per surfel
@@ -18,11 +17,6 @@ layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;            
 layout(binding = 3, rgba32f) uniform readonly imageBuffer nodes;
 layout(binding = 4, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
 layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-
-uint ItemIndex() {
-  return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x +
-         gl_LocalInvocationID.x;
-}
 
 void main() {
   const uint i = ItemIndex();

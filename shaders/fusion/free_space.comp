@@ -14,13 +14,14 @@
 
 layout(binding = 0, r32ui) uniform readonly uimageBuffer association;  // per surfel
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer old_history;  // per surfel
-layout(binding = 2, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
-layout(binding = 3, std430) writeonly buffer History { uvec4 history[]; };  // per surfel
-layout(binding = 4, std430) buffer Count { uint num_removed; };
+layout(binding = 2, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 3, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
+layout(binding = 4, std430) writeonly buffer History { uvec4 history[]; };  // per surfel
+layout(binding = 5, std430) buffer Count { uint num_removed; };
 
 void main() {
-  const uint i = params.first_surfel + ItemIndex();
-  if (i >= params.num_surfels) return;
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
+  if (i < params.first_surfel || i >= params.num_surfels) return;
   const uint said = imageLoad(association, int(i)).x;
   if (!Says(said, kSeenThrough) && !Says(said, kHidden)) return;
   const uint confidence = said & 0xFFu;  // in 1/255

@@ -9,6 +9,9 @@
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 2, r32ui) uniform readonly uimageBuffer association;  // per surfel
+layout(binding = 3, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+
+uint ThisSurfel() { return SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x); }
 
 const uint kNoCell = 0xFFFFFFFFu;
 

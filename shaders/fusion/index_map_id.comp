@@ -8,10 +8,10 @@
 #include "fusion/index_map.glsl"
 
 // Two words per cell, the number of the surfel and its depth; all bits set: empty.
-layout(binding = 3, std430) buffer IndexMap { uint index_map[]; };
+layout(binding = 4, std430) buffer IndexMap { uint index_map[]; };
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = ThisSurfel();
   if (i >= params.num_surfels) return;
   uint depth_bits;
   const uint cell = IndexCell(i, depth_bits);

@@ -16,9 +16,10 @@ layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 
 layout(binding = 4, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel, as
 layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;  // the three below
 layout(binding = 6, rgba32ui) uniform readonly uimageBuffer old_history;
-layout(binding = 7, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 8, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 9, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 7, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 8, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 9, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 10, std430) writeonly buffer History { uvec4 history[]; };
 
 uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
   const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
@@ -28,7 +29,7 @@ uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
 }
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.num_surfels) return;
   const uint pixel = imageLoad(association, int(i)).x;
   if (!IsPixel(pixel)) return;

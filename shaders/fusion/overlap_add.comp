@@ -11,13 +11,14 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;    //
 layout(binding = 1, rgba32f) uniform readonly imageBuffer old_normal_weight;  // per surfel
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;          // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer target;              // per surfel
+layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
 // Per surfel: observations, confidence in steps, sum of shares, sum of shares * difference / sigma.
-layout(binding = 4, std430) buffer Sums { uint sums[]; };
-layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
-layout(binding = 6, std430) buffer Count { uint num_removed; };
+layout(binding = 5, std430) buffer Sums { uint sums[]; };
+layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
+layout(binding = 7, std430) buffer Count { uint num_removed; };
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.num_surfels) return;
   const uint j = imageLoad(target, int(i)).x;
   if (j == kNoSurfel || imageLoad(target, int(j)).x != kNoSurfel) return;

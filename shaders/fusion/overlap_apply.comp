@@ -10,12 +10,13 @@ layout(binding = 0, r32ui) uniform readonly uimageBuffer sums;  // four per surf
 layout(binding = 1, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel
 layout(binding = 2, rgba32f) uniform readonly imageBuffer old_normal_weight;    // per surfel
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer old_history;        // per surfel
-layout(binding = 4, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 6, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 7, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.num_surfels) return;
   const uint observations = imageLoad(sums, int(4u * i)).x;
   if (observations == 0u) return;

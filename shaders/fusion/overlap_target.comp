@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 
 // Parts of the model that have moved over each other, seen from one view: for each surfel the older
 // one, of another part, that is the same surface in the same place; or none.
@@ -11,7 +12,8 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // p
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
-layout(binding = 4, std430) writeonly buffer Target { uint target[]; };  // per surfel
+layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 5, std430) writeonly buffer Target { uint target[]; };  // per surfel
 
 // Footprints of pixels lie apart by this share of a surfel's radius.
 const float kFootprintPerRadius = 0.7071;
@@ -23,47 +25,94 @@ bool IsSamePlace(uint i, uint j, vec3 normal) {
   return length(along_surface) <= kFootprintPerRadius * min(a.w, b.w);
 }
 
+uint Anchor(uint i) { return imageLoad(history, int(i)).w & 0xFFFFu; }
+
+// Surfels before this one belong to depth maps before `anchor`: they are in the order of their
+// anchors. At most `end`.
+uint FirstFrom(uint anchor, uint end) {
+  uint first = 0u;
+  while (first < end) {
+    const uint middle = (first + end) / 2u;
+    const bool is_before = Anchor(middle) < anchor;
+    first = is_before ? middle + 1u : first;
+    end = is_before ? end : middle;
+  }
+  return first;
+}
+
+// A surfel as the view sees it.
+struct Seen {
+  vec3 n_cam;
+  vec3 ray;
+  float inverse_depth;
+  float sigma;
+};
+
+// Of the older surfels around that lie about as deep, the cell of the one nearest in the image.
+uint NearestCell(uint end, vec3 p_cam, Seen seen) {
+  const int cells = int(kIndexCellsPerPixel);
+  const ivec2 size = ivec2(int(params.width_px), int(params.height_px)) * cells;
+  const vec2 place = (Project(p_cam) + 0.5) * float(cells);
+  const ivec2 own = ivec2(floor(place));
+  // Of the inverse depth of the surfel's plane, per cell.
+  const float along_ray = Dot(seen.n_cam, seen.ray);
+  vec2 slope = seen.n_cam.xy / vec2(params.fx, params.fy) / float(cells);
+  slope *= along_ray > -1e-3 ? 0.0 : seen.inverse_depth / along_ray;
+  // That of the other surfel, older and thus surer, may be as large.
+  const float reach = 2.0 * params.association_sigmas * seen.sigma;
+  uint best = kNoSurfel;
+  float nearest = 3.4e38;
+  for (int dv = -cells; dv <= cells; ++dv) {
+    [[unroll]] for (int du = -2; du <= 2; ++du) {
+      const ivec2 cell = own + ivec2(du, dv);
+      const ivec2 inside = clamp(cell, ivec2(0), size - 1);
+      const int at = inside.y * size.x + inside.x;
+      const uint other = imageLoad(index_map, 2 * at).x;
+      const float depth = uintBitsToFloat(imageLoad(index_map, 2 * at + 1).x);
+      const vec2 offset = vec2(cell) + 0.5 - place;
+      const float difference = abs(1.0 / depth - seen.inverse_depth - dot(slope, offset));
+      const float distance = dot(offset, offset);
+      const bool is_best =
+          other < end && inside == cell && difference <= reach && distance < nearest;
+      best = is_best ? uint(at) : best;
+      nearest = is_best ? distance : nearest;
+    }
+  }
+  return best;
+}
+
+bool IsSameSurface(uint i, uint cell, vec3 normal, Seen seen) {
+  const uint j = imageLoad(index_map, int(2u * cell)).x;
+  const float inverse_depth = 1.0 / uintBitsToFloat(imageLoad(index_map, int(2u * cell + 1u)).x);
+  const vec4 other_normal = imageLoad(normal_weight, int(j));
+  const uint width = params.width_px * kIndexCellsPerPixel;
+  const vec2 pixel =
+      (vec2(float(cell % width), float(cell / width)) + 0.5) / float(kIndexCellsPerPixel) - 0.5;
+  const float expected =
+      TangentPlaneInverseDepth(seen.n_cam, seen.ray, seen.inverse_depth, Ray(pixel));
+  const float sigma = length(vec2(seen.sigma, SurfelSigma(inverse_depth, other_normal.w)));
+  return Dot(other_normal.xyz, normal) >= params.min_normal_cosine &&
+         abs(inverse_depth - expected) <= params.association_sigmas * sigma &&
+         IsSamePlace(i, j, normal);
+}
+
 uint FindTarget(uint i) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return kNoSurfel;
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
   const vec3 n_cam = DirectionToCamera(surfel_normal.xyz);
   if (p_cam.z <= 0.0 || Dot(n_cam, p_cam) >= 0.0) return kNoSurfel;
-  const int cells = int(kIndexCellsPerPixel);
-  const ivec2 size = ivec2(int(params.width_px), int(params.height_px)) * cells;
-  const ivec2 own = ivec2(floor((Project(p_cam) + 0.5) * float(cells)));
-  const uint anchor = imageLoad(history, int(i)).w & 0xFFFFu;
   const float inverse_depth = 1.0 / p_cam.z;
-  const vec3 ray = p_cam * inverse_depth;
-  uint best = kNoSurfel;
-  float smallest = 3.4e38;
-  for (int dv = -cells; dv <= cells; ++dv) {
-    for (int du = -cells; du <= cells; ++du) {
-      const ivec2 cell = own + ivec2(du, dv);
-      if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, size))) continue;
-      const int at = 2 * (cell.y * size.x + cell.x);
-      const uint j = imageLoad(index_map, at).x;
-      if (j >= i) continue;  // itself, younger, or none
-      const uint other = imageLoad(history, int(j)).w & 0xFFFFu;
-      if (max(anchor, other) - min(anchor, other) <= kMaxAnchorGap) continue;
-      const vec4 other_normal = imageLoad(normal_weight, int(j));
-      if (Dot(other_normal.xyz, surfel_normal.xyz) < params.min_normal_cosine) continue;
-      const float other_inverse_depth = 1.0 / uintBitsToFloat(imageLoad(index_map, at + 1).x);
-      const vec2 pixel = (vec2(cell) + 0.5) / float(cells) - 0.5;
-      const float expected = TangentPlaneInverseDepth(n_cam, ray, inverse_depth, Ray(pixel));
-      const float difference = abs(other_inverse_depth - expected);
-      const float sigma = length(vec2(SurfelSigma(inverse_depth, surfel_normal.w),
-                                      SurfelSigma(other_inverse_depth, other_normal.w)));
-      if (difference > params.association_sigmas * sigma || difference >= smallest) continue;
-      if (!IsSamePlace(i, j, surfel_normal.xyz)) continue;
-      smallest = difference;
-      best = j;
-    }
-  }
-  return best;
+  const Seen seen =
+      Seen(n_cam, p_cam * inverse_depth, inverse_depth, SurfelSigma(inverse_depth, surfel_normal.w));
+  const uint anchor = Anchor(i);
+  const uint end = FirstFrom(anchor - min(anchor, kMaxAnchorGap), i);
+  const uint cell = NearestCell(end, p_cam, seen);
+  if (cell == kNoSurfel || !IsSameSurface(i, cell, surfel_normal.xyz, seen)) return kNoSurfel;
+  return imageLoad(index_map, int(2u * cell)).x;
 }
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i < params.num_surfels) target[i] = FindTarget(i);
 }

@@ -22,8 +22,9 @@ layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // p
 layout(binding = 3, r32f) uniform readonly imageBuffer depth;               // su, height x width
 layout(binding = 4, rgba32f) uniform readonly imageBuffer candidate;        // per pixel
 layout(binding = 5, r32f) uniform readonly imageBuffer grey;  // of the level, rows of its width
+layout(binding = 6, r32ui) uniform readonly uimageBuffer blocks;  // to work on
 // Per row kVectorsPerRow: head, tail, depth, light, light2 of the accumulator.
-layout(binding = 6, std430) writeonly buffer Sums { vec4 sums_of_row[]; };
+layout(binding = 7, std430) writeonly buffer Sums { vec4 sums_of_row[]; };
 
 const uint kSurfelsPerRow = 16u;
 const uint kVectorsPerRow = 14u;
@@ -145,7 +146,8 @@ void AddSurfel(inout Accumulator sums, uint i) {
 
 void main() {
   const uint row = ItemIndex();
-  const uint num_sampled = (params.num_surfels + params.stride - 1u) / params.stride;
+  const uint num_listed = params.num_blocks * kSurfelsPerBlock;
+  const uint num_sampled = (num_listed + params.stride - 1u) / params.stride;
   const uint num_rows = (num_sampled + kSurfelsPerRow - 1u) / kSurfelsPerRow;
   if (row >= num_rows) return;
   Accumulator sums;
@@ -155,7 +157,11 @@ void main() {
   // Neighbours in one round, so that they read neighbouring memory.
   for (uint round = 0u; round < kSurfelsPerRow; ++round) {
     const uint sample_index = round * num_rows + row;
-    if (sample_index < num_sampled) AddSurfel(sums, sample_index * params.stride);
+    if (sample_index >= num_sampled) continue;
+    const uint listed = sample_index * params.stride;
+    const uint block = imageLoad(blocks, int(listed / kSurfelsPerBlock)).x;
+    const uint i = block * kSurfelsPerBlock + listed % kSurfelsPerBlock;
+    if (i < params.num_surfels) AddSurfel(sums, i);
   }
   const uint first = row * kVectorsPerRow;
   [[unroll]] for (uint k = 0u; k < 4u; ++k) sums_of_row[first + k] = sums.head[k];

@@ -2,7 +2,8 @@
 // Copyright the mono3d authors
 
 // One evaluation of the registration of a depth map with the model: at this pose and this scale of
-// its depths, over every `stride`-th surfel. The first members are those of ViewParams.
+// its depths, over every `stride`-th surfel of some blocks. The first members are those of
+// ViewParams.
 #ifndef MONO3D_FUSION_REGISTER_PARAMS_H
 #define MONO3D_FUSION_REGISTER_PARAMS_H
 #include "common/params.h"
@@ -20,7 +21,8 @@ float relative_sigma;
 float association_sigmas;
 float min_normal_cosine;
 uint num_surfels;
-uint stride;        // from one surfel to the next
+uint num_blocks;    // whose surfels are looked at
+uint stride;        // from one of these to the next
 float depth_scale;  // measured depths are multiplied by this
 uint grey_level;    // of the grey image, 0 is the full size
 float grey_gain;    // grey of the image = gain * grey of the surfel + bias; gain 0: depth alone

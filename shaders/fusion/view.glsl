@@ -6,8 +6,7 @@
 #ifndef MONO3D_FUSION_OWN_PARAMS  // a stage with the same members and more
 #include "fusion/view.params.h"
 #endif
-
-layout(local_size_x = 64) in;
+#include "fusion/item.glsl"
 
 // Values of a surfel's association; any below kHidden is the index of the pixel that confirms it.
 // The low 8 bits of the two that speak against it are the confidence with which they do.
@@ -24,12 +23,6 @@ const uint kIndexCellsPerPixel = 2u;
 // Longest axis of a surfel over its shortest: a disc seen at 75 degrees.
 const float kMaxElongation = 4.0;
 const float kSqrt2 = 1.41421356;
-
-// The item of this invocation: more workgroups than a device takes along x continue along y.
-uint ItemIndex() {
-  return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x +
-         gl_LocalInvocationID.x;
-}
 
 float Dot(vec3 a, vec3 b) {
   precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;

@@ -100,17 +100,18 @@ StageScene::StageScene(const DepthMap& map, const Surfels& model, const SurfelMa
       storage(TestDevice(), kRoom) {
   buffers.Upload(packed);
   storage.Upload(surfels);
+  all_blocks.SetRange(TestDevice(), 0, storage.size());
 }
 
 void StageScene::RunAssociate() {
   stages.Prepare(recorder, view, buffers);
-  stages.Associate(recorder, view, buffers, storage);
+  stages.Associate(recorder, view, buffers, storage, all_blocks);
   recorder.Submit();
 }
 
 void StageScene::RunIndexMap() {
   RunAssociate();
-  stages.DrawIndexMap(recorder, view, buffers, storage);
+  stages.DrawIndexMap(recorder, view, buffers, storage, all_blocks);
   recorder.Submit();
 }
 

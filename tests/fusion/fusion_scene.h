@@ -61,6 +61,7 @@ class StageScene {
   FusionStages stages;
   DepthMapBuffers buffers;
   SurfelStorage storage;
+  BlockList all_blocks;
 
  private:
   void Upload(const DepthMap& map);

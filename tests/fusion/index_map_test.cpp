@@ -62,7 +62,8 @@ TEST(IndexMap, IsTheSameInTwoPassesOf32Bits) {
   const auto in_one_pass = scene.DeviceIndexMap();
   ASSERT_NE(in_one_pass, std::vector<reference::IndexCell>(in_one_pass.size()));
   const FusionStages without_int64(TestDevice(), false);
-  without_int64.DrawIndexMap(scene.recorder, scene.view, scene.buffers, scene.storage);
+  without_int64.DrawIndexMap(scene.recorder, scene.view, scene.buffers, scene.storage,
+                             scene.all_blocks);
   scene.recorder.Submit();
   EXPECT_EQ(scene.DeviceIndexMap(), in_one_pass);
 }

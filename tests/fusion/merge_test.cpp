@@ -12,7 +12,7 @@ namespace {
 
 void RunMerge(StageScene& scene) {
   scene.RunAssociate();
-  scene.stages.Merge(scene.recorder, scene.view, scene.buffers, scene.storage);
+  scene.stages.Merge(scene.recorder, scene.view, scene.buffers, scene.storage, scene.all_blocks);
   scene.recorder.Submit();
 }
 

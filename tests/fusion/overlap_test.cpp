@@ -40,12 +40,15 @@ struct Merged {
 Merged Merge(const Surfels& surfels, const ViewParams& view) {
   SurfelStorage storage(TestDevice(), 100'000);
   storage.Upload(surfels);
+  BlockList all_blocks;
+  all_blocks.SetRange(TestDevice(), 0, storage.size());
   Recorder recorder(TestDevice());
   const DepthMapBuffers buffers(TestDevice(), kWidth, kHeight);
   const FusionStages stages(TestDevice());
   Merged merged;
   merged.num_removed =
-      Corrector(TestDevice()).MergeOverlap(recorder, stages, view, buffers, storage, nullptr);
+      Corrector(TestDevice())
+          .MergeOverlap(recorder, stages, view, buffers, storage, all_blocks, nullptr);
   merged.surfels = storage.Download();
   return merged;
 }

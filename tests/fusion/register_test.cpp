@@ -49,10 +49,12 @@ struct Case {
         scene(map, Model()),
         params(ParamsFor(scene.view, level)) {
     params.stride = stride;
+    params.num_blocks = scene.all_blocks.size();
     scene.RunPrepare();
     Registrar registrar(TestDevice());
     registrar.UploadGrey(map);
-    found = registrar.Evaluate(scene.recorder, params, scene.buffers, scene.storage, nullptr);
+    found = registrar.Evaluate(scene.recorder, params, scene.buffers, scene.storage,
+                               scene.all_blocks, nullptr);
     expected = reference::Register(params, scene.packed, scene.DeviceCandidates(), scene.surfels,
                                    GreyLevel(map.bgr, static_cast<int>(level)));
   }
@@ -114,8 +116,8 @@ TEST(Register, LeavesGreyValuesOutWithoutGain) {
   c.params.grey_gain = 0;
   Registrar registrar(TestDevice());
   registrar.UploadGrey(c.map);
-  const auto found =
-      registrar.Evaluate(c.scene.recorder, c.params, c.scene.buffers, c.scene.storage, nullptr);
+  const auto found = registrar.Evaluate(c.scene.recorder, c.params, c.scene.buffers,
+                                        c.scene.storage, c.scene.all_blocks, nullptr);
   EXPECT_EQ(found.grey_cost, 0);
   EXPECT_EQ(found.num_grey, c.found.num_grey);  // counted all the same, for the exposure
   EXPECT_LT(found.information(0, 0), c.found.information(0, 0));

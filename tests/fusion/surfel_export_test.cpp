@@ -49,6 +49,18 @@ TEST(SurfelExport, LeavesOutWhatIsNotSure) {
   EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.min_confidence = 0.35}).size(), 2U);
 }
 
+TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
+  Surfels surfels = ThreeSurfels();  // for the first as much as against it
+  surfels.history[0][3] -= 1U << 16;
+  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 2U);  // whatever its confidence
+  // By default one observation that expects an error of half a percent is enough.
+  surfels.history[0] = {0, 1, 0, 43U << 16};
+  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 2U);
+  surfels.history[0][3] = 42U << 16;
+  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 1U);
+}
+
 TEST(SurfelExport, ThinsToCellsOfRadii) {
   // The median of radii 0.5 and 0.125 is taken upwards: cells of 20 su hold both.
   EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.voxel_radii = 40}).size(), 1U);

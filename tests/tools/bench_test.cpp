@@ -265,5 +265,30 @@ TEST(DepthBench, MeasuresTheStagesOfAMap) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(FusionBench, MeasuresAMapACorrectionAndACoarserModel) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_fusion_bench";
+  std::filesystem::create_directories(folder);
+  const std::string command = std::string(MONO3D_BENCH_TOOL) +
+                              " fusion --width 96 --height 64 --repeat 1 --json " +
+                              (folder / "fusion.json").string();
+  const CommandResult result = RunCommand(command + " --surfels 10000", folder);
+  EXPECT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("96 x 64"), HasSubstr("fusion/associate"),
+                                   HasSubstr("fusion/deform"), HasSubstr("becomes coarser")));
+  const Json json = Json::parse(std::ifstream(folder / "fusion.json"));
+  EXPECT_NEAR(json.at("surfels").get<double>(), 10'000, 500);
+  EXPECT_EQ(json.at("refused_maps"), 0);
+  EXPECT_GT(json.at("map_cpu").at("least_ms").get<double>(), 0);
+  EXPECT_TRUE(json.at("wrong_map_stages").contains("fusion/register"));
+  EXPECT_GT(json.at("correction").at("cpu_ms").get<double>(), 0);
+  const auto& coarsening = json.at("coarsening");
+  EXPECT_LT(coarsening.at("surfels_after").get<int>(), coarsening.at("surfels_before").get<int>());
+
+  const CommandResult too_small = RunCommand(command + " --surfels 100", folder);
+  EXPECT_EQ(too_small.exit_status, 2);
+  EXPECT_THAT(too_small.errors, HasSubstr("--surfels"));
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace mono3d::tools

@@ -35,27 +35,29 @@ void Corrector::Deform(Recorder& recorder, std::span<const DeformationNode> node
 
 std::uint32_t Corrector::MergeOverlap(Recorder& recorder, const FusionStages& stages,
                                       const ViewParams& params, const DepthMapBuffers& map,
-                                      const SurfelStorage& surfels, StageTimes* times) {
+                                      const SurfelStorage& surfels, const BlockList& blocks,
+                                      StageTimes* times) {
   if (surfels.size() == 0) return 0;
   const Buffer sums(device_, std::size_t{surfels.size()} * 16, "fusion/overlap_sums");
   recorder.Fill(surfels.association(), kUnseen);  // nothing is seen through
-  stages.DrawIndexMap(recorder, params, map, surfels);
+  stages.DrawIndexMap(recorder, params, map, surfels, blocks);
   // What was the association is the target from here on.
-  const auto grid = GridFor(overlap_target_, surfels.size());
   recorder.Dispatch(overlap_target_,
                     {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     map.index_map, surfels.association()},
-                    params, grid);
+                     map.index_map, blocks.buffer(), surfels.association()},
+                    params, blocks.grid());
   recorder.Fill(sums, 0);
   recorder.Fill(map.num_removed, 0);
-  recorder.Dispatch(overlap_add_,
-                    {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     surfels.association(), sums, surfels.normal_weight(), map.num_removed},
-                    params, grid);
-  recorder.Dispatch(overlap_apply_,
-                    {sums, surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     surfels.position_radius(), surfels.normal_weight(), surfels.history()},
-                    params, grid);
+  recorder.Dispatch(
+      overlap_add_,
+      {surfels.position_radius(), surfels.normal_weight(), surfels.history(), surfels.association(),
+       blocks.buffer(), sums, surfels.normal_weight(), map.num_removed},
+      params, blocks.grid());
+  recorder.Dispatch(
+      overlap_apply_,
+      {sums, surfels.position_radius(), surfels.normal_weight(), surfels.history(), blocks.buffer(),
+       surfels.position_radius(), surfels.normal_weight(), surfels.history()},
+      params, blocks.grid());
   recorder.Submit(times);
   return map.num_removed.Download<std::uint32_t>().front();
 }

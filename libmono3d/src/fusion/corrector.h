@@ -9,6 +9,7 @@
 
 #include "fusion/deformation.h"
 #include "fusion/fusion_stages.h"
+#include "fusion/surfel_blocks.h"
 #include "fusion/surfel_storage.h"
 #include "fusion/view.params.h"
 #include "gpu/kernel.h"
@@ -27,11 +28,13 @@ class Corrector {
   void Deform(Recorder& recorder, std::span<const DeformationNode> nodes,
               const SurfelStorage& surfels, StageTimes* times);
 
-  // Merges the surfels of parts that overlap as one view sees them: overlap_target, overlap_add,
-  // overlap_apply. Returns the number of surfels that were added to others and removed.
+  // Merges the surfels of parts that overlap as one view sees them, all of which are in `blocks`:
+  // overlap_target, overlap_add, overlap_apply. Returns the number of surfels that were added to
+  // others and removed.
   std::uint32_t MergeOverlap(Recorder& recorder, const FusionStages& stages,
                              const ViewParams& params, const DepthMapBuffers& map,
-                             const SurfelStorage& surfels, StageTimes* times);
+                             const SurfelStorage& surfels, const BlockList& blocks,
+                             StageTimes* times);
 
  private:
   std::shared_ptr<Device> device_;

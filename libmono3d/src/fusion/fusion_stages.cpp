@@ -41,21 +41,23 @@ void FusionStages::Prepare(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
-                             const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+                             const DepthMapBuffers& map, const SurfelStorage& surfels,
+                             const BlockList& blocks) const {
   recorder.Dispatch(associate_,
                     {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
-                     surfels.association()},
-                    params, GridFor(associate_, params.num_surfels - params.first_surfel));
+                     blocks.buffer(), surfels.association()},
+                    params, blocks.grid());
 }
 
 void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
-                                const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+                                const DepthMapBuffers& map, const SurfelStorage& surfels,
+                                const BlockList& blocks) const {
   recorder.Fill(map.index_map, 0xFFFFFFFFU);
   const auto draw = [&](const Kernel& kernel) {
-    recorder.Dispatch(
-        kernel,
-        {surfels.position_radius(), surfels.normal_weight(), surfels.association(), map.index_map},
-        params, GridFor(kernel, params.num_surfels));
+    recorder.Dispatch(kernel,
+                      {surfels.position_radius(), surfels.normal_weight(), surfels.association(),
+                       blocks.buffer(), map.index_map},
+                      params, blocks.grid());
   };
   if (index_map_) {
     draw(*index_map_);
@@ -74,20 +76,22 @@ void FusionStages::SelectNew(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                         const SurfelStorage& surfels) const {
-  recorder.Dispatch(merge_,
-                    {surfels.association(), map.depth, map.candidate, map.colour,
-                     surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     surfels.position_radius(), surfels.normal_weight(), surfels.history()},
-                    params, GridFor(merge_, params.num_surfels));
+                         const SurfelStorage& surfels, const BlockList& blocks) const {
+  recorder.Dispatch(
+      merge_,
+      {surfels.association(), map.depth, map.candidate, map.colour, surfels.position_radius(),
+       surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.position_radius(),
+       surfels.normal_weight(), surfels.history()},
+      params, blocks.grid());
 }
 
 void FusionStages::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
-                                  const Buffer& num_removed, const SurfelStorage& surfels) const {
+                                  const Buffer& num_removed, const SurfelStorage& surfels,
+                                  const BlockList& blocks) const {
   recorder.Dispatch(free_space_,
-                    {surfels.association(), surfels.history(), surfels.normal_weight(),
-                     surfels.history(), num_removed},
-                    params, GridFor(free_space_, params.num_surfels - params.first_surfel));
+                    {surfels.association(), surfels.history(), blocks.buffer(),
+                     surfels.normal_weight(), surfels.history(), num_removed},
+                    params, blocks.grid());
 }
 
 void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "fusion/depth_map_buffers.h"
+#include "fusion/surfel_blocks.h"
 #include "fusion/surfel_storage.h"
 #include "fusion/view.params.h"
 #include "gpu/kernel.h"
@@ -24,22 +25,24 @@ class FusionStages {
 
   // Reads depth, normal_confidence of `map`; writes candidate.
   void Prepare(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map) const;
+  // Where stages take `blocks`, these surfels alone are read and changed.
+
   // Reads the surfels from params.first_surfel on, depth, candidate; writes their association.
   void Associate(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                 const SurfelStorage& surfels) const;
+                 const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads the surfels and association; writes index_map.
   void DrawIndexMap(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                    const SurfelStorage& surfels) const;
+                    const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads depth, candidate, index_map and the surfels; writes selected.
   void SelectNew(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
                  const SurfelStorage& surfels) const;
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms.
   void Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-             const SurfelStorage& surfels) const;
+             const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads association; changes the surfels from params.first_surfel on that it speaks against, and
   // adds those that it removes to the one uint of num_removed.
   void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
-                      const SurfelStorage& surfels) const;
+                      const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads depth, candidate, colour, selected, num_before; writes new surfels from slot
   // params.num_surfels on, for which there must be room.
   void Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,

@@ -81,18 +81,20 @@ void Registrar::UploadGrey(const DepthMap& map) {
 
 RegistrationSystem Registrar::Evaluate(Recorder& recorder, const RegisterParams& params,
                                        const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                                       StageTimes* times) {
-  const std::uint32_t num_samples = DivideRoundingUp(params.num_surfels, params.stride);
+                                       const BlockList& blocks, StageTimes* times) {
+  const std::uint64_t num_listed = std::uint64_t{params.num_blocks} * kSurfelsPerBlock;
+  const std::uint32_t num_samples = DivideRoundingUp(num_listed, params.stride);
   const std::uint32_t num_rows = DivideRoundingUp(num_samples, kSurfelsPerRegistrationRow);
   const std::size_t num_floats = std::size_t{num_rows} * kFloatsPerRegistrationRow;
   if (num_rows == 0) return {};
   if (rows_.size_bytes() < num_floats * sizeof(float)) {
     rows_ = Buffer(device_, num_floats * sizeof(float), "fusion/registration_rows");
   }
-  recorder.Dispatch(register_,
-                    {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     buffers.depth, buffers.candidate, grey_.at(params.grey_level), rows_},
-                    params, GridFor(register_, num_rows));
+  recorder.Dispatch(
+      register_,
+      {surfels.position_radius(), surfels.normal_weight(), surfels.history(), buffers.depth,
+       buffers.candidate, grey_.at(params.grey_level), blocks.buffer(), rows_},
+      params, GridFor(register_, num_rows));
   recorder.Submit(times);
   downloaded_.resize(num_floats);
   rows_.Download(std::span<float>(downloaded_));
@@ -104,6 +106,7 @@ struct Registrar::Target {
   Recorder& recorder;
   const DepthMapBuffers& buffers;
   const SurfelStorage& surfels;
+  const BlockList& blocks;
   const SurfelMapOptions& options;
   StageTimes* times;
 
@@ -116,12 +119,14 @@ struct Registrar::Target {
 Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProblem& problem,
                                   int level, int& num_evaluations) {
   Look look{problem.predicted, {}, 1};
-  RegisterParams params = MakeRegisterParams(problem, look.view, target.surfels.size(), level);
+  RegisterParams params =
+      MakeRegisterParams(problem, look.view, target.surfels.size(), target.blocks.size(), level);
   if (level == 0) params.stride *= kLookStride;
   look.stride = params.stride;
   for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
     if (i > 0) SetExposure(params, look.system);
-    look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.times);
+    look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.blocks,
+                           target.times);
     ++num_evaluations;
   }
   return look;
@@ -153,9 +158,11 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
   Look look{problem.predicted, {}, 1};
   for (int level = kNumLevels - 1; level >= 0; --level) {
     for (int iteration = 0; iteration < kMaxIterationsPerLevel; ++iteration) {
-      RegisterParams params = MakeRegisterParams(problem, look.view, target.surfels.size(), level);
+      RegisterParams params = MakeRegisterParams(problem, look.view, target.surfels.size(),
+                                                 target.blocks.size(), level);
       if (target.with_grey(problem.map)) SetExposure(params, look.system);
-      look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.times);
+      look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.blocks,
+                             target.times);
       look.stride = params.stride;
       ++num_evaluations;
       const Vector7d step = Solve(problem, look.system, look.view, params.stride);
@@ -171,9 +178,9 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
 // tracker is wrong, by anything.
 Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
                                  const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                                 const Predictions& predictions, const SurfelMapOptions& options,
-                                 StageTimes* times) {
-  const Target target{recorder, buffers, surfels, options, times};
+                                 const BlockList& blocks, const Predictions& predictions,
+                                 const SurfelMapOptions& options, StageTimes* times) {
+  const Target target{recorder, buffers, surfels, blocks, options, times};
   const RegistrationProblem of_tracker = MakeProblem(map, options, predictions.front());
   UploadGrey(map);
   int num_evaluations = 0;

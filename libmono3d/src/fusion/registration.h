@@ -12,6 +12,7 @@
 #include "fusion/depth_map_buffers.h"
 #include "fusion/register.params.h"
 #include "fusion/registration_problem.h"
+#include "fusion/surfel_blocks.h"
 #include "fusion/surfel_storage.h"
 #include "gpu/buffer.h"
 #include "gpu/kernel.h"
@@ -38,16 +39,17 @@ class Registrar {
  public:
   explicit Registrar(const std::shared_ptr<Device>& device);
 
-  // `buffers` hold the depth map as it comes, with its candidates; `predictions`, one at least, are
-  // in the model's world.
+  // `buffers` hold the depth map as it comes, with its candidates; `blocks` what may be in view;
+  // `predictions`, one at least, are in the model's world.
   Registration Register(Recorder& recorder, const DepthMap& map, const DepthMapBuffers& buffers,
-                        const SurfelStorage& surfels, const Predictions& predictions,
-                        const SurfelMapOptions& options, StageTimes* times);
+                        const SurfelStorage& surfels, const BlockList& blocks,
+                        const Predictions& predictions, const SurfelMapOptions& options,
+                        StageTimes* times);
 
   // One evaluation. `params` as the shader has them.
   RegistrationSystem Evaluate(Recorder& recorder, const RegisterParams& params,
                               const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                              StageTimes* times);
+                              const BlockList& blocks, StageTimes* times);
   // Takes over the grey image of the depth map and its two halved ones.
   void UploadGrey(const DepthMap& map);
 

@@ -8,14 +8,16 @@
 #include <cmath>
 #include <vector>
 
+#include "fusion/surfel.h"
 #include "fusion/view.h"
+#include "gpu/recorder.h"
 
 namespace mono3d {
 namespace {
 
-// An evaluation looks at no more surfels than this on the finest level; four times fewer are
-// enough on each coarser one.
-constexpr std::uint32_t kMaxSamples = 262'144;
+// Of those that may be in view, an evaluation looks at no more surfels than this on the finest
+// level; four times fewer are enough on each coarser one.
+constexpr std::uint32_t kMaxSamples = 131'072;
 
 Vector7d PriorInformation(const RegistrationProblem& problem) {
   const RegistrationOptions& options = problem.options.registration;
@@ -71,7 +73,7 @@ void Move(RegisteredView& view, const Vector7d& step) {
 }
 
 RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const RegisteredView& view,
-                                  std::uint32_t num_surfels, int level) {
+                                  std::uint32_t num_surfels, std::uint32_t num_blocks, int level) {
   DepthMap at_view;  // its images play no part
   at_view.camera = problem.map.camera;
   at_view.T_world_cam = view.T_world_cam;
@@ -91,8 +93,10 @@ RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Regi
   params.association_sigmas = std::ldexp(same.association_sigmas, level);
   params.min_normal_cosine = same.min_normal_cosine;
   params.num_surfels = num_surfels;
+  params.num_blocks = num_blocks;
   const std::uint32_t max_samples = kMaxSamples >> static_cast<unsigned>(2 * level);
-  params.stride = std::max((num_surfels + max_samples - 1) / max_samples, 1U);
+  params.stride =
+      std::max(DivideRoundingUp(std::uint64_t{num_blocks} * kSurfelsPerBlock, max_samples), 1U);
   params.depth_scale = static_cast<float>(view.depth_scale);
   params.grey_level = static_cast<std::uint32_t>(level);
   params.grey_noise = static_cast<float>(problem.options.registration.grey_noise);

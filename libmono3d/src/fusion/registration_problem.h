@@ -45,7 +45,7 @@ Vector7d Deviation(const RegistrationProblem& problem, const RegisteredView& vie
 void Move(RegisteredView& view, const Vector7d& step);
 
 RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const RegisteredView& view,
-                                  std::uint32_t num_surfels, int level);
+                                  std::uint32_t num_surfels, std::uint32_t num_blocks, int level);
 
 // Exposure drifts from map to map: mean and contrast of what both see are made equal.
 void SetExposure(RegisterParams& params, const RegistrationSystem& system);

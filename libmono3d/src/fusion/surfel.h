@@ -37,6 +37,9 @@ struct Surfels {
 inline constexpr std::size_t kBytesPerSurfel = 3 * sizeof(Surfels::Float4);
 static_assert(kBytesPerSurfel == 48 && sizeof(Surfels::Uint4) == sizeof(Surfels::Float4));
 
+// Of surfels that follow each other; kSurfelsPerBlock of shaders/fusion/item.glsl.
+inline constexpr std::uint32_t kSurfelsPerBlock = 64;
+
 inline std::uint32_t Low16(std::uint32_t packed) { return packed & 0xFFFFU; }
 inline std::uint32_t High16(std::uint32_t packed) { return packed >> 16; }
 

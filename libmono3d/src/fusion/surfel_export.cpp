@@ -12,11 +12,18 @@
 namespace mono3d {
 namespace {
 
+float Against(const Surfels::Uint4& history) {
+  return static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
+}
+
+float For(const Surfels::Uint4& history) {
+  return static_cast<float>(ConfidenceFor(history)) / 256.0F;
+}
+
 // The rule of succession with one doubt to begin with: a single observation is not certain.
 float Confidence(const Surfels::Uint4& history) {
-  const float for_it = static_cast<float>(ConfidenceFor(history)) / 256.0F;
-  const float against_it =
-      static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
+  const float for_it = For(history);
+  const float against_it = Against(history);
   return for_it / (for_it + against_it + 1);
 }
 
@@ -44,6 +51,7 @@ PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& optio
         confidence < static_cast<float>(options.min_confidence)) {
       continue;
     }
+    if (options.min_confidence > 0 && Against(history) > For(history)) continue;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
     cloud.points.emplace_back(p[0], p[1], p[2]);

@@ -4,6 +4,7 @@
 #include "mono3d/fusion/surfel_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "fusion/registration_gate.h"
 #include "fusion/repairing_surfel_map.h"
 #include "fusion/selection.h"
+#include "fusion/surfel_blocks.h"
 #include "fusion/surfel_export.h"
 #include "fusion/surfel_storage.h"
 #include "fusion/view.h"
@@ -34,6 +36,9 @@ namespace {
 constexpr std::uint32_t kMaxRemovedShare = 4;
 // After a correction, views from which overlapping parts are merged.
 constexpr std::size_t kMaxMergingViews = 6;
+
+// Around the image, so that no rounding matters at its border.
+constexpr std::uint32_t kViewMargin_px = 1;
 
 // A 64th of the surfels; coarser is not worth having.
 constexpr std::uint32_t kMaxMergeRadius_px = 8;
@@ -81,6 +86,7 @@ class VulkanSurfelMap : public RepairableMap {
         registrar_(device_),
         corrector_(device_),
         recorder_(device_),
+        culler_(device_),
         surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)),
         past_views_(static_cast<std::size_t>(options.num_reviews)) {}
 
@@ -114,6 +120,7 @@ class VulkanSurfelMap : public RepairableMap {
   bool MakeRoom(std::uint32_t num_new);
   bool Coarsen();
   void Resize(const CameraModel& camera);
+  void FindVisible(std::span<const ViewParams> views, std::uint32_t margin_px);
   std::uint32_t MergeOverlap(const FusedView& view);
 
   std::shared_ptr<Device> device_;
@@ -123,7 +130,10 @@ class VulkanSurfelMap : public RepairableMap {
   Registrar registrar_;
   Corrector corrector_;
   Recorder recorder_;
+  BlockCuller culler_;
   SurfelStorage surfels_;
+  BlockList visible_;  // what the stages work on
+  BlockList latest_;   // what the last depth map has added
   DepthMapBuffers buffers_;
   PastViews past_views_;
   std::uint32_t merge_radius_px_ = 1;
@@ -204,6 +214,7 @@ CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> co
   if (!motions.empty()) {
     past_views_.Clear();  // they show the scene as it was
     corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
+    surfels_.SetBounded(0);
     for (const std::size_t view : ViewsOfOverlap(views_, motions, kMaxMergingViews)) {
       result.num_merged += MergeOverlap(views_[view]);
     }
@@ -229,9 +240,11 @@ std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
   DepthMap seen;  // its images play no part
   seen.camera = view.camera;
   seen.T_world_cam = view.T_world_cam;
-  const std::uint32_t num_removed = corrector_.MergeOverlap(
-      recorder_, stages_, MakeViewParams(seen, options_, surfels_.size(), num_depth_maps_),
-      buffers_, surfels_, times_);
+  const ViewParams params = MakeViewParams(seen, options_, surfels_.size(), num_depth_maps_);
+  FindVisible({&params, 1}, kViewMargin_px);
+  const std::uint32_t num_removed =
+      corrector_.MergeOverlap(recorder_, stages_, params, buffers_, surfels_, visible_, times_);
+  culler_.Bound(recorder_, visible_, surfels_.size(), surfels_);
   surfels_.Update(0, num_removed);
   return num_removed;
 }
@@ -249,10 +262,13 @@ Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
 Registration VulkanSurfelMap::Register(const DepthMap& map) {
   const Predictions predictions = Predict(map);
   if (num_depth_maps_ == 0 || !options_.registration.enabled) return {predictions.front(), {}, {}};
-  stages_.Prepare(recorder_, MakeViewParams(map, options_, surfels_.size(), num_depth_maps_),
-                  buffers_);
-  Registration registration =
-      registrar_.Register(recorder_, map, buffers_, surfels_, predictions, options_, times_);
+  std::vector<ViewParams> views;
+  for (const RegisteredView& predicted : predictions) {
+    views.push_back(ViewOf(Placed(map, predicted)));
+  }
+  FindVisible(views, static_cast<std::uint32_t>(std::ceil(options_.gate.max_deviation_px)));
+  Registration registration = registrar_.Register(recorder_, map, buffers_, surfels_, visible_,
+                                                  predictions, options_, times_);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
   return registration;
@@ -273,16 +289,21 @@ void VulkanSurfelMap::Resize(const CameraModel& camera) {
   height_px_ = camera.height;
 }
 
+void VulkanSurfelMap::FindVisible(std::span<const ViewParams> views, std::uint32_t margin_px) {
+  culler_.FindVisible(recorder_, views, margin_px, surfels_, visible_, times_);
+}
+
 void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) {
   Resize(map.camera);
   buffers_.Upload(packed);
+  stages_.Prepare(recorder_, ViewOf(map), buffers_);
 }
 
 // What the depth map says of each surfel, and which of its pixels are new. Leaves the model alone.
 Selection VulkanSurfelMap::Associate(const ViewParams& params) {
-  stages_.Prepare(recorder_, params, buffers_);
-  stages_.Associate(recorder_, params, buffers_, surfels_);
-  stages_.DrawIndexMap(recorder_, params, buffers_, surfels_);
+  FindVisible({&params, 1}, kViewMargin_px);
+  stages_.Associate(recorder_, params, buffers_, surfels_, visible_);
+  stages_.DrawIndexMap(recorder_, params, buffers_, surfels_, visible_);
   stages_.SelectNew(recorder_, params, buffers_, surfels_);
   recorder_.Submit(times_);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
@@ -296,9 +317,10 @@ Selection VulkanSurfelMap::Associate(const ViewParams& params) {
 // Returns the number of surfels removed.
 std::uint32_t VulkanSurfelMap::Update(const ViewParams& params, const Selection& selection) {
   buffers_.num_before.Upload(std::span<const std::uint32_t>(selection.num_before));
-  stages_.Merge(recorder_, params, buffers_, surfels_);
+  stages_.Merge(recorder_, params, buffers_, surfels_, visible_);
   recorder_.Fill(buffers_.num_removed, 0);
-  stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_);
+  stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_, visible_);
+  culler_.Bound(recorder_, visible_, params.num_surfels, surfels_);
   stages_.Insert(recorder_, params, buffers_, surfels_);
   ReviewNew(params.num_surfels, params.num_surfels + selection.num_selected);
   recorder_.Submit(times_);
@@ -309,12 +331,13 @@ std::uint32_t VulkanSurfelMap::Update(const ViewParams& params, const Selection&
 // would be a surfel there already, but they may have seen through them, or something before them.
 void VulkanSurfelMap::ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels) {
   if (first_surfel == num_surfels) return;
+  latest_.SetRange(device_, first_surfel, num_surfels);
   for (const PastView& past : past_views_.views()) {
     ViewParams params = MakeViewParams(past.view, options_, num_surfels, num_depth_maps_);
     params.first_surfel = first_surfel;
     params.is_past = 1;
-    stages_.Associate(recorder_, params, past.buffers, surfels_);
-    stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_);
+    stages_.Associate(recorder_, params, past.buffers, surfels_, latest_);
+    stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_, latest_);
   }
 }
 

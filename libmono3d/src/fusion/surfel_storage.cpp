@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gpu/device_handle.h"
+#include "gpu/recorder.h"
 
 namespace mono3d {
 namespace {
@@ -21,6 +22,10 @@ std::uint32_t MaxSurfels(const Device& device, std::uint32_t wanted) {
   const std::uint64_t per_buffer = std::min<std::uint64_t>(
       limits.max_storage_buffer_bytes / sizeof(Surfels::Float4), limits.max_texel_buffer_elements);
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, per_buffer));
+}
+
+std::size_t BoundsBytes(std::uint32_t num_surfels) {
+  return std::size_t{DivideRoundingUp(num_surfels, kSurfelsPerBlock)} * sizeof(Surfels::Float4);
 }
 
 }  // namespace
@@ -36,6 +41,7 @@ void SurfelStorage::Allocate(std::uint32_t capacity) {
   normal_weight_ = Buffer(device_, bytes, "fusion/normal_weight");
   history_ = Buffer(device_, bytes, "fusion/history");
   association_ = Buffer(device_, std::size_t{capacity} * 4, "fusion/association");
+  bounds_ = Buffer(device_, BoundsBytes(capacity), "fusion/block_bounds");
   capacity_ = capacity;
 }
 
@@ -56,11 +62,14 @@ void SurfelStorage::Reserve(Recorder& recorder, std::uint32_t size) {
   Buffer normal_weight = grow(normal_weight_, sizeof(Surfels::Float4), capacity);
   Buffer history = grow(history_, sizeof(Surfels::Uint4), capacity);
   Buffer association = grow(association_, sizeof(std::uint32_t), capacity);
+  Buffer bounds(device_, BoundsBytes(capacity), bounds_.name());
+  if (size_ > 0) recorder.Copy(bounds_, 0, bounds, 0, BoundsBytes(size_));
   recorder.Submit();
   position_radius_ = std::move(position_radius);
   normal_weight_ = std::move(normal_weight);
   history_ = std::move(history);
   association_ = std::move(association);
+  bounds_ = std::move(bounds);
   capacity_ = capacity;
 }
 
@@ -112,6 +121,7 @@ void SurfelStorage::Upload(const Surfels& surfels) {
   history_.Upload(std::span<const Surfels::Uint4>(surfels.history));
   size_ = static_cast<std::uint32_t>(surfels.size());
   num_removed_ = 0;
+  num_bounded_ = 0;
 }
 
 }  // namespace mono3d

@@ -27,6 +27,11 @@ class SurfelStorage {
   const Buffer& normal_weight() const { return normal_weight_; }
   const Buffer& history() const { return history_; }
   const Buffer& association() const { return association_; }  // uint per slot, for the stages
+  // float4 per block of kSurfelsPerBlock: centre and radius of what surrounds its surfels.
+  const Buffer& bounds() const { return bounds_; }
+  // Surfels whose blocks have bounds: none once surfels were replaced.
+  std::uint32_t num_bounded() const { return num_bounded_; }
+  void SetBounded(std::uint32_t num_surfels) { num_bounded_ = num_surfels; }
 
   // Makes room for slots up to `size`, at most max_size(). What is there stays.
   void Reserve(Recorder& recorder, std::uint32_t size);
@@ -53,10 +58,12 @@ class SurfelStorage {
   std::uint32_t capacity_ = 0;
   std::uint32_t size_ = 0;
   std::uint32_t num_removed_ = 0;
+  std::uint32_t num_bounded_ = 0;
   Buffer position_radius_;
   Buffer normal_weight_;
   Buffer history_;
   Buffer association_;
+  Buffer bounds_;
 };
 
 }  // namespace mono3d

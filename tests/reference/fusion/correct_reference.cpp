@@ -35,10 +35,22 @@ bool IsSamePlace(const Surfels& surfels, std::size_t i, std::size_t j) {
   return (offset - offset.dot(n) * n).norm() <= 0.7071F * std::min(a[3], b[3]);
 }
 
-bool IsOtherPart(const Surfels& surfels, std::size_t i, std::size_t j) {
-  const int gap = static_cast<int>(Low16(surfels.history[i][3])) -
-                  static_cast<int>(Low16(surfels.history[j][3]));
-  return std::abs(gap) > static_cast<int>(kMaxAnchorGap);
+// j is of a depth map that came well before that of i.
+bool IsOlderPart(const Surfels& surfels, std::size_t i, std::size_t j) {
+  return Low16(surfels.history[j][3]) + kMaxAnchorGap < Low16(surfels.history[i][3]);
+}
+
+bool IsSameSurface(const ViewParams& view, const Surfels& surfels, std::size_t i, std::size_t j,
+                   const Vector2f& pixel_of_j, float inverse_depth_of_j) {
+  const auto& own = surfels.normal_weight[i];
+  const auto& other = surfels.normal_weight[j];
+  const Vector3f p = PointToCamera(view, Head(surfels.position_radius[i]));
+  const Vector3f ray = Ray(view, pixel_of_j.x(), pixel_of_j.y());
+  const float difference = std::abs(inverse_depth_of_j - Expected(view, surfels, i, ray));
+  const float sigma =
+      std::hypot(Sigma(view, 1 / p.z(), own[3]), Sigma(view, inverse_depth_of_j, other[3]));
+  return Dot(Head(other), Head(own)) >= view.min_normal_cosine &&
+         difference <= view.association_sigmas * sigma && IsSamePlace(surfels, i, j);
 }
 
 std::uint32_t FindTarget(const ViewParams& view, const std::vector<IndexCell>& index_map,
@@ -53,27 +65,30 @@ std::uint32_t FindTarget(const ViewParams& view, const std::vector<IndexCell>& i
   const int u0 = static_cast<int>(std::floor((pixel.x() + 0.5F) * 2));
   const int v0 = static_cast<int>(std::floor((pixel.y() + 0.5F) * 2));
   std::uint32_t best = kNone;
-  float smallest = 3.4e38F;
+  float nearest = 3.4e38F;
+  Vector2f best_pixel(0, 0);
+  float best_inverse_depth = 0;
   for (int v = v0 - 2; v <= v0 + 2; ++v) {
     for (int u = u0 - 2; u <= u0 + 2; ++u) {
       if (u < 0 || v < 0 || u >= width || v >= height) continue;
       const IndexCell& cell = index_map[static_cast<std::size_t>(v * width + u)];
       const std::uint32_t j = cell.surfel;
-      if (j >= i || !IsOtherPart(surfels, i, j)) continue;
-      const auto& other = surfels.normal_weight[j];
-      if (Dot(Head(other), Head(own)) < view.min_normal_cosine) continue;
+      if (j >= i || !IsOlderPart(surfels, i, j)) continue;
       const float w = 1 / std::bit_cast<float>(cell.depth_bits);
-      const Vector3f ray = Ray(view, (static_cast<float>(u) + 0.5F) / 2 - 0.5F,
-                               (static_cast<float>(v) + 0.5F) / 2 - 0.5F);
-      const float difference = std::abs(w - Expected(view, surfels, i, ray));
-      const float sigma = std::hypot(Sigma(view, 1 / p.z(), own[3]), Sigma(view, w, other[3]));
-      if (difference > view.association_sigmas * sigma || difference >= smallest) continue;
-      if (!IsSamePlace(surfels, i, j)) continue;
-      smallest = difference;
+      const Vector2f at((static_cast<float>(u) + 0.5F) / 2 - 0.5F,
+                        (static_cast<float>(v) + 0.5F) / 2 - 0.5F);
+      const float difference = std::abs(w - Expected(view, surfels, i, Ray(view, at.x(), at.y())));
+      if (difference > 2 * view.association_sigmas * Sigma(view, 1 / p.z(), own[3])) continue;
+      const float distance = (at - pixel).squaredNorm();
+      if (distance >= nearest) continue;
+      nearest = distance;
       best = j;
+      best_pixel = at;
+      best_inverse_depth = w;
     }
   }
-  return best;
+  if (best == kNone) return kNone;
+  return IsSameSurface(view, surfels, i, best, best_pixel, best_inverse_depth) ? best : kNone;
 }
 
 }  // namespace
