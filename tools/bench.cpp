@@ -50,9 +50,9 @@ void WriteResults(const Arguments& arguments, const std::vector<SequenceResult>&
 }
 
 int RunBench(const Arguments& arguments) {
-  RequireOption(arguments.suite.time_limit_s >= 0, "--time-limit", "seconds, 0: none",
+  RequireOption(arguments.suite.time_limit_s >= 0, "time-limit", "seconds, 0: none",
                 arguments.suite.time_limit_s);
-  RequireOption(arguments.suite.max_depth_m >= 0, "--max-depth", "a depth in metres, 0: no bound",
+  RequireOption(arguments.suite.max_depth_m >= 0, "max-depth", "a depth in metres, 0: no bound",
                 arguments.suite.max_depth_m);
   CreateOutputFolder(arguments.suite.output);
   CatchStopSignals();

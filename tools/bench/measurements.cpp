@@ -31,7 +31,7 @@ DepthCommand::DepthCommand(CLI::App& tool)
 }
 
 int DepthCommand::Run() const {
-  RequireOption(options_.num_repeats >= 1, "--repeat", "at least 1", options_.num_repeats);
+  RequireOption(options_.num_repeats >= 1, "repeat", "at least 1", options_.num_repeats);
   const DepthBenchResult result = BenchDepth(options_, device_);
   if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
   std::printf("%s\n", ToText(ToTable(result)).c_str());
@@ -56,11 +56,11 @@ FusionCommand::FusionCommand(CLI::App& tool)
 }
 
 int FusionCommand::Run() const {
-  RequireOption(options_.num_repeats >= 1, "--repeat", "at least 1", options_.num_repeats);
-  RequireOption(options_.width_px >= 32, "--width", "at least 32", options_.width_px);
-  RequireOption(options_.height_px >= 32, "--height", "at least 32", options_.height_px);
+  RequireOption(options_.num_repeats >= 1, "repeat", "at least 1", options_.num_repeats);
+  RequireOption(options_.width_px >= 32, "width", "at least 32", options_.width_px);
+  RequireOption(options_.height_px >= 32, "height", "at least 32", options_.height_px);
   const int one_map = options_.width_px * options_.height_px;
-  RequireOption(options_.num_surfels >= one_map, "--surfels", "no less than a depth map has pixels",
+  RequireOption(options_.num_surfels >= one_map, "surfels", "no less than a depth map has pixels",
                 options_.num_surfels);
   const FusionBenchResult result = BenchFusion(options_, device_);
   if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
