@@ -14,8 +14,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer images;   // padded
-layout(binding = 1, r32ui) uniform readonly uimageBuffer quarter;  // the same, halved twice, padded
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer images;   // padded
+layout(binding = 1, rgba32ui) uniform readonly uimageBuffer quarter;  // the same, halved twice, padded
 // Of (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1), the lowest byte first: detail + 128. Rows of
 // 4 * ceil(width / 4).
 layout(binding = 2, std430) writeonly buffer Detail {
@@ -24,10 +24,17 @@ layout(binding = 2, std430) writeonly buffer Detail {
 
 int quarter_base, quarter_words_per_row;
 
-int QuarterPixel(int x, int y) {
-  const uint word =
-      imageLoad(quarter, quarter_base + PaddedWordIndex(quarter_words_per_row, x >> 2, y)).x;
-  return int((word >> (8 * (x & 3))) & 0xffu);
+#define WORDS images
+#include "depth/three_words.glsl"
+
+// Quarter pixels (x, y) to (x + 2, y).
+ivec3 QuarterPixels(int x, int y) {
+  const int first = quarter_base + PaddedWordIndex(quarter_words_per_row, x >> 2, y);
+  const uvec2 words =
+      CutThreeWords(imageLoad(quarter, first >> 2), imageLoad(quarter, (first + 1) >> 2), first).xy;
+  const int shift = 8 * (x & 3);
+  const uint bytes = (words.x >> shift) | ((words.y << 1) << (31 - shift));
+  return ivec3((uvec3(bytes) >> uvec3(0, 8, 16)) & 0xffu);
 }
 
 // Eighths of the quarter pixels before, at and after, for the five pixels from 4 n on; in the same
@@ -54,17 +61,16 @@ void main() {
 
   int means[3][5];  // of three quarter rows, in eighths
   [[unroll]] for (int line = 0; line < 3; ++line) {
-    const int before = QuarterPixel(group - 1, row_group + line - 1);
-    const int here = QuarterPixel(group, row_group + line - 1);
-    const int after = QuarterPixel(group + 1, row_group + line - 1);
+    const ivec3 pixels = QuarterPixels(group - 1, row_group + line - 1);
     [[unroll]] for (int i = 0; i < 5; ++i) {
-      means[line][i] = kBefore[i] * before + kHere[i] * here + kAfter[i] * after;
+      means[line][i] = kBefore[i] * pixels.x + kHere[i] * pixels.y + kAfter[i] * pixels.z;
     }
   }
   uint above[5];
   [[unroll]] for (int dy = 0; dy < 5; ++dy) {
-    const uint word = imageLoad(images, first + dy * words_per_row).x;
-    const uint next = imageLoad(images, first + dy * words_per_row + 1).x;
+    const uvec3 words = ThreeWords(first + dy * words_per_row);
+    const uint word = words.x;
+    const uint next = words.y;
     uint bytes[5];
     [[unroll]] for (int i = 0; i < 5; ++i) {
       const int grey = int(i < 4 ? (word >> (8 * i)) & 0xffu : next & 0xffu);

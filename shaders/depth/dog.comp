@@ -13,10 +13,13 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer image;  // padded image
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer image;  // padded image
 layout(binding = 1, std430) writeonly buffer Response {          // rows of 4 * ceil(width / 4)
   uvec4 response[];
 };
+
+#define WORDS image
+#include "depth/three_words.glsl"
 
 const int kWide[9] = int[](1, 8, 28, 56, 70, 56, 28, 8, 1);
 const int kNarrow[9] = int[](0, 0, 1, 4, 6, 4, 1, 0, 0);
@@ -33,9 +36,9 @@ void main() {
     narrow[i] = 0;
   }
   [[unroll]] for (int dy = 0; dy < 9; ++dy) {
+    const uvec3 words = ThreeWords(PaddedWordIndex(groups_per_row + 2, group - 1, row + dy - 4));
     [[unroll]] for (int w = 0; w < 3; ++w) {
-      const uint word =
-          imageLoad(image, PaddedWordIndex(groups_per_row + 2, group + w - 1, row + dy - 4)).x;
+      const uint word = words[w];
       [[unroll]] for (int i = 0; i < 4; ++i) {
         const int grey = int((word >> (8 * i)) & 0xffu);
         wide[4 * w + i] += kWide[dy] * grey;

@@ -23,7 +23,9 @@ layout(binding = 3, std430) writeonly buffer Paths {
   uvec4 paths[];
 };
 
+#define WORDS p2
 #include "depth/local_volume.glsl"
+#include "depth/three_words.glsl"
 
 const uint kNone = 0xffffffffu;  // four planes that the pixel before was not matched on
 
@@ -78,9 +80,7 @@ void main() {
     const int difference = abs(((range >> 16) & 0xff) - ((range_before >> 16) & 0xff));
     const int entry = starts ? 0 : difference;
     // A word of a texel: a load of the word alone would be a gather, which nothing overtakes.
-    const uvec4 penalties = imageLoad(p2, entry >> 2);
-    const uvec2 two = (entry & 2) != 0 ? penalties.zw : penalties.xy;
-    const uint penalty = (entry & 1) != 0 ? two.y : two.x;
+    const uint penalty = CutWord(imageLoad(p2, entry >> 2), entry);
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;
     range_before = range;
     uint shifted[5];

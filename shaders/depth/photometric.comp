@@ -34,6 +34,8 @@ layout(binding = 5, std430) writeonly buffer Measurements {
 #include "depth/measurement.glsl"
 #include "depth/projections.glsl"
 #include "depth/sources.glsl"
+#define WORDS detail
+#include "depth/three_words.glsl"
 
 const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
 
@@ -44,12 +46,6 @@ float noise_variance;
 vec2 sums;  // of weight * J * r and of weight * J^2
 float support;
 float num_visible;
-
-// Word of a texel of four.
-uint Select(uvec4 texel, int word) {
-  const uvec2 pair = (word & 2) != 0 ? texel.zw : texel.xy;
-  return (word & 1) != 0 ? pair.y : pair.x;
-}
 
 struct Source {
   vec3 a, row, b;  // A p in the first row, its change from row to row, and b
@@ -74,7 +70,7 @@ void AddSource(Source from, int source, float row, float w) {
   const int index = (is_before ? source : source - kSourcesPerSide) * image_words + place;
   const uvec4 texel =
       is_before ? imageLoad(detail_before, index >> 2) : imageLoad(detail_after, index >> 2);
-  const uint word = Select(texel, index);
+  const uint word = CutWord(texel, index);
   const float v00 = float(word & 0xffu), v10 = float((word >> 8) & 0xffu);
   const float v01 = float((word >> 16) & 0xffu), v11 = float(word >> 24);
   const float top = v00 + share.x * (v10 - v00);
@@ -98,9 +94,9 @@ void Measure(Source sources[kMostSources], int x, int y, float row) {
   const int pixel = inside ? y * width + x : 0;
   // As words: a load of the float alone would be a gather, which nothing overtakes.
   const uvec4 depths = floatBitsToUint(imageLoad(inverse_depth, pixel >> 2));
-  const float w = inside ? uintBitsToFloat(Select(depths, pixel)) : 0.0;
+  const float w = inside ? uintBitsToFloat(CutWord(depths, pixel)) : 0.0;
   const int place = inside ? y * stride + x : 0;
-  reference = float(Select(imageLoad(detail, place >> 2), place) & 0xffu);
+  reference = float(CutWord(imageLoad(detail, place >> 2), place) & 0xffu);
   sums = vec2(0);
   support = 0.0;
   num_visible = 0.0;

@@ -20,9 +20,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
-layout(binding = 1, r32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
-layout(binding = 2, r32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
+layout(binding = 0, rgba32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
+layout(binding = 1, rgba32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
 // Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23, and
 // kNarrow where the 8 planes in the middle hold the neighbourhood with a margin, so that the others need
 // not be matched; and the planes from the pixel before to this one, 4 bits with sign for each direction
@@ -31,7 +31,9 @@ layout(binding = 3, std430) writeonly buffer Ranges {
   uvec2 ranges[];
 };
 
+#define WORDS image
 #include "depth/local_volume.glsl"
+#include "depth/three_words.glsl"
 
 const float kNumPlanes = float(kLocalPlanes);
 // A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must fit
@@ -46,11 +48,23 @@ int height;
 
 float Position(float w) { return (w - params.inverse_depth) / params.inverse_depth_step; }
 
+// Of a pixel and those to its left and right; at the image's border its own stands for them.
+vec3 DepthsAround(int x, int y) {
+  const int first = y * width + x - 1;
+  const int last_texel = (width * height - 1) >> 2;
+  const vec3 depths = uintBitsToFloat(
+      CutThreeWords(floatBitsToUint(imageLoad(coarse_depth, max(first >> 2, 0))),
+                    floatBitsToUint(imageLoad(coarse_depth, min((first + 2) >> 2, last_texel))),
+                    first));
+  return vec3(x > 0 ? depths.x : depths.y, depths.y, x + 1 < width ? depths.z : depths.y);
+}
+
 // In planes of the fine level per pixel of the fine level.
 vec2 Slope(int x, int y, float w) {
   const int index = 3 * (y * width + x);
-  const vec3 n = vec3(imageLoad(coarse_normal, index).x, imageLoad(coarse_normal, index + 1).x,
-                      imageLoad(coarse_normal, index + 2).x);
+  const vec3 n = uintBitsToFloat(
+      CutThreeWords(floatBitsToUint(imageLoad(coarse_normal, index >> 2)),
+                    floatBitsToUint(imageLoad(coarse_normal, (index + 2) >> 2)), index));
   const vec3 ray = vec3((float(x) - params.cx) / params.fx, (float(y) - params.cy) / params.fy, 1.0);
   const float cosine = dot(n, ray);
   if (params.follow_normals == 0u || cosine > -kLeastCosine) return vec2(0);
@@ -73,12 +87,13 @@ void main() {
   float nearest = 0.0;
   float farthest = 3.4e38;
   float own = 0.0;
-  [[unroll]] for (int i = 0; i < 9; ++i) {
-    const float w = imageLoad(coarse_depth, clamp(row + i / 3 - 1, 0, height - 1) * width +
-                                                clamp(column + i % 3 - 1, 0, width - 1)).x;
-    nearest = max(nearest, w);
-    farthest = min(farthest, w > 0.0 ? w : farthest);
-    if (i == 4) own = w;
+  [[unroll]] for (int dy = -1; dy <= 1; ++dy) {
+    const vec3 depths = DepthsAround(column, clamp(row + dy, 0, height - 1));
+    [[unroll]] for (int i = 0; i < 3; ++i) {
+      nearest = max(nearest, depths[i]);
+      farthest = min(farthest, depths[i] > 0.0 ? depths[i] : farthest);
+    }
+    if (dy == 0) own = depths.y;
   }
   const bool found = nearest > 0.0;
   const float w = own > 0.0 ? own : (found ? 0.5 * (nearest + farthest) : 0.0);
@@ -105,7 +120,8 @@ void main() {
   [[unroll]] for (int i = 0; i < 2; ++i) {
     const int x = 2 * column;
     const int y = 2 * row + i;
-    const uint greys = imageLoad(image, PaddedWordIndex(words_per_row, x >> 2, y)).x >> (8 * (x & 2));
+    const int word = PaddedWordIndex(words_per_row, x >> 2, y);
+    const uint greys = CutWord(imageLoad(image, word >> 2), word) >> (8 * (x & 2));
     if (y < int(params.height_px)) {
       const int pixel = LocalPixel(x, y, int(params.height_px));
       ranges[pixel] = uvec2(range | ((greys & 0xffu) << 16), jumps);

@@ -13,17 +13,21 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, r32ui) uniform readonly uimageBuffer fine;  // num_images padded images
+layout(binding = 0, rgba32ui) uniform readonly uimageBuffer fine;  // num_images padded images
 layout(binding = 1, std430) writeonly buffer Coarse {  // the same images, half the size, rounded up
   uint coarse[];
 };
 
+#define WORDS fine
+#include "depth/three_words.glsl"
+
 // Row sums of four coarse pixels: columns 8 group - 1 to 8 group + 8 of a row.
 uvec4 RowSums(int index) {
-  const uint before = imageLoad(fine, index - 1).x;
-  const uint first = imageLoad(fine, index).x;
-  const uint second = imageLoad(fine, index + 1).x;
-  const uint after = imageLoad(fine, index + 2).x;
+  const uvec4 words = FourWords(index - 1);
+  const uint before = words.x;
+  const uint first = words.y;
+  const uint second = words.z;
+  const uint after = words.w;
   const uvec4 low = (uvec4(first) >> uvec4(0, 8, 16, 24)) & 0xffu;
   const uvec4 high = (uvec4(second) >> uvec4(0, 8, 16, 24)) & 0xffu;
   return uvec4(before >> 24, low.y, low.w, high.y) + 3u * uvec4(low.xz, high.xz) +
