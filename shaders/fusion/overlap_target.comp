@@ -13,7 +13,8 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // p
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
-layout(binding = 5, std430) writeonly buffer Target { uint target[]; };  // per surfel
+layout(binding = 5, r32ui) uniform readonly uimageBuffer first_of;  // surfel per depth map
+layout(binding = 6, std430) writeonly buffer Target { uint target[]; };  // per surfel
 
 // Footprints of pixels lie apart by this share of a surfel's radius.
 const float kFootprintPerRadius = 0.7071;
@@ -23,21 +24,6 @@ bool IsSamePlace(uint i, uint j, vec3 normal) {
   const vec3 offset = b.xyz - a.xyz;
   const vec3 along_surface = offset - Dot(offset, normal) * normal;
   return length(along_surface) <= kFootprintPerRadius * min(a.w, b.w);
-}
-
-uint Anchor(uint i) { return imageLoad(history, int(i)).w & 0xFFFFu; }
-
-// Surfels before this one belong to depth maps before `anchor`: they are in the order of their
-// anchors. At most `end`.
-uint FirstFrom(uint anchor, uint end) {
-  uint first = 0u;
-  while (first < end) {
-    const uint middle = (first + end) / 2u;
-    const bool is_before = Anchor(middle) < anchor;
-    first = is_before ? middle + 1u : first;
-    end = is_before ? end : middle;
-  }
-  return first;
 }
 
 // A surfel as the view sees it.
@@ -105,8 +91,9 @@ uint FindTarget(uint i) {
   const float inverse_depth = 1.0 / p_cam.z;
   const Seen seen =
       Seen(n_cam, p_cam * inverse_depth, inverse_depth, SurfelSigma(inverse_depth, surfel_normal.w));
-  const uint anchor = Anchor(i);
-  const uint end = FirstFrom(anchor - min(anchor, kMaxAnchorGap), i);
+  // Surfels are in the order of the depth maps to which they are anchored.
+  const uint anchor = imageLoad(history, int(i)).w & 0xFFFFu;
+  const uint end = imageLoad(first_of, int(anchor - min(anchor, kMaxAnchorGap))).x;
   const uint cell = NearestCell(end, p_cam, seen);
   if (cell == kNoSurfel || !IsSameSurface(i, cell, surfel_normal.xyz, seen)) return kNoSurfel;
   return imageLoad(index_map, int(2u * cell)).x;

@@ -39,12 +39,15 @@ std::uint32_t Corrector::MergeOverlap(Recorder& recorder, const FusionStages& st
                                       StageTimes* times) {
   if (surfels.size() == 0) return 0;
   const Buffer sums(device_, std::size_t{surfels.size()} * 16, "fusion/overlap_sums");
+  const std::span<const std::uint32_t> first_slots = surfels.first_slots();
+  Buffer first_of(device_, first_slots.size_bytes(), "fusion/first_slots");
+  first_of.Upload(first_slots);
   recorder.Fill(surfels.association(), kUnseen);  // nothing is seen through
   stages.DrawIndexMap(recorder, params, map, surfels, blocks);
   // What was the association is the target from here on.
   recorder.Dispatch(overlap_target_,
                     {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-                     map.index_map, blocks.buffer(), surfels.association()},
+                     map.index_map, blocks.buffer(), first_of, surfels.association()},
                     params, blocks.grid());
   recorder.Fill(sums, 0);
   recorder.Fill(map.num_removed, 0);

@@ -28,21 +28,25 @@ PackedDepthMap Pack(const DepthMap& map) {
   packed.normal_confidence.reserve(num_pixels);
   packed.colour.reserve(num_pixels);
   for (int y = 0; y < map.camera.height; ++y) {
+    const auto* depth = map.depth.ptr<float>(y);
+    const auto* confidences = map.confidence.empty() ? nullptr : map.confidence.ptr<float>(y);
+    const auto* normals = map.normal.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
+    const auto* colours = map.bgr.empty() ? nullptr : map.bgr.ptr<cv::Vec3b>(y);
     for (int x = 0; x < map.camera.width; ++x) {
-      const float z = map.depth.at<float>(y, x);
-      float confidence = map.confidence.empty() ? 1.0F : map.confidence.at<float>(y, x);
+      const float z = depth[x];
+      float confidence = confidences == nullptr ? 1.0F : confidences[x];
       // Written so that NaN fails.
       const bool is_candidate = std::isfinite(z) && z > 0 && confidence > 0;
       confidence = is_candidate ? std::min(confidence, 1.0F) : 0.0F;
       packed.depth.push_back(is_candidate ? z : 0.0F);
       packed.num_candidates += is_candidate ? 1 : 0;
       cv::Vec3f n(0, 0, 0);
-      if (!map.normal.empty()) n = map.normal.at<cv::Vec3f>(y, x);
+      if (normals != nullptr) n = normals[x];
       if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
       packed.normal_confidence.push_back({n[0], n[1], n[2], confidence});
       std::uint32_t colour = kGrey;
-      if (!map.bgr.empty()) {
-        const auto& bgr = map.bgr.at<cv::Vec3b>(y, x);
+      if (colours != nullptr) {
+        const cv::Vec3b& bgr = colours[x];
         colour = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
                  static_cast<std::uint32_t>(bgr[0] << 16);
       }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 
 namespace mono3d {
 namespace {
@@ -27,8 +28,8 @@ cv::Vec<schar, 2> PackNormal(const cv::Vec3f& n) {
     y = (1 - std::abs(x)) * std::copysign(1.0F, y);
     x = folded;
   }
-  return {static_cast<schar>(std::lround(kNormalSteps * x)),
-          static_cast<schar>(std::lround(kNormalSteps * y))};
+  return {static_cast<schar>(cvRound(kNormalSteps * x)),
+          static_cast<schar>(cvRound(kNormalSteps * y))};
 }
 
 cv::Vec3f UnpackNormal(const cv::Vec<schar, 2>& packed) {
@@ -67,13 +68,16 @@ StoredDepthMap::StoredDepthMap(const DepthMap& map) : frame(map) {
   }
   if (!map.normal.empty()) normal_ = cv::Mat::zeros(map.depth.size(), CV_8SC2);
   if (!map.confidence.empty()) map.confidence.convertTo(confidence_, CV_8U, 255);
+  cv::Mat log_depth;
+  cv::log(map.depth, log_depth);
   for (int y = 0; y < map.depth.rows; ++y) {
+    const auto* depth = map.depth.ptr<float>(y);
+    const auto* logarithm = log_depth.ptr<float>(y);
+    auto* steps = depth_.ptr<ushort>(y);
     for (int x = 0; x < map.depth.cols; ++x) {
-      const float z = map.depth.at<float>(y, x);
-      if (!IsEstimate(z)) continue;
-      const float step = (std::log(z) - log_nearest_) / log_step_;
-      depth_.at<ushort>(y, x) =
-          static_cast<ushort>(1 + std::lround(std::clamp(step, 0.0F, kDepthSteps)));
+      if (!IsEstimate(depth[x])) continue;
+      const float step = (logarithm[x] - log_nearest_) / log_step_;
+      steps[x] = static_cast<ushort>(1.5F + std::clamp(step, 0.0F, kDepthSteps));
       if (normal_.empty()) continue;
       normal_.at<cv::Vec<schar, 2>>(y, x) = PackNormal(map.normal.at<cv::Vec3f>(y, x));
     }

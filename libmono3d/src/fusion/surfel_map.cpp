@@ -181,6 +181,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   const std::uint32_t num_removed = Update(ViewOf(placed), selection);
   past_views_.Push(device_, placed, buffers_);
+  surfels_.BeginDepthMap(num_depth_maps_);
   surfels_.Update(selection.num_selected, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;

@@ -122,6 +122,11 @@ void SurfelStorage::Upload(const Surfels& surfels) {
   size_ = static_cast<std::uint32_t>(surfels.size());
   num_removed_ = 0;
   num_bounded_ = 0;
+  first_slots_.clear();
+  for (std::uint32_t i = 0; i < size_; ++i) {
+    const std::uint32_t anchor = Low16(surfels.history[i][3]);
+    if (anchor >= first_slots_.size()) first_slots_.resize(anchor + 1, i);
+  }
 }
 
 }  // namespace mono3d

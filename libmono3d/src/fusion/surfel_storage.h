@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "fusion/surfel.h"
 #include "gpu/buffer.h"
@@ -33,6 +34,12 @@ class SurfelStorage {
   std::uint32_t num_bounded() const { return num_bounded_; }
   void SetBounded(std::uint32_t num_surfels) { num_bounded_ = num_surfels; }
 
+  // Per depth map of the model the first slot of those anchored to it or to a later one: slots are
+  // in the order of their anchors.
+  const std::vector<std::uint32_t>& first_slots() const { return first_slots_; }
+  // The next surfels are anchored to this depth map.
+  void BeginDepthMap(std::uint32_t map_index) { first_slots_.resize(map_index + 1, size_); }
+
   // Makes room for slots up to `size`, at most max_size(). What is there stays.
   void Reserve(Recorder& recorder, std::uint32_t size);
   // From now on max_size() is what there is room for.
@@ -59,6 +66,7 @@ class SurfelStorage {
   std::uint32_t size_ = 0;
   std::uint32_t num_removed_ = 0;
   std::uint32_t num_bounded_ = 0;
+  std::vector<std::uint32_t> first_slots_;
   Buffer position_radius_;
   Buffer normal_weight_;
   Buffer history_;
