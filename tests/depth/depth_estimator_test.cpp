@@ -18,7 +18,6 @@ namespace mono3d {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 DepthResult Estimate(const ImageBundle& bundle, const DepthEstimatorOptions& options = {}) {
   return CreateDepthEstimator(TestDevice(), options)->Estimate(bundle);
@@ -160,72 +159,6 @@ TEST(DepthEstimator, GivesTheSameBytesAgain) {
   EXPECT_EQ(std::memcmp(first.depth.data, second.depth.data, 4 * first.depth.total()), 0);
   EXPECT_EQ(std::memcmp(first.normal.data, second.normal.data, 12 * first.depth.total()), 0);
   EXPECT_EQ(std::memcmp(first.confidence.data, second.confidence.data, 4 * first.depth.total()), 0);
-}
-
-TEST(DepthEstimator, RejectsIdenticalPoses) {
-  ImageBundle bundle = PlaneScene().Bundle();
-  for (Keyframe& keyframe : bundle.keyframes)
-    keyframe.T_world_cam = bundle.keyframes[0].T_world_cam;
-  const DepthResult result = Estimate(bundle);
-  EXPECT_EQ(result.status, DepthStatus::kRejected);
-  EXPECT_THAT(result.reason, HasSubstr("no baseline"));
-  EXPECT_TRUE(result.map.depth.empty());
-}
-
-TEST(DepthEstimator, RejectsABaselineTooSmallForTheDepth) {
-  PlaneScene scene;
-  scene.baseline = 1e-5;
-  const DepthResult result = Estimate(scene.Bundle());
-  EXPECT_EQ(result.status, DepthStatus::kRejected);
-  EXPECT_THAT(result.reason, HasSubstr("baseline is too small"));
-}
-
-TEST(DepthEstimator, RejectsCamerasThatLookAwayFromEachOther) {
-  for (const bool with_sparse_depths : {true, false}) {
-    PlaneScene scene;
-    scene.with_sparse_depths = with_sparse_depths;
-    ImageBundle bundle = scene.Bundle();
-    for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
-      if (i == bundle.reference_index()) continue;
-      Pose& pose = bundle.keyframes[i].T_world_cam;
-      pose = Pose(RotationExp({0, 3, 0}), pose.translation());
-    }
-    const DepthResult result = Estimate(bundle);
-    EXPECT_EQ(result.status, DepthStatus::kRejected);
-    EXPECT_THAT(result.reason, HasSubstr("do not overlap"));
-  }
-}
-
-TEST(DepthEstimator, RejectsImagesWithoutTexture) {
-  for (const bool with_sparse_depths : {true, false}) {
-    PlaneScene scene;
-    scene.contrast = 0;
-    scene.with_sparse_depths = with_sparse_depths;
-    const DepthResult result = Estimate(scene.Bundle());
-    EXPECT_EQ(result.status, DepthStatus::kRejected);
-    EXPECT_FALSE(result.reason.empty());
-    EXPECT_TRUE(result.map.depth.empty());
-  }
-}
-
-TEST(DepthEstimator, RefusesAnEvenNumberOfImagesFewerThanThreeAndMoreThanNine) {
-  PlaneScene scene;
-  for (const int num_images : {0, 1, 2, 4, 6, 8, 10, 11}) {
-    scene.num_images = num_images;
-    EXPECT_THAT([&] { (void)Estimate(scene.Bundle()); },
-                ThrowsMessage<Error>(HasSubstr("number of images in a bundle (expected 3, 5, 7 or "
-                                               "9, found " +
-                                               std::to_string(num_images) + ")")));
-  }
-}
-
-TEST(DepthEstimator, RefusesToAskForMoreViewsThanThereAre) {
-  PlaneScene scene;
-  scene.num_images = 3;
-  DepthEstimatorOptions options;
-  options.refinement.min_views = 3;
-  EXPECT_THAT([&] { (void)Estimate(scene.Bundle(), options); },
-              ThrowsMessage<Error>(HasSubstr("refinement.min_views")));
 }
 
 TEST(DepthEstimator, AddsItsStagesToTheTimes) {

@@ -66,7 +66,7 @@ ImageBundle PlaneScene::Bundle() const {
     const double side = i - num_images / 2;
     // The reference in the middle, at the origin; the others a little turned towards it.
     const Pose T_world_cam(RotationExp(Eigen::Vector3d(0.005, -0.02, 0.01) * side),
-                           Eigen::Vector3d(baseline, 0.02 * baseline, 0) * side);
+                           baseline * side * direction);
     Keyframe keyframe;
     keyframe.id = 10 + i;
     keyframe.frame = {.index = 20 + i,

@@ -5,10 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 #include <random>
 
 #include "geometry/two_view_world.h"
+#include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
@@ -60,6 +62,18 @@ TEST(RotationLog, TakesTheShorterWayRound) {
   const Eigen::Quaterniond q = RotationExp({0.4, 0, 0});
   const Eigen::Quaterniond opposite(-q.w(), -q.x(), -q.y(), -q.z());
   EXPECT_LT((RotationLog(opposite) - Eigen::Vector3d(0.4, 0, 0)).norm(), kRounding);
+}
+
+TEST(Pose, RefusesAMatrixThatIsNoRotation) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  const Eigen::Matrix3d R = RotationExp({0.3, -0.2, 1}).toRotationMatrix();
+  EXPECT_NO_THROW(Pose(R, origin));
+  EXPECT_THROW(Pose(Eigen::Matrix3d(1.01 * R), origin), Error);  // scaled
+  EXPECT_THROW(Pose(Eigen::Matrix3d(-R), origin), Error);        // mirrored
+  EXPECT_THROW(Pose(Eigen::Matrix3d(std::nan("") * R), origin), Error);
+  Eigen::Matrix3d sheared = R;
+  sheared(0, 1) += 0.001;
+  EXPECT_THROW(Pose(sheared, origin), Error);
 }
 
 }  // namespace

@@ -23,10 +23,10 @@ constexpr int kFailure = 1;
 
 std::string CameraText(const std::string& fx = "60", int width = 64) {
   return "%YAML:1.0\n---\nimage_width: " + std::to_string(width) +
-         "\nimage_height: 48\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+         "\nimage_height: 64\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
          "   data: [ " +
          fx +
-         ", 0., 31.5, 0., 60., 23.5, 0., 0., 1. ]\n"
+         ", 0., 31.5, 0., 60., 31.5, 0., 0., 1. ]\n"
          "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n"
          "   data: [ 0., 0., 0., 0., 0. ]\n";
 }
@@ -54,7 +54,7 @@ class BadInput : public testing::Test {
   std::filesystem::path camera() const { return folder_ / "camera.yaml"; }
 
   void WriteImage(const std::string& name, int width) const {
-    cv::Mat image(48, width, CV_8UC3);
+    cv::Mat image(64, width, CV_8UC3);
     cv::RNG random(7);
     random.fill(image, cv::RNG::UNIFORM, 0, 256);
     cv::imwrite((images() / name).string(), image);
@@ -117,7 +117,7 @@ TEST_F(BadInput, CameraFileWithNaN) {
 
 TEST_F(BadInput, CameraFileOfAnotherSize) {
   WriteText(camera(), CameraText("60", 80));
-  ExpectError(Depth(images().string()), kFailure, "expected 80x48", "found 64x48");
+  ExpectError(Depth(images().string()), kFailure, "expected 80x64", "found 64x64");
 }
 
 TEST_F(BadInput, TextFileNamedJpg) {
@@ -152,14 +152,14 @@ TEST_F(BadInput, MissingConfigFile) {
 
 TEST_F(BadInput, ImagesOfTwoSizesForTheDepthTool) {
   WriteImage("3.png", 32);
-  ExpectError(Depth(images().string()), kFailure, "3.png", "found 32x48");
+  ExpectError(Depth(images().string()), kFailure, "3.png", "found 32x64");
 }
 
 TEST_F(BadInput, ImagesOfTwoSizesKeepWhatIsThereSoFar) {
   WriteImage("3.png", 32);
   const CommandResult result = Reconstruct();
   EXPECT_EQ(result.exit_status, kFailure);
-  EXPECT_THAT(result.errors, AllOf(HasSubstr("3.png"), HasSubstr("found 32x48")));
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("3.png"), HasSubstr("found 32x64")));
   EXPECT_THAT(ReadText(folder_ / "out" / "run.json"), HasSubstr("\"end\": \"failed\""));
 }
 

@@ -12,26 +12,31 @@
 #include <vector>
 
 #include "depth/buffers.h"
+#include "depth/bundle_checks.h"
 #include "depth/dog.h"
 #include "depth/hierarchy.h"
 #include "depth/normals.h"
 #include "depth/refiner.h"
+#include "depth/side_agreement.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "depth/texture_filter.h"
 #include "depth/upsample.h"
 #include "gpu/recorder.h"
-#include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
 
 // A range whose ends are less than this apart in the farthest camera shows nothing but noise.
 constexpr double kLeastMotionPx = 2;
-// Less of the reference in view of any source, halfway through the range, is no overlap.
+// Less of the reference in view of any source, halfway through the range and at its far end, is no
+// overlap.
 constexpr double kLeastVisibleShare = 0.1;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.
 constexpr double kLeastDensity = 0.01;
+// Half census bits that the worse side of a map that shows the scene differs by, at most: halfway
+// between what a plane may cost at most, 46, and unrelated images, 62.
+constexpr int kLargestWorseSide = 54;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -43,14 +48,9 @@ DepthResult Rejected(std::string reason) {
   return result;
 }
 
-void RequireViews(const ImageBundle& bundle, const RefinementOptions& options) {
-  const auto num_sources = static_cast<int>(bundle.keyframes.size()) - 1;
-  if (options.iterations == 0 || options.min_views <= num_sources) return;
-  throw Error(ErrorParts{.what = "refinement.min_views asks for more images than there are",
-                         .where = {},
-                         .expected = "at most " + std::to_string(num_sources) + " of " +
-                                     std::to_string(num_sources + 1) + " images",
-                         .found = std::to_string(options.min_views)});
+// For the images' own reason where they have one.
+DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
+  return Rejected(ReasonInTheImages(bundle).value_or(std::move(reason)));
 }
 
 // Standard deviation of the noise of an image, grey levels: of what no plane or edge along the axes
@@ -116,8 +116,7 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       texture_filter_(device_) {}
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
-  Validate(bundle);
-  RequireViews(bundle, options_.refinement);
+  RequireBundle(bundle, options_.refinement, *device_);
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
   if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
@@ -125,8 +124,10 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   noise_ = NoiseOf(ToGrey(bundle.reference().frame.bgr));
   const std::optional<InverseDepthRange> range =
       hierarchy_.FindRange(recorder_, bundle, geometry, times_);
-  if (!range) return Rejected("the images do not overlap or do not match");
-  if (geometry.VisibleShare(0.5 * (range->farthest + range->nearest)) < kLeastVisibleShare) {
+  if (!range) return NotMatched(bundle, "the images do not overlap or do not match");
+  if (std::max(geometry.VisibleShare(range->farthest),
+               geometry.VisibleShare(0.5 * (range->farthest + range->nearest))) <
+      kLeastVisibleShare) {
     return Rejected("the images do not overlap");
   }
   const double motion_px =
@@ -137,17 +138,21 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   RecordRefinement(geometry, plan);
   recorder_.Submit(times_);
 
-  DepthResult result;
+  DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
+  const double density = static_cast<double>(CountEstimates(map)) /
+                         static_cast<double>(SizeAtLevel(geometry.camera(), 0).num_pixels());
+  const bool has_depth = density >= kLeastDensity;
+  DepthResult result = has_depth
+                           ? DepthResult{}
+                           : NotMatched(bundle, "too little texture, or the images do not match");
   result.level = plan.level;
   result.num_planes = static_cast<int>(plan.num_planes);
   result.min_depth_su = 1 / (plan.inverse_depth + plan.step * (plan.num_planes - 1));
   result.max_depth_su =
       plan.inverse_depth > 0 ? 1 / plan.inverse_depth : std::numeric_limits<double>::infinity();
-  DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
-  const double density = static_cast<double>(CountEstimates(map)) /
-                         static_cast<double>(SizeAtLevel(geometry.camera(), 0).num_pixels());
-  if (density < kLeastDensity) {
-    result.reason = "no texture, or the images do not match";
+  if (!has_depth) return result;
+  if (CostOfWorseSide(bundle, geometry, map.depth).value_or(0) > kLargestWorseSide) {
+    result.reason = "the images do not match: those before and after the middle one disagree";
     return result;
   }
   result.status = DepthStatus::kEstimated;

@@ -25,6 +25,11 @@ constexpr std::size_t kLeastSample = 25;
 constexpr double kMarginOfRange = 0.25;
 constexpr double kMarginOfInverseDepth = 0.1;
 
+// Depth in a source over depth in the reference, below which it counts for nothing how fast pixels
+// move: seen at more than twice the size, windows do not match. A camera that stands next to a
+// plane, or has passed it, would make all others' steps too small.
+constexpr double kLeastDepthRatio = 0.5;
+
 // Of a translation in double precision after a few products, as a share of its length.
 constexpr double kPoseRounding = 1e-12;
 
@@ -105,7 +110,7 @@ double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) cons
       const Eigen::Vector3d& b = projections_[i].b;
       ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
         const Eigen::Vector3d at = projections_[i].A * p + w * b;
-        if (!Sees(source_cameras_[i], at)) return;
+        if (at.z() < kLeastDepthRatio || !Sees(source_cameras_[i], at)) return;
         const Eigen::Vector2d motion = (b.head<2>() - b.z() * at.hnormalized()) / at.z();
         fastest = std::max(fastest, motion.norm());
       });

@@ -48,8 +48,9 @@ class SweepGeometry {
   double VisibleShare(double inverse_depth) const;
 
   // How fast the pixels move in the farthest matching camera: the largest |d pixel / d inverse
-  // depth| over all sources, the parts of the image they see, and the range; px * su at full
-  // resolution. 0 when nothing is seen, or without a baseline.
+  // depth| over all sources, the parts of the image they see from no nearer than half the
+  // reference's depth, and the range; px * su at full resolution. 0 when nothing is seen, or
+  // without a baseline.
   double PixelsPerInverseDepth(const InverseDepthRange& range) const;
 
   // From infinity to the nearest plane of which a source still sees half the reference. Empty when

@@ -4,14 +4,32 @@
 #include "mono3d/geometry/pose.h"
 
 #include <cmath>
+#include <sstream>
+
+#include "mono3d/core/error.h"
 
 namespace mono3d {
+namespace {
+
+Eigen::Quaterniond ToQuaternion(const Eigen::Matrix3d& rotation) {
+  constexpr double kRounding = 1e-6;
+  const double error = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
+  if (error <= kRounding && rotation.determinant() > 0) return Eigen::Quaterniond(rotation);
+  std::ostringstream found;  // NaN comes here as well
+  found << "R^T R - I of norm " << error << ", determinant " << rotation.determinant();
+  throw Error(ErrorParts{.what = "matrix is no rotation",
+                         .where = {},
+                         .expected = "an orthonormal matrix of determinant 1",
+                         .found = found.str()});
+}
+
+}  // namespace
 
 Pose::Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
     : rotation_(rotation.normalized()), translation_(translation) {}
 
 Pose::Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
-    : Pose(Eigen::Quaterniond(rotation), translation) {}
+    : Pose(ToQuaternion(rotation), translation) {}
 
 Pose Pose::Inverse() const {
   const Eigen::Quaterniond inverse = rotation_.conjugate();

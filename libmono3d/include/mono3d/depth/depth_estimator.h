@@ -28,12 +28,17 @@ struct DepthResult {
   double max_depth_su = 0;  // infinite when the farthest plane is at infinity
 };
 
+// Width and height that images need at least.
+inline constexpr int kLeastDepthSide = 64;
+
 // Depth of the middle image of a bundle (paper, section 3.2).
 class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
 
-  // Throws Error on an invalid bundle; a bundle without depth in it is a status.
+  // Throws Error on an invalid bundle, on images smaller than kLeastDepthSide or larger than the
+  // device's buffers allow (3840x2160 fits any), and with fewer matching images than
+  // RefinementOptions::min_views; a bundle without depth in it is a status.
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;
 };
 
