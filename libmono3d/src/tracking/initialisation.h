@@ -20,6 +20,7 @@ struct TwoViewStart {
   std::vector<FeatureMatch> matches;
   std::vector<Eigen::Vector3d> p_a;  // of each match
   bool is_planar = false;            // explained by a homography
+  bool is_adjusted = false;          // motion and points fit further views between the two as well
 };
 
 // The motions that two views leave open, the one with most points first.

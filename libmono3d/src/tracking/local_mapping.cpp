@@ -64,6 +64,16 @@ MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
   return bundle;
 }
 
+// All there is; the first keyframe stays.
+MapBundle CollectAll(const Map& map) {
+  std::vector<KeyframeId> adjusted;
+  std::vector<KeyframeId> fixed;
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+    if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
+  }
+  return Collect(map, adjusted, fixed);
+}
+
 // Takes the result over into the map.
 void Apply(const MapBundle& bundle, const BundleReport& report, Map& map) {
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
@@ -217,16 +227,17 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
 }
 
 void AdjustAll(Map& map) {
-  std::vector<KeyframeId> adjusted;
-  std::vector<KeyframeId> fixed;
-  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
-    if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
-  }
   // A start is further off than a local map, and a loop settles slowly.
   constexpr int kSteps = 20;
   constexpr double kMinGain = 1e-6;
-  MapBundle bundle = Collect(map, adjusted, fixed);
+  MapBundle bundle = CollectAll(map);
   const BundleReport report = AdjustBundle(bundle.problem, {kSteps, kSteps, kMinGain});
+  Apply(bundle, report, map);
+}
+
+void RemoveOutliers(Map& map) {
+  MapBundle bundle = CollectAll(map);
+  const BundleReport report = AdjustBundle(bundle.problem, {0, 0});
   Apply(bundle, report, map);
 }
 

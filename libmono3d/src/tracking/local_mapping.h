@@ -25,6 +25,9 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
 // Bundle adjustment of everything; only the first keyframe stays.
 void AdjustAll(Map& map);
 
+// Takes away the observations that do not fit the map as it is.
+void RemoveOutliers(Map& map);
+
 // Points that the keyframe sees otherwise than their patch shows them, from more than 10 degrees
 // aside or at another scale, get their patch from it.
 void RenewPatches(Map& map, KeyframeId keyframe);

@@ -42,7 +42,12 @@ void FillMap(const MapStart& start, Map& map) {
     map.UpdatePoint(point);
     Sharpen(map, point);
   }
-  AdjustAll(map);
+  // Two views alone know less than those that the motion was adjusted over, above all of a plane.
+  if (start.motion.is_adjusted) {
+    RemoveOutliers(map);
+  } else {
+    AdjustAll(map);
+  }
   const float median = Median(map.Depths(map.keyframe(id_a).view));
   if (median > 0) map.Rescale(1 / median);
 }

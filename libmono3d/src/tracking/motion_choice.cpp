@@ -140,6 +140,7 @@ Adjusted Adjust(BundleProblem problem, const std::vector<CommonPoint>& points,
   }
   adjusted.start.T_b_a = problem.T_cam_world.back();
   adjusted.start.is_planar = candidate.is_planar;
+  adjusted.start.is_adjusted = true;
   std::vector<std::optional<std::size_t>> point_of_feature;
   for (std::size_t i = 0; i < points.size(); ++i) {
     point_of_feature.resize(std::max(point_of_feature.size(), points[i].feature_a + 1));
