@@ -143,7 +143,7 @@ TEST(MinimiseDensely, EndsWhereNoStepLowersTheCost) {
   std::mt19937 random(SeedFromTestName());
   BundleProblem problem = MakeWorld(1, random).problem;
   const std::vector<char> none(problem.observations.size(), 0);
-  MinimiseDensely(problem, none, false, 50, 1e-12);
+  MinimiseDensely(problem, none, false, 50, {.min_gain = 1e-12});
   const double cost = SquaredError(problem);
   const auto moved_cost = [&](std::size_t view, const Eigen::Vector3d& turn,
                               const Eigen::Vector3d& shift) {
@@ -173,7 +173,7 @@ TEST(MinimiseDensely, LeavesFixedViewsAndWhatIsUnseenAlone) {
   problem.T_cam_world.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(3, 2, 1));
   problem.is_fixed.push_back(0);
   const BundleProblem before = problem;
-  MinimiseDensely(problem, std::vector<char>(problem.observations.size(), 0), true, 5, 1e-4);
+  MinimiseDensely(problem, std::vector<char>(problem.observations.size(), 0), true, 5, {});
   EXPECT_EQ(problem.T_cam_world[0].Matrix(), before.T_cam_world[0].Matrix());
   EXPECT_EQ(problem.T_cam_world[1].Matrix(), before.T_cam_world[1].Matrix());
   EXPECT_NE(problem.T_cam_world[2].Matrix(), before.T_cam_world[2].Matrix());

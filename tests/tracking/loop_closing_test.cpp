@@ -110,7 +110,8 @@ TEST(CloseLoop, TakesMostOfTheDriftAway) {
   ASSERT_GT(before, 0.5);
   const std::optional<PlaceFound> loop = FindLoop(world.map, world.index, last, 1);
   ASSERT_TRUE(loop.has_value());
-  CloseLoop(world.map, *loop, {});
+  MappingTurn alone;
+  CloseLoop(world.map, *loop, {}, alone);
   EXPECT_LT(gap(), 0.1 * before);
   // Two hundredths: the pose graph leaves a part of it to the adjustment of points and views.
   EXPECT_NEAR(world.map.keyframe(last).scale, 1 / kDriftScale, 0.02);

@@ -210,6 +210,9 @@ void Pipeline::Process(const Frame& frame) {
 
 Reconstruction Pipeline::Finish() {
   State& state = *state_;
+  const std::vector<KeyframeCorrection> corrections = state.stages.tracker->WaitForMapping();
+  state.JoinModels(corrections);
+  state.Correct(corrections);
   for (const Keyframe& keyframe : state.stages.tracker->Finish()) state.ProcessKeyframe(keyframe);
   state.CloseModel();
 

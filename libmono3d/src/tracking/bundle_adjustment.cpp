@@ -117,6 +117,18 @@ double RobustCost(const BundleProblem& problem) {
   return cost;
 }
 
+// Ends with the best that has been found.
+class StopCallback final : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const BundleOptions& options) : options_(options) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return options_.IsStopped() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const BundleOptions& options_;
+};
+
 ceres::Solver::Options SolverOptions(int num_steps, double min_gain) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
@@ -129,11 +141,11 @@ ceres::Solver::Options SolverOptions(int num_steps, double min_gain) {
 
 // One stage: moves the problem's poses and points, over the observations that are no outliers.
 void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool robust,
-              int num_steps, double min_gain) {
+              int num_steps, const BundleOptions& bundle_options) {
   // Up to here a dense matrix of the views is cheaper than looking for its zeros.
   constexpr std::ptrdiff_t kMaxDenseViews = 150;
   if (std::count(problem.is_fixed.begin(), problem.is_fixed.end(), 0) <= kMaxDenseViews) {
-    MinimiseDensely(problem, is_outlier, robust, num_steps, min_gain);
+    MinimiseDensely(problem, is_outlier, robust, num_steps, bundle_options);
     return;
   }
   std::vector<PoseBlock> poses;
@@ -161,8 +173,10 @@ void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool 
     is_used[observation.point] = 1;
   }
   if (ceres_problem.NumResidualBlocks() == 0) return;
-  ceres::Solver::Options options = SolverOptions(num_steps, min_gain);
+  ceres::Solver::Options options = SolverOptions(num_steps, bundle_options.min_gain);
   options.linear_solver_ordering = ordering;
+  StopCallback stop(bundle_options);
+  options.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &ceres_problem, &summary);
   if (!summary.IsSolutionUsable()) return;
@@ -194,10 +208,11 @@ BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options) 
   BundleReport report;
   report.initial_cost = RobustCost(problem);
   if (options.num_robust_steps > 0) {
-    Minimise(problem, FindBehind(problem), true, options.num_robust_steps, options.min_gain);
+    Minimise(problem, FindBehind(problem), true, options.num_robust_steps, options);
   }
-  if (options.num_steps > 0)
-    Minimise(problem, FindOutliers(problem), false, options.num_steps, options.min_gain);
+  if (options.num_steps > 0 && !options.IsStopped()) {
+    Minimise(problem, FindOutliers(problem), false, options.num_steps, options);
+  }
   report.is_outlier = FindOutliers(problem);
   report.final_cost = RobustCost(problem);
   return report;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <cstddef>
 #include <vector>
 
@@ -33,6 +34,10 @@ struct BundleOptions {
   // A step that lowers the cost by less than this share of it is the last one. Long loops settle
   // in many small steps.
   double min_gain = 1e-4;
+  // When it becomes true, the step under way is the last one; what it has found by then counts.
+  const std::atomic<bool>* stop = nullptr;
+
+  bool IsStopped() const { return stop != nullptr && stop->load(); }
 };
 
 struct BundleReport {

@@ -51,7 +51,7 @@ class DenseBundle {
  public:
   DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust);
 
-  void Minimise(int num_steps, double min_gain);
+  void Minimise(int num_steps, const BundleOptions& options);
 
  private:
   static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
@@ -237,7 +237,7 @@ bool DenseBundle::Solve(double damping) {
   return true;
 }
 
-void DenseBundle::Minimise(int num_steps, double min_gain) {
+void DenseBundle::Minimise(int num_steps, const BundleOptions& options) {
   std::vector<Camera> cameras = Cameras(problem_.T_cam_world);
   double cost = Cost(cameras, problem_.p_world);
   double damping = 1e-5;
@@ -263,22 +263,22 @@ void DenseBundle::Minimise(int num_steps, double min_gain) {
       damping = damping * 100 + 1e-4;
       continue;
     }
-    const bool converged = cost - new_cost < min_gain * cost;
+    const bool converged = cost - new_cost < options.min_gain * cost;
     problem_.T_cam_world = std::move(poses);
     problem_.p_world = std::move(points);
     cameras = std::move(moved);
     cost = new_cost;
     damping *= 0.1;
     is_linearised = false;
-    if (converged) return;
+    if (converged || options.IsStopped()) return;
   }
 }
 
 }  // namespace
 
 void MinimiseDensely(BundleProblem& problem, const std::vector<char>& left_out, bool robust,
-                     int num_steps, double min_gain) {
-  DenseBundle(problem, left_out, robust).Minimise(num_steps, min_gain);
+                     int num_steps, const BundleOptions& options) {
+  DenseBundle(problem, left_out, robust).Minimise(num_steps, options);
 }
 
 }  // namespace mono3d::tracking

@@ -19,7 +19,7 @@ namespace {
 constexpr int kMinNewer = 2;
 
 // The next keyframe adjusts nearly the same again: what a further step would gain comes with it.
-constexpr BundleOptions kLocalAdjustment{.min_gain = 1e-3};
+constexpr double kLocalMinGain = 1e-3;
 
 // A bundle problem and where its parts come from.
 struct MapBundle {
@@ -27,6 +27,7 @@ struct MapBundle {
   std::vector<KeyframeId> keyframes;      // of each view
   std::vector<PointId> points;            // of each point
   std::vector<Observation> observations;  // of each observation
+  KeyframeId num_keyframes = 0;           // in the map at that time
 };
 
 // The points that `adjusted` see, as seen by them and by `fixed`.
@@ -34,6 +35,7 @@ MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
                   const std::vector<KeyframeId>& fixed) {
   MapBundle bundle;
   bundle.problem.camera = map.camera();
+  bundle.num_keyframes = map.keyframes().size();
   std::vector<std::optional<std::size_t>> view_of(map.keyframes().size());
   const auto add_view = [&](KeyframeId id, bool is_fixed) {
     view_of[id] = bundle.keyframes.size();
@@ -74,8 +76,26 @@ MapBundle CollectAll(const Map& map) {
   return Collect(map, adjusted, fixed);
 }
 
+// Keyframes that came while the adjustment was at work, placed by the map as it was before, move
+// with the newest one that was in it.
+void MoveNewer(const MapBundle& bundle, Map& map) {
+  std::optional<std::size_t> newest;
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    if (bundle.problem.is_fixed[i] != 0) continue;
+    if (!newest || bundle.keyframes[i] > bundle.keyframes[*newest]) newest = i;
+  }
+  if (!newest) return;
+  const Pose T_world_new =
+      map.T_cam_world(bundle.keyframes[*newest]).Inverse() * bundle.problem.T_cam_world[*newest];
+  for (KeyframeId id = bundle.num_keyframes; id < map.keyframes().size(); ++id) {
+    Pose& T_cam_world = map.keyframe(id).view.T_cam_world;
+    T_cam_world = T_cam_world * T_world_new;
+  }
+}
+
 // Takes the result over into the map.
 void Apply(const MapBundle& bundle, const BundleReport& report, Map& map) {
+  MoveNewer(bundle, map);
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     if (bundle.problem.is_fixed[i] != 0) continue;
     map.keyframe(bundle.keyframes[i]).view.T_cam_world = bundle.problem.T_cam_world[i];
@@ -91,6 +111,13 @@ void Apply(const MapBundle& bundle, const BundleReport& report, Map& map) {
   for (const PointId point : bundle.points) {
     if (map.point(point).alive) map.UpdateGeometry(point);
   }
+}
+
+// The problem is a copy of the part of the map: meanwhile others may have that.
+BundleReport AdjustCopy(MapBundle& bundle, BundleOptions options, MappingTurn& turn) {
+  options.stop = turn.is_interrupted();
+  const WithoutMap away(turn);
+  return AdjustBundle(bundle.problem, options);
 }
 
 // Every keyframe that moved together with two newer ones comes closer to being settled.
@@ -153,18 +180,20 @@ Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
 }  // namespace
 
 void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
-                     StageTimes* times) {
+                     StageTimes* times, MappingTurn& turn) {
   {
     const ScopedStageTimer timer(times, "tracking/point_creation");
     CullPoints(map);
     RenewPatches(map, keyframe);
     CreatePoints(map, keyframe, options);
+    turn.Breathe();
     FusePoints(map, keyframe, options);
   }
   {
     const ScopedStageTimer timer(times, "tracking/local_bundle_adjustment");
-    AdjustLocally(map, keyframe, options);
+    AdjustLocally(map, keyframe, options, turn);
   }
+  turn.Breathe();
   const ScopedStageTimer timer(times, "tracking/keyframe_culling");
   CullKeyframes(map, keyframe, options);
   // Images are for new points and patches, which only the newest keyframes get.
@@ -191,7 +220,8 @@ void RenewPatches(Map& map, KeyframeId keyframe) {
   }
 }
 
-void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
+                   MappingTurn& turn) {
   std::vector<KeyframeId> adjusted = {keyframe};
   for (const Covisible& neighbour : map.CovisibleKeyframes(keyframe)) {
     if (static_cast<int>(adjusted.size()) >= options.num_adjusted_keyframes) break;
@@ -221,18 +251,24 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
     adjusted.erase(adjusted.begin());
   }
   MapBundle bundle = Collect(map, adjusted, fixed);
-  const BundleReport report = AdjustBundle(bundle.problem, kLocalAdjustment);
+  const BundleReport report = AdjustCopy(bundle, {.min_gain = kLocalMinGain}, turn);
   Apply(bundle, report, map);
   CountNewer(together, map);
 }
 
 void AdjustAll(Map& map) {
+  MappingTurn alone;
+  AdjustAll(map, alone);
+}
+
+bool AdjustAll(Map& map, MappingTurn& turn) {
   // A start is further off than a local map, and a loop settles slowly.
   constexpr int kSteps = 20;
   constexpr double kMinGain = 1e-6;
   MapBundle bundle = CollectAll(map);
-  const BundleReport report = AdjustBundle(bundle.problem, {kSteps, kSteps, kMinGain});
+  const BundleReport report = AdjustCopy(bundle, {kSteps, kSteps, kMinGain}, turn);
   Apply(bundle, report, map);
+  return turn.is_interrupted() == nullptr || !*turn.is_interrupted();
 }
 
 void RemoveOutliers(Map& map) {

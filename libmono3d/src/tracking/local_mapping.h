@@ -10,20 +10,25 @@
 #include "mono3d/image/keyframe.h"
 #include "mono3d/tracking/tracker.h"
 #include "tracking/map.h"
+#include "tracking/map_turn.h"
 
 namespace mono3d::tracking {
 
 // All that happens once for each new keyframe: new points, fusion, culling, local bundle
 // adjustment.
+// The turn is given up between the steps and while the adjustment works on its copy.
 void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
-                     StageTimes* times);
+                     StageTimes* times, MappingTurn& turn);
 
 // Bundle adjustment of a keyframe with its most covisible ones; older ones that see the same points
-// stay where they are. Outliers lose their observation.
-void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
+// stay where they are. Outliers lose their observation. Keyframes that came meanwhile move along.
+void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
+                   MappingTurn& turn);
 
-// Bundle adjustment of everything; only the first keyframe stays.
+// Bundle adjustment of everything; only the first keyframe stays. With a turn: false when it was
+// interrupted; what it had found by then is in the map.
 void AdjustAll(Map& map);
+bool AdjustAll(Map& map, MappingTurn& turn);
 
 // Takes away the observations that do not fit the map as it is.
 void RemoveOutliers(Map& map);

@@ -95,6 +95,17 @@ Graph BuildGraph(const Map& map) {
   return graph;
 }
 
+// Keyframes that came while the graph was optimised are where they were to the one that closed the
+// loop.
+void AddNewer(const Map& map, KeyframeId num_keyframes, KeyframeId closing, Graph& graph) {
+  for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
+    const Pose T_new_closing = map.T_cam_world(id) * map.T_cam_world(closing).Inverse();
+    graph.keyframes.push_back(id);
+    graph.S_cam_world.push_back(Similarity(1, T_new_closing) *
+                                graph.S_cam_world[*graph.node_of[closing]]);
+  }
+}
+
 // z of the point of each feature, 0 where there is none, of each keyframe.
 std::vector<std::vector<double>> DepthsByFeature(const Map& map) {
   std::vector<std::vector<double>> depths;
@@ -112,7 +123,7 @@ std::vector<std::vector<double>> DepthsByFeature(const Map& map) {
 void NoteScales(const std::vector<std::vector<double>>& before, Map& map) {
   const std::vector<std::vector<double>> after = DepthsByFeature(map);
   std::vector<double> ratios(map.keyframes().size(), 1);
-  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+  for (KeyframeId id = 0; id < before.size(); ++id) {  // later ones were not in it
     if (!map.keyframe(id).alive) continue;
     std::vector<float> of_points;
     for (std::size_t i = 0; i < after[id].size(); ++i) {
@@ -136,18 +147,25 @@ std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId
   return std::nullopt;
 }
 
-void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options) {
+void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
+               MappingTurn& turn) {
   Graph graph = BuildGraph(map);
   const Pose T_new_old = loop.T_cam_world * map.T_cam_world(loop.old_keyframe).Inverse();
   graph.AddEdge(loop.old_keyframe, loop.keyframe,
                 Similarity(1 / loop.scale, Pose()) * Similarity(1, T_new_old));
   const double length = Median(map.Depths(map.keyframe(loop.keyframe).view));
-  OptimisePoseGraph(graph.S_cam_world, graph.edges, length > 0 ? length : 1);
+  const KeyframeId num_keyframes = map.keyframes().size();
+  {
+    const WithoutMap away(turn);
+    OptimisePoseGraph(graph.S_cam_world, graph.edges, length > 0 ? length : 1);
+  }
+  AddNewer(map, num_keyframes, loop.keyframe, graph);
   map.Correct(graph.keyframes, graph.S_cam_world);
-  MergePlaces(map, loop, options);
+  MergePlaces(map, loop, options, turn);
 }
 
-void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options) {
+void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
+                 MappingTurn& turn) {
   for (const auto& [own, old] : loop.same) {
     if (map.point(own).alive && map.point(old).alive) map.MergePoints(own, old);
   }
@@ -158,9 +176,14 @@ void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& op
     if (other.keyframe + kNewest >= loop.keyframe) around.push_back(other.keyframe);
   }
   for (const KeyframeId id : around) FusePoints(map, id, options);
+  if (!turn.IsShared()) AdjustMerged(map, turn);
+}
+
+bool AdjustMerged(Map& map, MappingTurn& turn) {
   const std::vector<std::vector<double>> before = DepthsByFeature(map);
-  AdjustAll(map);
+  const bool is_done = AdjustAll(map, turn);
   NoteScales(before, map);
+  return is_done;
 }
 
 }  // namespace mono3d::tracking

@@ -7,6 +7,7 @@
 
 #include "mono3d/tracking/tracker.h"
 #include "tracking/map.h"
+#include "tracking/map_turn.h"
 #include "tracking/place_index.h"
 #include "tracking/place_matching.h"
 
@@ -18,11 +19,17 @@ std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId
                                    int seed);
 
 // Spreads the error over all keyframes (pose graph over Sim(3)), moves the points along, then
-// merges.
-void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options);
+// merges. Keyframes that came meanwhile move along.
+void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
+               MappingTurn& turn);
 
 // Makes one of each pair of points, shows the newest keyframes the old points and adjusts
-// everything.
-void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options);
+// everything. Who shares the map leaves the adjustment for later: AdjustMerged.
+void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
+                 MappingTurn& turn);
+
+// Adjusts everything and notes how the lengths around each keyframe have changed. False when it was
+// interrupted: what it had found by then is in the map.
+bool AdjustMerged(Map& map, MappingTurn& turn);
 
 }  // namespace mono3d::tracking

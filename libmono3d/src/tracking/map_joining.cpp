@@ -28,7 +28,7 @@ Similarity SimilarityOf(const PlaceFound& place, const Map& map) {
 }
 
 void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
-              const LocalMappingOptions& options) {
+              const LocalMappingOptions& options, MappingTurn& turn) {
   const KeyframeId first_keyframe = map.keyframes().size();
   const PointId first_point = map.points().size();
   map.Append(std::move(added), SimilarityOf(place, added));
@@ -37,7 +37,7 @@ void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
   }
   place.keyframe += first_keyframe;
   for (auto& [own, old] : place.same) own += first_point;
-  MergePlaces(map, place, options);
+  MergePlaces(map, place, options, turn);
 }
 
 }  // namespace mono3d::tracking

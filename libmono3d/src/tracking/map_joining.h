@@ -7,6 +7,7 @@
 
 #include "mono3d/tracking/tracker.h"
 #include "tracking/map.h"
+#include "tracking/map_turn.h"
 #include "tracking/place_index.h"
 #include "tracking/place_matching.h"
 
@@ -20,9 +21,9 @@ std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Ma
 Similarity SimilarityOf(const PlaceFound& place, const Map& map);
 
 // Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
-// after those of `map`, in its world and scale; pairs of points become one, everything is adjusted.
+// after those of `map`, in its world and scale; then MergePlaces.
 // `place`: its keyframe and first points are of `added`, the old ones of `map`.
 void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
-              const LocalMappingOptions& options);
+              const LocalMappingOptions& options, MappingTurn& turn);
 
 }  // namespace mono3d::tracking

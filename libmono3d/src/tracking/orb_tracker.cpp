@@ -34,6 +34,7 @@ OrbTracker::OrbTracker(const TrackerOptions& options, StageTimes* times)
       backlog_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))),
       initialiser_(options.initialisation, options.seed) {
   options_.Validate();
+  if (options_.mode == "live") mapping_ = std::make_unique<MappingThread>(BackgroundWork());
 }
 
 TrackingResult OrbTracker::Track(const Frame& frame) {
@@ -44,11 +45,17 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
                            .expected = "one camera for all frames",
                            .found = {}});
   }
+  View view = MakeView(frame);
+  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  turn_ = turn.get();
+  if (mapping_) mapping_->WaitForRoom(*turn);
   camera_ = frame.camera;
   if (is_map_loaded_) JoinLoadedFrames(frame);
-  View view = MakeView(frame);
+  // What has been mapped meanwhile has moved the last view, too.
+  if (mapping_ && previous_) previous_->T_cam_world = PreviousPose();
   TrackingResult result = has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
+  if (mapping_) HandOver(result);
   return result;
 }
 
@@ -179,13 +186,14 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   result.map_id = map().id();
   result.num_inliers = pose.num_inliers;
   result.reprojection_px = pose.reprojection_px;
-  result.is_keyframe = InsertIfNeeded(view, pose);
-  if (result.is_keyframe) {
-    result.corrections = RecognisePlace();
+  result.is_keyframe = InsertIfNeeded(view, pose, MapWhen::kWhenThereIsTime);
+  if (result.is_keyframe && !mapping_) {
+    MappingTurn alone;
+    if (RecognisePlace(newest_, alone)) result.corrections = CorrectionsOf(map());
     result.map_id = map().id();  // another one where two were joined
-    view = map().keyframe(newest_).view;
     result.settled_keyframes = TakeSettled(map(), false, next_keyframe_id_);
   }
+  if (result.is_keyframe) view = map().keyframe(newest_).view;
   result.T_world_cam = view.T_cam_world.Inverse();
   Remember(std::move(view));
   if (was_lost) result.recovered = TrackLostFrames();
@@ -193,12 +201,15 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
 }
 
 TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
+  if (!lost_since_s_) lost_since_s_ = view.frame.timestamp_s;
+  const bool is_over = view.frame.timestamp_s - *lost_since_s_ >= options_.recovery_s;
+  // A map that is left is complete: what is mapped in the background is of the map in use.
+  if (is_over && mapping_) mapping_->Wait(*turn_);
   TrackingResult result;
   result.status = TrackingStatus::kLost;
   result.reason = reason;
   result.map_id = map().id();
-  if (!lost_since_s_) lost_since_s_ = view.frame.timestamp_s;
-  if (view.frame.timestamp_s - *lost_since_s_ >= options_.recovery_s) {
+  if (is_over) {
     result.settled_keyframes = TakeSettled(map(), true, next_keyframe_id_);
     result.reason += "; starting anew";
     has_map_ = false;
@@ -214,7 +225,7 @@ PoseResult OrbTracker::Recover(View& view) {
   return RelocaliseInMap(map(), places_[current_], view, options_.min_inliers, options_.seed);
 }
 
-bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
+bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when) {
   InsertionEvidence evidence;
   const Pose T_newest = map().T_cam_world(newest_);
   evidence.T_current_last = view.T_cam_world * T_newest.Inverse();
@@ -227,8 +238,13 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
   if (!NeedsKeyframe(evidence, options_.insertion)) return false;
   AddFeatures(view);
   newest_ = map().AddKeyframe(view);
-  MapKeyframeInto(map(), newest_, options_.mapping, times_);
   reference_ = newest_;
+  if (mapping_ && when == MapWhen::kWhenThereIsTime) {
+    mapping_->Add(newest_);
+    return true;
+  }
+  MappingTurn alone;
+  MapKeyframeInto(map(), newest_, options_.mapping, times_, alone);
   return true;
 }
 
@@ -252,15 +268,19 @@ Pose OrbTracker::PredictPose(double timestamp_s) const {
 }
 
 std::vector<Keyframe> OrbTracker::Finish() {
+  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  if (mapping_) mapping_->Wait(*turn);
   if (!has_map_) return {};
   return TakeSettled(map(), true, next_keyframe_id_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {
+  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
   return ToTrajectory(records_, maps_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
+  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
   std::vector<TrajectoryEntry> entries;
   for (const std::unique_ptr<Map>& of : maps_) {
     for (const KeyframeId id : InOrderOfFlight(*of)) {

@@ -16,6 +16,7 @@
 #include "tracking/frame_tracking.h"
 #include "tracking/initialiser.h"
 #include "tracking/map.h"
+#include "tracking/mapping_thread.h"
 #include "tracking/place_index.h"
 
 namespace mono3d::tracking {
@@ -27,6 +28,7 @@ class OrbTracker final : public Tracker {
   OrbTracker(const TrackerOptions& options, StageTimes* times);
 
   TrackingResult Track(const Frame& frame) override;
+  std::vector<KeyframeCorrection> WaitForMapping() override;
   std::vector<Keyframe> Finish() override;
   std::vector<TrajectoryEntry> Trajectory() const override;
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
@@ -50,13 +52,17 @@ class OrbTracker final : public Tracker {
   TrackingResult Continue(View view, const PoseResult& pose);
   PoseResult Recover(View& view);
   std::optional<TrackingResult> Return(View& view);
-  bool InsertIfNeeded(View& view, const PoseResult& pose);
-  std::vector<KeyframeCorrection> RecognisePlace();
-  bool CloseLoopIfAny();
-  bool JoinIfKnown();
+  enum class MapWhen { kNow, kWhenThereIsTime };
+  bool InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when);
+  bool RecognisePlace(KeyframeId keyframe, MappingTurn& turn);
+  bool CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn);
+  std::optional<KeyframeId> JoinIfKnown(KeyframeId keyframe, MappingTurn& turn);
   void UpdateMotion(const View& view);
   void Remember(View view);
   void JoinLoadedFrames(const Frame& first);
+  MappingWork BackgroundWork();
+  std::unique_ptr<TrackingTurn> TakeTurn() const;
+  void HandOver(TrackingResult& result);
 
   Map& map() { return *maps_[current_]; }
   const Map& map() const { return *maps_[current_]; }
@@ -84,6 +90,10 @@ class OrbTracker final : public Tracker {
   KeyframeId reference_ = 0;        // the keyframe that shares most points with the last frame
   KeyframeId newest_ = 0;
   std::optional<double> lost_since_s_;
+
+  bool is_correction_due_ = false;          // the map has moved in the background
+  TrackingTurn* turn_ = nullptr;            // while a frame is tracked live
+  std::unique_ptr<MappingThread> mapping_;  // live only; ends first
 };
 
 }  // namespace mono3d::tracking

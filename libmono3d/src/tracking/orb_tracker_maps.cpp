@@ -73,7 +73,7 @@ std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& 
     if (pose.num_inliers < options_.min_inliers) continue;
     num_failures = 0;
     UpdateMotion(view);
-    if (may_insert && InsertIfNeeded(view, pose)) {
+    if (may_insert && InsertIfNeeded(view, pose, MapWhen::kNow)) {
       places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
       view = map().keyframe(newest_).view;
     }
@@ -120,60 +120,75 @@ std::optional<TrackingResult> OrbTracker::Return(View& view) {
   return std::nullopt;
 }
 
-// The newest keyframe may show what an old one of its map has seen, or what another map holds.
-std::vector<KeyframeCorrection> OrbTracker::RecognisePlace() {
-  const double scale_before = map().keyframe(newest_).scale;
-  bool has_moved = CloseLoopIfAny();
-  if (!has_moved) has_moved = JoinIfKnown();
-  if (!has_moved) return {};
+// A new keyframe may show what an old one of its map has seen, or what another map holds. True
+// when the map has moved.
+bool OrbTracker::RecognisePlace(KeyframeId keyframe, MappingTurn& turn) {
+  const double scale_before = map().keyframe(keyframe).scale;
+  if (!CloseLoopIfAny(keyframe, turn)) {
+    const std::optional<KeyframeId> added = JoinIfKnown(keyframe, turn);
+    if (!added) return false;
+    keyframe += *added;
+  }
   if (velocity_) {
-    const double ratio = map().keyframe(newest_).scale / scale_before;
+    const double ratio = map().keyframe(keyframe).scale / scale_before;
     velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
   }
-  return CorrectionsOf(map());
+  return true;
 }
 
-bool OrbTracker::CloseLoopIfAny() {
+bool OrbTracker::CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn) {
   std::optional<PlaceFound> loop;
   {
     const ScopedStageTimer timer(times_, "tracking/place_recognition");
-    loop = FindLoop(map(), places_[current_], newest_, options_.seed);
-    places_[current_].Add(newest_, FeaturesWithPoints(map().keyframe(newest_).view));
-    for (KeyframeId id = 0; id < newest_; ++id) {
+    loop = FindLoop(map(), places_[current_], keyframe, options_.seed);
+    places_[current_].Add(keyframe, FeaturesWithPoints(map().keyframe(keyframe).view));
+    for (KeyframeId id = 0; id < keyframe; ++id) {
       if (!map().keyframe(id).alive) places_[current_].Remove(id);
     }
   }
   if (!loop) return false;
   const ScopedStageTimer timer(times_, "tracking/loop_closing");
-  CloseLoop(map(), *loop, options_.mapping);
+  CloseLoop(map(), *loop, options_.mapping, turn);
+  if (mapping_) mapping_->RequestAdjustment();
   return true;
 }
 
 // The current map goes into the one that knows the place, whose world others may rely on already.
-bool OrbTracker::JoinIfKnown() {
+// By how much the numbers of its keyframes have grown; nothing where none knows it.
+std::optional<KeyframeId> OrbTracker::JoinIfKnown(KeyframeId keyframe, MappingTurn& turn) {
   for (std::size_t other = 0; other < maps_.size(); ++other) {
     if (other == current_ || maps_[other]->keyframes().empty()) continue;
     std::optional<PlaceFound> place;
     {
       const ScopedStageTimer timer(times_, "tracking/place_recognition");
-      place = FindInOtherMap(map(), newest_, *maps_[other], places_[other], options_.seed);
+      place = FindInOtherMap(map(), keyframe, *maps_[other], places_[other], options_.seed);
     }
     if (!place) continue;
     const ScopedStageTimer timer(times_, "tracking/map_joining");
     const KeyframeId first_keyframe = maps_[other]->keyframes().size();
-    JoinMaps(*maps_[other], places_[other], map(), *place, options_.mapping);
+    const PointId first_point = maps_[other]->points().size();
+    JoinMaps(*maps_[other], places_[other], map(), *place, options_.mapping, turn);
     for (FrameRecord& record : records_) {
       if (record.map_id != map().id()) continue;
       record.map_id = maps_[other]->id();
       record.keyframe += first_keyframe;
     }
+    if (previous_) {
+      for (std::optional<PointId>& point : previous_->points) {
+        if (point) *point += first_point;
+      }
+    }
     places_[current_] = PlaceIndex();
     current_ = other;
     newest_ += first_keyframe;
-    reference_ = newest_;
-    return true;
+    reference_ += first_keyframe;
+    if (mapping_) {
+      mapping_->Renumber(first_keyframe);
+      mapping_->RequestAdjustment();
+    }
+    return first_keyframe;
   }
-  return false;
+  return std::nullopt;
 }
 
 }  // namespace mono3d::tracking

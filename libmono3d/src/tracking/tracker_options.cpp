@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "mono3d/core/error.h"
 #include "mono3d/tracking/tracker.h"
 
 namespace mono3d {
@@ -58,6 +59,7 @@ void LocalMappingOptions::Visit(OptionVisitor& visit) {
 }
 
 void TrackerOptions::Visit(OptionVisitor& visit) {
+  visit("mode", mode, "sequential, or live: mapping in a thread of its own");
   visit.Group("features", features);
   visit.Group("initialisation", initialisation);
   visit.Group("insertion", insertion);
@@ -68,6 +70,12 @@ void TrackerOptions::Visit(OptionVisitor& visit) {
 }
 
 void TrackerOptions::Validate() const {
+  if (mode != "sequential" && mode != "live") {
+    throw UsageError(ErrorParts{.what = "invalid option",
+                                .where = "tracking.mode",
+                                .expected = "\"sequential\" or \"live\"",
+                                .found = mode});
+  }
   const auto require = [](bool holds, const char* option, const char* expected, double found) {
     RequireOption(holds, std::string("tracking.") + option, expected, found);
   };

@@ -64,7 +64,12 @@ class Tracker {
   // Throws Error on an invalid frame, or one whose camera differs from the first frame's.
   [[nodiscard]] virtual TrackingResult Track(const Frame& frame) = 0;
 
-  // No more frames will come: returns the keyframes that had not settled yet.
+  // Live: until the thread behind has mapped everything. Where the map has moved by that, all
+  // keyframes that were handed out before, as in TrackingResult.
+  [[nodiscard]] virtual std::vector<KeyframeCorrection> WaitForMapping() { return {}; }
+
+  // No more frames will come: returns the keyframes that had not settled yet. Live: after
+  // WaitForMapping, or corrections may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
   // Every tracked frame by the final poses of its keyframes, in the order of flight.
@@ -132,6 +137,10 @@ struct LocalMappingOptions {
 };
 
 struct TrackerOptions {
+  // "sequential": Track maps a new keyframe before it returns; same input, same result. "live": a
+  // thread of its own maps, adjusts and closes loops; Track waits only while more than two
+  // keyframes lie before that, so a frame takes no longer than its tracking.
+  std::string mode = "sequential";
   FeatureOptions features;
   InitialisationOptions initialisation;
   KeyframeInsertionOptions insertion;

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/mapping_thread.h"
+
+#include <utility>
+
+namespace mono3d::tracking {
+namespace {
+
+// More keyframes than this never wait: tracking would go on over ground without points.
+constexpr std::size_t kMaxWaiting = 2;
+
+}  // namespace
+
+MappingThread::MappingThread(MappingWork work) : work_(std::move(work)) {
+  thread_ = std::thread([this] { Run(); });
+}
+
+MappingThread::~MappingThread() {
+  {
+    const TrackingTurn turn(turns_);
+    is_ending_ = true;
+    is_interrupted_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void MappingThread::Add(KeyframeId keyframe) {
+  waiting_.push_back(keyframe);
+  is_interrupted_ = true;
+  changed_.notify_all();
+}
+
+void MappingThread::WaitForRoom(TrackingTurn& turn) {
+  changed_.wait(turn, [&] { return waiting_.size() <= kMaxWaiting || error_ != nullptr; });
+  Rethrow();
+}
+
+void MappingThread::Wait(TrackingTurn& turn) {
+  changed_.wait(turn, [&] {
+    return (waiting_.empty() && !is_busy_ && !is_adjustment_due_) || error_ != nullptr;
+  });
+  Rethrow();
+}
+
+void MappingThread::Renumber(KeyframeId added) {
+  for (KeyframeId& keyframe : waiting_) keyframe += added;
+}
+
+void MappingThread::Rethrow() {
+  if (error_ != nullptr) std::rethrow_exception(error_);
+}
+
+void MappingThread::Run() {
+  MappingTurn turn(turns_, is_interrupted_);
+  while (true) {
+    changed_.wait(turn, [&] {
+      return is_ending_ || (error_ == nullptr && (!waiting_.empty() || is_adjustment_due_));
+    });
+    if (is_ending_) return;
+    is_busy_ = true;
+    try {
+      RunNext(turn);
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+    is_busy_ = false;
+    changed_.notify_all();
+  }
+}
+
+void MappingThread::RunNext(MappingTurn& turn) {
+  if (!waiting_.empty()) {
+    const KeyframeId keyframe = waiting_.front();
+    waiting_.pop_front();
+    is_interrupted_ = !waiting_.empty() || is_ending_;
+    changed_.notify_all();  // there is room
+    work_.map_keyframe(keyframe, turn);
+    return;
+  }
+  is_interrupted_ = is_ending_;
+  is_adjustment_due_ = !work_.adjust_all(turn);
+}
+
+}  // namespace mono3d::tracking

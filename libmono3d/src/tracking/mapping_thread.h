@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <thread>
+
+#include "tracking/map.h"
+#include "tracking/map_turn.h"
+
+namespace mono3d::tracking {
+
+// What the mapping thread does; both are called with the map taken.
+struct MappingWork {
+  std::function<void(KeyframeId, MappingTurn&)> map_keyframe;
+  // Adjusts the whole map, until it is done (true) or interrupted (false: to be called again).
+  std::function<bool(MappingTurn&)> adjust_all;
+};
+
+// Keyframes in the order in which they came, one after the other; once none waits, the adjustment
+// of everything where one is due. All calls are made with tracking's turn taken.
+class MappingThread {
+ public:
+  explicit MappingThread(MappingWork work);
+  // Leaves undone what has not begun.
+  ~MappingThread();
+  MappingThread(const MappingThread&) = delete;
+  MappingThread& operator=(const MappingThread&) = delete;
+
+  MapTurns& turns() { return turns_; }
+
+  // Interrupts the adjustment that is under way.
+  void Add(KeyframeId keyframe);
+  // While too many keyframes wait. Throws what the work has thrown.
+  void WaitForRoom(TrackingTurn& turn);
+  // Until all is done. Throws what the work has thrown.
+  void Wait(TrackingTurn& turn);
+
+  // From within the work.
+  void RequestAdjustment() { is_adjustment_due_ = true; }
+  // Keyframes that wait get numbers so much higher.
+  void Renumber(KeyframeId added);
+
+ private:
+  void Run();
+  void RunNext(MappingTurn& turn);
+  void Rethrow();
+
+  MappingWork work_;
+  MapTurns turns_;
+  // All of these are touched with the map taken.
+  std::deque<KeyframeId> waiting_;
+  bool is_busy_ = false;
+  bool is_adjustment_due_ = false;
+  bool is_ending_ = false;
+  std::exception_ptr error_;
+  std::condition_variable_any changed_;
+  std::atomic<bool> is_interrupted_ = false;
+  std::thread thread_;
+};
+
+}  // namespace mono3d::tracking
