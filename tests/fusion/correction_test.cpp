@@ -64,8 +64,10 @@ TEST(Correction, BringsADriftedModelToTheTruth) {
     EXPECT_LT((view.T_world_cam.translation() - truth.translation()).norm(), 1e-6);
     EXPECT_NEAR(view.scale, 1 / Drift(i).scale(), 1e-9);
   }
-  // What was merged while views disagreed stays a compromise, which no motion of it mends.
-  EXPECT_LT(ground_error(), 0.6 * before);
+  // What was merged while views disagreed stays a compromise, which no motion of it mends: 0.54 of
+  // the error remains, the rest of the limit is for other devices.
+  constexpr double kRemainingShare = 0.57;
+  EXPECT_LT(ground_error(), kRemainingShare * before);
   EXPECT_GT(result.num_merged, 0);
   EXPECT_EQ(drifted->num_surfels(), num_before - result.num_merged);
   EXPECT_EQ(result.num_surfels, drifted->num_surfels());

@@ -145,11 +145,14 @@ TEST(Deform, DoesNotTearBetweenAnchors) {
     }
   }
   const Surfels after = Deformed(pairs, MakeNodes(views, motions));
+  // Of what their views move apart: one part in four, for a surfel follows three views to each
+  // side, at weights that fall to 0 with the fourth. Measured 0.250.
+  constexpr double kMaxGap = 0.27;
   for (std::size_t i = 0; i < after.size(); i += 2) {
     const std::size_t anchor = Low16(pairs.history[i][3]);
     const Vector3d p = Position(pairs, i).cast<double>();
     const double step = (motions[anchor] * p - motions[anchor + 1] * p).norm();
-    EXPECT_LT((Position(after, i) - Position(after, i + 1)).norm(), 0.5 * step);
+    EXPECT_LT((Position(after, i) - Position(after, i + 1)).norm(), kMaxGap * step);
   }
 }
 
