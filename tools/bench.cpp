@@ -2,11 +2,13 @@
 // Copyright the mono3d authors
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
-// and what a depth map, its fusion and a tracked frame cost.
+// what a depth map, its fusion and a tracked frame cost; and what each part of the depth stage
+// buys.
 
 #include <cstdio>
 #include <filesystem>
 
+#include "bench/ablation_command.h"
 #include "bench/measurements.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
@@ -93,7 +95,8 @@ int main(int argc, char** argv) {
   Tool tool(
       "mono3d-bench",
       "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
-      "or measures what a depth map, its fusion with a large model or a tracked frame costs.\n"
+      "or measures what a depth map, its fusion with a large model or a tracked frame costs,\n"
+      "or what each part of the depth stage buys.\n"
       "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
       ToolKind::kPlain);
   tool.app().require_subcommand(1);
@@ -104,12 +107,17 @@ int main(int argc, char** argv) {
   AddSuiteArguments(suite, arguments);
   const DepthCommand depth(tool.app());
   const FusionCommand fusion(tool.app());
+  CLI::App& ablation =
+      *tool.app().add_subcommand("ablation", "what each part of the depth stage buys");
+  AblationArguments ablation_arguments;
+  AddAblationArguments(ablation, ablation_arguments);
   TrackingBenchOptions tracking_options;
   std::string tracking_json;
   AddTrackingArguments(tracking, tracking_options, tracking_json);
   return tool.Run(argc, argv, [&] {
     if (depth.is_asked_for()) return depth.Run();
     if (fusion.is_asked_for()) return fusion.Run();
+    if (ablation.parsed()) return RunAblation(ablation_arguments);
     if (tracking.parsed()) return RunTrackingBench(tracking_options, tracking_json);
     return RunBench(arguments);
   });

@@ -33,6 +33,7 @@ layout(binding = 3, std430) writeonly buffer Costs {
 const int kBlocksPerInvocation = 8;  // as local_sweep.cpp dispatches
 
 const uint kInvalidCost = 255u;
+#include "depth/both_sides.glsl"
 const uint kNotMatched = 0xffffffffu;  // four planes of kInvalidCost
 
 int texels_per_row, image_texels;
@@ -110,7 +111,7 @@ uvec4 NextCosts(inout Line lines[kMostSources], uvec4 reference) {
     AddSource(after, s + kSourcesPerSide, lines[s + kSourcesPerSide].at, reference);
   }
   [[unroll]] for (int s = 0; s < kNumSources; ++s) lines[s].at += lines[s].step;
-  return min(SideCosts(before), SideCosts(after));
+  return BothSides(SideCosts(before), SideCosts(after));
 }
 
 void StoreCosts(uvec4 words, bool narrow, int x, int y) {

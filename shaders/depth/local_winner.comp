@@ -13,6 +13,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kEightPaths = true;  // else those of `paths` alone
+layout(constant_id = 1) const bool kSubPlane = true;    // else the plane itself
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer paths;       // four of local_sgm.comp
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_paths;  // the other four
@@ -73,7 +74,7 @@ void main() {
   float result = 0.0;
   if (cost <= params.max_cost && share >= params.min_uniqueness) {
     const float curvature = float(below) - 2.0 * float(here) + float(above);
-    const bool inside = best > 0 && best < 15 && curvature > 0.0;
+    const bool inside = kSubPlane && best > 0 && best < 15 && curvature > 0.0;
     const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
     const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
     result = params.inverse_depth + plane * params.inverse_depth_step;

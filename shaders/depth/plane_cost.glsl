@@ -3,14 +3,15 @@
 
 // Matching cost of a pixel of the reference on a plane, by the census transforms of the images: the
 // Hamming distances are added over the sources before the reference and over those after it, each
-// side normalised by its number of valid projections, and the smaller side counts: what hides a
-// point from one side seldom hides it from the other (Kang, Szeliski and Chai 2001).
+// side normalised by its number of valid projections, and both sides count (both_sides.glsl).
 // A cost is twice the mean distance, 0 to 124; kInvalidCost where no source sees the point.
 //
-// The including shader includes depth/sources.glsl and declares the rg32ui binding `census`: of the reference, then per source of its
-// positions_per_px^2 images (census.comp).
+// The including shader includes depth/sources.glsl and declares the rg32ui binding `census`: of the
+// reference, then per source of its positions_per_px^2 images (census.comp).
 
 const uint kInvalidCost = 255u;
+
+#include "depth/both_sides.glsl"
 
 uvec2 reference;    // census of the pixel
 int census_pixels;  // of one image
@@ -78,5 +79,5 @@ uint SideCost(View views[kMostSources], int first) {
 }
 
 uint CostOf(View views[kMostSources]) {
-  return min(SideCost(views, 0), SideCost(views, kSourcesPerSide));
+  return BothSides(SideCost(views, 0), SideCost(views, kSourcesPerSide));
 }

@@ -12,6 +12,7 @@
 #include "depth/winner_takes_all.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kSubPlane = true;  // else the plane itself
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer sums;  // sgm.comp, eight planes a texel
 layout(binding = 1, r32ui) uniform readonly uimageBuffer costs;    // plane_sweep.comp
@@ -77,7 +78,7 @@ void main() {
     const float below = float(Sum(first_texel, best - 1u));
     const float above = float(Sum(first_texel, best + 1u));
     const float curvature = below - 2.0 * here + above;
-    const float offset = curvature > 0.0 ? 0.5 * (below - above) / curvature : 0.0;
+    const float offset = kSubPlane && curvature > 0.0 ? 0.5 * (below - above) / curvature : 0.0;
     result = params.inverse_depth + (float(best) + offset) * params.inverse_depth_step;
   }
   inverse_depth[pixel] = result;

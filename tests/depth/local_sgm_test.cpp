@@ -3,6 +3,8 @@
 
 #include "depth/local_sgm.h"
 
+#include <cmath>
+
 #include "depth/local_testing.h"
 #include "depth/local_winner.h"
 #include "depth/sgm.h"
@@ -90,7 +92,8 @@ TEST(LocalSgm, DisjointRangesCostOneJump) {
   EXPECT_EQ(paths[0][1][0], 60 + SgmOptions().p2);
 }
 
-void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, std::mt19937& random) {
+void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, bool sub_plane,
+                                 std::mt19937& random) {
   const LocalVolume costs = RandomLocalVolume(size, 124, random);
   const auto ranges = RandomLocalRanges(size, random);
   std::vector<LocalVolume> paths;
@@ -111,7 +114,7 @@ void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, std::m
   const Buffer inverse_depth = MakeBuffer<float>(size.num_pixels());
   const Buffer uniqueness = MakeBuffer<float>(size.num_pixels());
   Recorder recorder(TestDevice());
-  LocalWinnerStage(TestDevice(), num_paths)
+  LocalWinnerStage(TestDevice(), num_paths, sub_plane)
       .Record(recorder, params, ToBuffer(halves[0]), ToBuffer(halves[1]),
               LocalToBuffer(costs, size), LocalToBuffer(ranges, size), inverse_depth, uniqueness);
   recorder.Submit();
@@ -120,7 +123,10 @@ void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, std::m
   const auto share = FirstOf<float>(uniqueness, size.num_pixels());
   for (std::size_t i = 0; i < depth.size(); ++i) {
     // Float against double: a few roundings of values near 1.
-    ASSERT_NEAR(depth[i], expected.inverse_depth[i], 1e-6);
+    const float between_planes = sub_plane ? 0.f : 0.5f * params.inverse_depth_step;
+    ASSERT_NEAR(depth[i], expected.inverse_depth[i], between_planes + 1e-6);
+    const float plane = (depth[i] - params.inverse_depth) / params.inverse_depth_step;
+    ASSERT_TRUE(sub_plane || depth[i] == 0 || std::abs(plane - std::round(plane)) < 1e-3f);
     ASSERT_NEAR(share[i], expected.uniqueness[i], 1e-6);
   }
 }
@@ -129,7 +135,9 @@ TEST(LocalWinner, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
     for (const std::uint32_t num_paths : {kFewPaths, kNumPaths}) {
-      ExpectWinnersEqualReference(size, num_paths, random);
+      for (const bool sub_plane : {true, false}) {
+        ExpectWinnersEqualReference(size, num_paths, sub_plane, random);
+      }
     }
   }
 }

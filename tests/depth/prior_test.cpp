@@ -91,6 +91,8 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
   }
 }
 
+constexpr int kSideTolerance = 5;
+
 void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   reference::LocalCensus census(1 + num_sources);
   for (auto& image : census) {
@@ -114,12 +116,12 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   const auto ranges = RandomLocalRanges(kFine, random);
   const Buffer costs = MakeBuffer<std::uint8_t>(kLocalPlanes * NumLocalPixels(kFine));
   Recorder recorder(TestDevice());
-  LocalSweepStage(TestDevice())
+  LocalSweepStage(TestDevice(), kSideTolerance)
       .Record(recorder, num_sources, params, LocalToBuffer(census, kFine),
               ToBuffer(Pack(projections)), LocalToBuffer(ranges, kFine), costs);
   recorder.Submit();
   const auto found = LocalVolumeOf(costs, kFine, 0);
-  const auto expected = reference::LocalSweep(census, projections, ranges, params);
+  const auto expected = reference::LocalSweep(census, projections, ranges, params, kSideTolerance);
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t d = 0; d < 16; ++d) num_different += found[i][d] != expected[i][d];

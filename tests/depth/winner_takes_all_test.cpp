@@ -24,12 +24,12 @@ constexpr WinnerTakesAllParams kParams{.width_px = 1,
 
 reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
                                    const std::vector<std::uint8_t>& costs,
-                                   const WinnerTakesAllParams& params) {
+                                   const WinnerTakesAllParams& params, bool sub_plane = true) {
   const std::size_t num_pixels = std::size_t{params.width_px} * params.height_px;
   const Buffer inverse_depth = MakeBuffer<float>(num_pixels);
   const Buffer uniqueness = MakeBuffer<float>(num_pixels);
   Recorder recorder(TestDevice());
-  WinnerTakesAllStage(TestDevice())
+  WinnerTakesAllStage(TestDevice(), sub_plane)
       .Record(recorder, params, ToBuffer(sums), ToBuffer(costs), inverse_depth, uniqueness);
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, num_pixels), FirstOf<float>(uniqueness, num_pixels)};
@@ -37,17 +37,23 @@ reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
 
 // One pixel of 14 planes at 400, but for the given ones.
 reference::Winners OnePixel(std::initializer_list<std::pair<std::size_t, std::uint16_t>> sums,
-                            std::uint8_t cost = 30) {
+                            std::uint8_t cost = 30, bool sub_plane = true) {
   std::vector<std::uint16_t> all(16, 400);
   all[14] = all[15] = 2000;
   for (const auto& [plane, sum] : sums) all[plane] = sum;
-  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kParams);
+  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kParams, sub_plane);
 }
 
 TEST(WinnerTakesAll, LiesOnTheParabolaThroughTheNeighbours) {
   // 300 100 200: offset (300 - 200) / (2 (300 - 200 + 200)) = 1 / 6; the runner-up has 400.
   const auto winners = OnePixel({{4, 300}, {5, 100}, {6, 200}});
   EXPECT_FLOAT_EQ(winners.inverse_depth[0], 0.5f + (5 + 1.f / 6) * 0.25f);
+  EXPECT_FLOAT_EQ(winners.uniqueness[0], 0.75f);
+}
+
+TEST(WinnerTakesAll, LiesOnThePlaneWhereThatIsWanted) {
+  const auto winners = OnePixel({{4, 300}, {5, 100}, {6, 200}}, 30, false);
+  EXPECT_EQ(winners.inverse_depth[0], 0.5f + 5 * 0.25f);
   EXPECT_FLOAT_EQ(winners.uniqueness[0], 0.75f);
 }
 

@@ -82,6 +82,21 @@ cv::Vec3f Tilted(double angle_deg) {
   return {static_cast<float>(std::sin(angle_rad)), 0, static_cast<float>(-std::cos(angle_rad))};
 }
 
+TEST(SlantedSurfaces, AreThoseTurnedAwayFromTheRay) {
+  // The ray of the middle column is the axis; to the right it meets the plane at a smaller angle.
+  const double angle = 50 * std::numbers::pi / 180;
+  cv::Mat normals(kCamera.height, kCamera.width, CV_32FC3);
+  normals = cv::Scalar(-std::sin(angle), 0, -std::cos(angle));
+  normals.at<cv::Vec3f>(15, 19) = {0, 0, 0};
+  const cv::Mat slanted = SlantedSurfaces(normals, kCamera, 40);
+  EXPECT_EQ(slanted.at<uchar>(14, 19), 255);  // 50 degrees
+  EXPECT_EQ(slanted.at<uchar>(15, 19), 0);    // no normal
+  EXPECT_EQ(slanted.at<uchar>(14, 0), 255);   // 50 + atan(19 / 50) = 70.8 degrees
+  EXPECT_EQ(slanted.at<uchar>(14, 39), 0);    // 50 - atan(20 / 50) = 28.2 degrees
+  EXPECT_THROW((void)SlantedSurfaces(normals, kCamera, 91), Error);
+  EXPECT_THROW((void)SlantedSurfaces(normals.colRange(0, 20), kCamera, 40), Error);
+}
+
 TEST(NormalError, IsTheAngleWorkedOutByHand) {
   const cv::Vec3f none(0, 0, 0);
   const cv::Mat truth =

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 #include <span>
 #include <utility>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "depth/bundle_checks.h"
 #include "depth/dog.h"
 #include "depth/hierarchy.h"
+#include "depth/image_noise.h"
 #include "depth/normals.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
@@ -53,25 +53,6 @@ DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
   return Rejected(ReasonInTheImages(bundle).value_or(std::move(reason)));
 }
 
-// Standard deviation of the noise of an image, grey levels: of what no plane or edge along the axes
-// explains (Immerkaer 1996), by the median, so that texture counts little. Rounding to whole grey
-// levels alone leaves 0.29.
-double NoiseOf(const cv::Mat& grey) {
-  const cv::Mat laplacian = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
-  cv::Mat response;
-  cv::filter2D(grey, response, CV_16S, laplacian);
-  std::vector<int> magnitudes;
-  for (int y = 0; y < response.rows; y += 3) {
-    for (int x = 0; x < response.cols; x += 3)
-      magnitudes.push_back(std::abs(response.at<short>(y, x)));
-  }
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  constexpr double kMedianOfNormal = 0.6745;
-  constexpr double kGain = 6;  // root of the sum of the squared weights
-  return std::max(*middle / (kMedianOfNormal * kGain), 0.29);
-}
-
 class VulkanDepthEstimator final : public DepthEstimator {
  public:
   VulkanDepthEstimator(std::shared_ptr<Device> device, const DepthEstimatorOptions& options,
@@ -96,7 +77,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
-  double noise_ = 1;  // of the reference, grey levels
+  ImageNoise noise_;  // of the reference
   Buffer response_;
   Buffer filtered_depth_;
   Buffer filtered_confidence_;
@@ -121,7 +102,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   const SweepGeometry geometry(bundle);
   if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
   hierarchy_.Upload(bundle);
-  noise_ = NoiseOf(ToGrey(bundle.reference().frame.bgr));
+  noise_ = MeasureNoise(ToGrey(bundle.reference().frame.bgr));
   const std::optional<InverseDepthRange> range =
       hierarchy_.FindRange(recorder_, bundle, geometry, times_);
   if (!range) return NotMatched(bundle, "the images do not overlap or do not match");
@@ -189,7 +170,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                      .inverse_depth = *inverse_depth,
                      .uniqueness = *confidence,
                      .step = plan.step / factor,
-                     .noise = noise_});
+                     .noise = noise_.typical});
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
   }
@@ -203,7 +184,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                          .tolerance = static_cast<float>(plan.step / factor)},
                         *inverse_depth, normals_);
   dog_.Record(recorder_, hierarchy_.images(0), size, response_);
-  const double min_sum = options_.dog.min_response * kDogUnitsPerGrey * kTextureWindow;
+  const double min_sum = LeastResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
   texture_filter_.Record(
       recorder_, {size.width_px, size.height_px, static_cast<std::uint32_t>(min_sum)}, response_,
       *inverse_depth, *confidence, filtered_depth_, filtered_confidence_);

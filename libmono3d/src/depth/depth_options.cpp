@@ -23,6 +23,8 @@ void PlaneSweepOptions::Visit(OptionVisitor& visit) {
   visit("max_planes", max_planes, "with more planes a coarser level is swept");
   visit("half_pixel", half_pixel,
         "look the coarsest level up at half pixels instead of whole ones");
+  visit("side_tolerance", side_tolerance,
+        "how much worse than the better of the images before and after a match may be, half bits");
 }
 
 void SgmOptions::Visit(OptionVisitor& visit) {
@@ -38,10 +40,11 @@ void SgmOptions::Visit(OptionVisitor& visit) {
 void WinnerTakesAllOptions::Visit(OptionVisitor& visit) {
   visit("max_cost", max_cost, "largest matching cost of an estimate, in half census bits");
   visit("min_uniqueness", min_uniqueness, "share by which any other plane must be worse");
+  visit("sub_plane", sub_plane, "interpolate between the planes");
 }
 
 void MedianOptions::Visit(OptionVisitor& visit) {
-  visit("min_support", min_support, "pixels of 25 that must agree with the median");
+  visit("min_support", min_support, "pixels of 25 that must agree with the median, 0: no median");
 }
 
 void RefinementOptions::Visit(OptionVisitor& visit) {
@@ -50,7 +53,8 @@ void RefinementOptions::Visit(OptionVisitor& visit) {
 }
 
 void DogOptions::Visit(OptionVisitor& visit) {
-  visit("min_response", min_response, "texture below this has no depth, grey levels");
+  visit("min_response", min_response,
+        "texture below this has no depth, grey levels a grey level of noise");
 }
 
 void DepthEstimatorOptions::Visit(OptionVisitor& visit) {
@@ -76,6 +80,7 @@ void DepthEstimatorOptions::Validate() const {
   RequireOption(
       plane_sweep.max_depth_su == 0 || plane_sweep.max_depth_su > plane_sweep.min_depth_su,
       "plane_sweep.max_depth_su", "0 or more than min_depth_su", plane_sweep.max_depth_su);
+  require_int(plane_sweep.side_tolerance, 0, 64, "plane_sweep.side_tolerance");
   require_int(sgm.p1, 0, kLargestP2, "sgm.p1");
   require_int(sgm.p2, sgm.p1, kLargestP2, "sgm.p2");
   require_int(sgm.min_p2, sgm.p1, sgm.p2, "sgm.min_p2");
@@ -86,7 +91,7 @@ void DepthEstimatorOptions::Validate() const {
   RequireOption(winner_takes_all.min_uniqueness >= 0 && winner_takes_all.min_uniqueness < 1,
                 "winner_takes_all.min_uniqueness", "0 to less than 1",
                 winner_takes_all.min_uniqueness);
-  require_int(median.min_support, 1, 25, "median.min_support");
+  require_int(median.min_support, 0, 25, "median.min_support");
   require_int(refinement.iterations, 0, 10, "refinement.iterations");
   require_int(refinement.min_views, 1, static_cast<int>(kLargestBundleSize) - 1,
               "refinement.min_views");

@@ -30,10 +30,11 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       normals_stage_(device_),
       prior_(device_),
       local_census_(device_),
-      sweep_(device_),
+      sweep_(device_, static_cast<std::uint32_t>(options.plane_sweep.side_tolerance)),
       sgm_(device_, options.sgm),
-      winner_(device_, kNumPaths),
-      last_winner_(device_, static_cast<std::uint32_t>(options.sgm.finest_paths)),
+      winner_(device_, kNumPaths, options.winner_takes_all.sub_plane),
+      last_winner_(device_, static_cast<std::uint32_t>(options.sgm.finest_paths),
+                   options.winner_takes_all.sub_plane),
       median_(device_, false),
       last_median_(device_) {}
 
@@ -124,6 +125,13 @@ void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
        .inverse_depth = static_cast<float>(plan.inverse_depth),
        .inverse_depth_step = static_cast<float>(plan.step)},
       paths_, more_paths_, costs_, ranges_, winner_depth_, winner_uniqueness_);
+  if (options_.median.min_support == 0) {
+    inverse_depth_ = &winner_depth_;
+    confidence_ = &winner_uniqueness_;
+    return;
+  }
+  inverse_depth_ = &median_depth_;
+  confidence_ = &median_confidence_;
   const MedianStage& median = level.is_last ? last_median_ : median_;
   median.Record(
       recorder,

@@ -42,8 +42,8 @@ class LocalMatcher {
   void Record(Recorder& recorder, const Level& level, const SourceProjections& projections,
               const Buffer& images, const Buffer& coarse_depth);
 
-  const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
-  const Buffer& confidence() const { return median_confidence_; }  // of the last level, 0 to 1
+  const Buffer& inverse_depth() const { return *inverse_depth_; }  // 1/su; 0: no estimate
+  const Buffer& confidence() const { return *confidence_; }        // of the last level, 0 to 1
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
@@ -75,6 +75,8 @@ class LocalMatcher {
   Buffer winner_uniqueness_;
   Buffer median_depth_;
   Buffer median_confidence_;
+  const Buffer* inverse_depth_ = nullptr;  // of the median, or of the winners where there is none
+  const Buffer* confidence_ = nullptr;
 };
 
 }  // namespace mono3d

@@ -14,8 +14,9 @@ constexpr std::uint64_t kRowsPerInvocation = 16;  // of pixels, in blocks of 2x2
 
 }  // namespace
 
-LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device)
-    : kernels_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv}) {}
+LocalSweepStage::LocalSweepStage(std::shared_ptr<Device> device, std::uint32_t side_tolerance)
+    : kernels_(std::move(device), {"depth/local_sweep", depth_local_sweep_spirv},
+               {side_tolerance}) {}
 
 void LocalSweepStage::Record(Recorder& recorder, std::size_t num_sources,
                              const LocalSweepParams& params, const Buffer& census,

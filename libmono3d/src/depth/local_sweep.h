@@ -17,7 +17,8 @@ namespace mono3d {
 // of NumLocalPixels.
 class LocalSweepStage {
  public:
-  explicit LocalSweepStage(std::shared_ptr<Device> device);
+  // `side_tolerance`: PlaneSweepOptions::side_tolerance.
+  explicit LocalSweepStage(std::shared_ptr<Device> device, std::uint32_t side_tolerance);
 
   void Record(Recorder& recorder, std::size_t num_sources, const LocalSweepParams& params,
               const Buffer& census, const Buffer& projections, const Buffer& ranges,

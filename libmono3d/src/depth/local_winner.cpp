@@ -9,9 +9,10 @@
 
 namespace mono3d {
 
-LocalWinnerStage::LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths)
+LocalWinnerStage::LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths,
+                                   bool sub_plane)
     : kernel_(std::move(device), {"depth/local_winner", depth_local_winner_spirv},
-              {num_paths == kNumPaths ? 1u : 0u}) {}
+              {num_paths == kNumPaths ? 1u : 0u, sub_plane ? 1u : 0u}) {}
 
 void LocalWinnerStage::Record(Recorder& recorder, const LocalWinnerParams& params,
                               const Buffer& paths, const Buffer& more_paths, const Buffer& costs,

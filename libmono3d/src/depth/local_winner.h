@@ -15,8 +15,9 @@ namespace mono3d {
 // `more_paths` hold the volumes of four directions each; the results are size.num_pixels() floats.
 class LocalWinnerStage {
  public:
-  // `num_paths`: kNumPaths, or kFewPaths, for which `more_paths` is not read.
-  LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths);
+  // `num_paths`: kNumPaths, or kFewPaths, for which `more_paths` is not read. Without `sub_plane`
+  // the depth is that of the plane itself.
+  LocalWinnerStage(std::shared_ptr<Device> device, std::uint32_t num_paths, bool sub_plane = true);
 
   void Record(Recorder& recorder, const LocalWinnerParams& params, const Buffer& paths,
               const Buffer& more_paths, const Buffer& costs, const Buffer& ranges,

@@ -15,9 +15,9 @@ Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& op
       options_(options),
       half_pixel_(device_),
       census_stage_(device_),
-      plane_sweep_(device_),
+      plane_sweep_(device_, static_cast<std::uint32_t>(options.plane_sweep.side_tolerance)),
       sgm_(device_, options.sgm),
-      winner_takes_all_(device_),
+      winner_takes_all_(device_, options.winner_takes_all.sub_plane),
       median_(device_),
       projections_(device_, kMostProjectionBytes, "depth/projections") {}
 
@@ -73,6 +73,13 @@ void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_la
        .inverse_depth = static_cast<float>(plan.inverse_depth),
        .inverse_depth_step = static_cast<float>(plan.step)},
       sums_, costs_, winner_depth_, winner_uniqueness_);
+  if (options_.median.min_support == 0) {
+    inverse_depth_ = &winner_depth_;
+    confidence_ = &winner_uniqueness_;
+    return;
+  }
+  inverse_depth_ = &median_depth_;
+  confidence_ = &median_confidence_;
   // Surfaces steeper than one plane a pixel are hidden from one side or the other; in the window
   // the farthest pixel is 2 px from the middle.
   median_.Record(

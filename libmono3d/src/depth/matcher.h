@@ -34,8 +34,8 @@ class Matcher {
   void Record(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,
               const Buffer& images, bool is_last);
 
-  const Buffer& inverse_depth() const { return median_depth_; }    // 1/su; 0: no estimate
-  const Buffer& confidence() const { return median_confidence_; }  // 0 to 1
+  const Buffer& inverse_depth() const { return *inverse_depth_; }  // 1/su; 0: no estimate
+  const Buffer& confidence() const { return *confidence_; }        // 0 to 1
 
  private:
   void RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
@@ -61,6 +61,8 @@ class Matcher {
   Buffer winner_uniqueness_;
   Buffer median_depth_;
   Buffer median_confidence_;
+  const Buffer* inverse_depth_ = nullptr;  // of the median, or of the winners where there is none
+  const Buffer* confidence_ = nullptr;
 };
 
 }  // namespace mono3d

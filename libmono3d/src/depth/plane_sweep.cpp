@@ -9,8 +9,9 @@
 
 namespace mono3d {
 
-PlaneSweepStage::PlaneSweepStage(std::shared_ptr<Device> device)
-    : kernels_(std::move(device), {"depth/plane_sweep", depth_plane_sweep_spirv}) {}
+PlaneSweepStage::PlaneSweepStage(std::shared_ptr<Device> device, std::uint32_t side_tolerance)
+    : kernels_(std::move(device), {"depth/plane_sweep", depth_plane_sweep_spirv},
+               {side_tolerance}) {}
 
 void PlaneSweepStage::Record(Recorder& recorder, std::size_t num_sources,
                              const PlaneSweepParams& params, const Buffer& census,

@@ -17,7 +17,8 @@ namespace mono3d {
 // bytes for each pixel.
 class PlaneSweepStage {
  public:
-  explicit PlaneSweepStage(std::shared_ptr<Device> device);
+  // `side_tolerance`: PlaneSweepOptions::side_tolerance.
+  explicit PlaneSweepStage(std::shared_ptr<Device> device, std::uint32_t side_tolerance);
 
   void Record(Recorder& recorder, std::size_t num_sources, const PlaneSweepParams& params,
               const Buffer& census, const Buffer& projections, const Buffer& costs);

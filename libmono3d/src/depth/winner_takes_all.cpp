@@ -9,8 +9,9 @@
 
 namespace mono3d {
 
-WinnerTakesAllStage::WinnerTakesAllStage(std::shared_ptr<Device> device)
-    : kernel_(std::move(device), {"depth/winner_takes_all", depth_winner_takes_all_spirv}) {}
+WinnerTakesAllStage::WinnerTakesAllStage(std::shared_ptr<Device> device, bool sub_plane)
+    : kernel_(std::move(device), {"depth/winner_takes_all", depth_winner_takes_all_spirv},
+              {sub_plane ? 1u : 0u}) {}
 
 void WinnerTakesAllStage::Record(Recorder& recorder, const WinnerTakesAllParams& params,
                                  const Buffer& sums, const Buffer& costs,

@@ -94,6 +94,23 @@ cv::Mat NormalsFromDepth(const cv::Mat& depth, const CameraModel& camera,
   return normals;
 }
 
+cv::Mat SlantedSurfaces(const cv::Mat& normals, const CameraModel& camera, double min_angle_deg) {
+  RequireImage(normals, "the normals", CV_32FC3, {camera.width, camera.height});
+  Require(min_angle_deg >= 0 && min_angle_deg <= 90, "bad angle of slanted surfaces",
+          "0 to 90 degrees", min_angle_deg);
+  const double max_cosine = std::cos(min_angle_deg / kDegreesPerRadian);
+  cv::Mat slanted(normals.size(), CV_8UC1, cv::Scalar(0));
+  for (int y = 0; y < normals.rows; ++y) {
+    for (int x = 0; x < normals.cols; ++x) {
+      const auto& n = normals.at<cv::Vec3f>(y, x);
+      const Eigen::Vector3d n_cam(n[0], n[1], n[2]);
+      const double cosine = -n_cam.dot(camera.Unproject({x, y}).normalized());
+      if (n_cam.norm() > 0 && cosine < max_cosine * n_cam.norm()) slanted.at<uchar>(y, x) = 255;
+    }
+  }
+  return slanted;
+}
+
 NormalError CompareNormals(const cv::Mat& estimate, const cv::Mat& truth) {
   RequireImage(truth, "the map of true normals", CV_32FC3, truth.size());
   RequireImage(estimate, "the map of estimated normals", CV_32FC3, truth.size());

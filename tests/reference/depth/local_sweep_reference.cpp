@@ -7,6 +7,8 @@
 #include <bit>
 #include <cmath>
 
+#include "reference/depth/plane_sweep_reference.h"
+
 namespace mono3d::reference {
 namespace {
 
@@ -34,7 +36,8 @@ int SideCost(const LocalCensus& census, const SourceProjections& projections, st
 }  // namespace
 
 LocalVolume LocalSweep(const LocalCensus& census, const SourceProjections& projections,
-                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params) {
+                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params,
+                       int side_tolerance) {
   const std::size_t num_sources = projections.size();
   LocalVolume local(ranges.size());
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
@@ -48,7 +51,8 @@ LocalVolume LocalSweep(const LocalCensus& census, const SourceProjections& proje
       const int after =
           SideCost(census, projections, num_sources / 2, num_sources, pixel, w, params);
       const bool matched = !range.narrow || (d >= 4 && d < 12);
-      local[pixel][d] = static_cast<std::uint8_t>(matched ? std::min(before, after) : 255);
+      local[pixel][d] =
+          static_cast<std::uint8_t>(matched ? BothSides(before, after, side_tolerance) : 255);
     }
   }
   return local;

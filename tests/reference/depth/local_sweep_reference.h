@@ -17,6 +17,7 @@ using LocalCensus = std::vector<std::vector<std::uint32_t>>;
 
 // Costs of the 16 planes of each pixel (local_sweep.comp), each plane projected for itself.
 LocalVolume LocalSweep(const LocalCensus& census, const SourceProjections& projections,
-                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params);
+                       const std::vector<LocalRange>& ranges, const LocalSweepParams& params,
+                       int side_tolerance);
 
 }  // namespace mono3d::reference

@@ -42,9 +42,15 @@ int SideCost(std::span<const std::optional<int>> distances) {
 
 }  // namespace
 
+int BothSides(int before, int after, int tolerance) {
+  const int better = std::min(before, after);
+  const int worse = std::max(before, after);
+  return worse == 255 ? better : better + std::min((worse - better) / 2, tolerance);
+}
+
 std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
                                      const SourceProjections& projections,
-                                     const PlaneSweepParams& params) {
+                                     const PlaneSweepParams& params, int side_tolerance) {
   const std::size_t num_pixels = std::size_t{params.width_px} * params.height_px;
   std::vector<std::uint8_t> costs(num_pixels * params.padded_planes, 255);
   for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
@@ -57,8 +63,8 @@ std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
         distances[s] = Distance(census, census[0][pixel], s, at, params);
       }
       const std::span<const std::optional<int>> all(distances);
-      const int cost = std::min(SideCost(all.first(projections.size() / 2)),
-                                SideCost(all.last(projections.size() / 2)));
+      const int cost = BothSides(SideCost(all.first(projections.size() / 2)),
+                                 SideCost(all.last(projections.size() / 2)), side_tolerance);
       costs[pixel * params.padded_planes + k] = static_cast<std::uint8_t>(cost);
     }
   }

@@ -58,6 +58,12 @@ struct PlaneSweepOptions {
   double max_depth_su = 0;
   int max_planes = 256;
   bool half_pixel = false;  // look the sources of the coarsest level up at half pixels
+  // What hides a point from the images before the reference seldom hides it from those after it. A
+  // cost is the mean of the two sides, but at most this more than that of the better one. Of
+  // unrelated windows of two images a side, half the difference has a standard deviation of 4 (of
+  // 62 bits) and 5.7 (of 32, on finer levels): this is three times that, more than noise. 0: the
+  // better side alone counts, 64: always the mean.
+  int side_tolerance = 16;
 
   void Visit(OptionVisitor& visit);
 };
@@ -82,12 +88,13 @@ struct WinnerTakesAllOptions {
   // chance, and seldom below 46.
   int max_cost = 46;
   double min_uniqueness = 0.06;  // share by which any plane not next to it must be worse
+  bool sub_plane = true;  // between the planes, by the parabola through the costs; else on them
 
   void Visit(OptionVisitor& visit);
 };
 
 struct MedianOptions {
-  int min_support = 13;  // of the 25 pixels, how many must agree with their median
+  int min_support = 13;  // of the 25 pixels, how many must agree with their median; 0: no median
 
   void Visit(OptionVisitor& visit);
 };
@@ -103,7 +110,7 @@ struct RefinementOptions {
 struct DogOptions {
   // Mean over the census window, grey levels. White noise of one grey level leaves 0.086 and
   // rounding to whole grey levels 0.025, by the norm of the kernel; this is somewhat less than
-  // twice both.
+  // twice both. Where an image has more noise than one grey level it counts so many times.
   double min_response = 0.15;
 
   void Visit(OptionVisitor& visit);

@@ -27,6 +27,11 @@ struct TrueNormalOptions {
 cv::Mat NormalsFromDepth(const cv::Mat& depth, const CameraModel& camera,
                          const TrueNormalOptions& options = {});
 
+// The pixels whose surface is seen at a slant: where the angle between the normal and the way to
+// the camera is more than `min_angle_deg`, 0 to 90. CV_8UC1, 255 there and 0 elsewhere, as where
+// there is no normal. Throws Error when the normals are not CV_32FC3 of the camera's size.
+cv::Mat SlantedSurfaces(const cv::Mat& normals, const CameraModel& camera, double min_angle_deg);
+
 // Angles between estimated and true normals, over the pixels that have both.
 struct NormalError {
   std::int64_t num_true_pixels = 0;  // with a true normal
