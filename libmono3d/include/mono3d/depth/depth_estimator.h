@@ -61,7 +61,7 @@ struct PlaneSweepOptions {
   // What hides a point from the images before the reference seldom hides it from those after it. A
   // cost is the mean of the two sides, but at most this more than that of the better one. Of
   // unrelated windows of two images a side, half the difference has a standard deviation of 4 (of
-  // 62 bits) and 5.7 (of 32, on finer levels): this is three times that, more than noise. 0: the
+  // 62 bits) and 5.7 (of 32, on finer levels): 16 is three times that, more than noise. 0: the
   // better side alone counts, 64: always the mean.
   int side_tolerance = 0;
 
