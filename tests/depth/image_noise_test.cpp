@@ -82,6 +82,9 @@ TEST(ImageNoise, AloneIsNoTextureHoweverStrong) {
     EXPECT_LT(ShareOfWindowsAbove(LeastResponse(dog, MeasureNoise(grey)), grey), 0.01) << sigma;
   }
   EXPECT_GT(ShareOfWindowsAbove(dog.min_response, NoisyImage(4, false)), 0.9);
+  // As fine as noise, but stronger than that of any camera.
+  const cv::Mat sand = NoisyImage(30, false);
+  EXPECT_GT(ShareOfWindowsAbove(LeastResponse(dog, MeasureNoise(sand)), sand), 0.99);
   const cv::Mat textured = NoisyImage(4, true).colRange(0, 190);
   EXPECT_GT(ShareOfWindowsAbove(LeastResponse(dog, {.typical = 20, .flat = 4}), textured), 0.99);
 }

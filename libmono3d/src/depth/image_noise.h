@@ -20,7 +20,7 @@ struct ImageNoise {
 ImageNoise MeasureNoise(const cv::Mat& grey);
 
 // The mean DoG response from which on there is texture: that of the options, for images whose noise
-// is one grey level or less, and more in proportion where there is more.
+// is one grey level or less, and more in proportion where there is more, up to five.
 double LeastResponse(const DogOptions& options, const ImageNoise& noise);
 
 }  // namespace mono3d
