@@ -12,6 +12,7 @@
 #include "tracking/keyframe_insertion.h"
 #include "tracking/local_mapping.h"
 #include "tracking/relocalisation.h"
+#include "tracking/scaling_tracker.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -297,7 +298,8 @@ std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
 namespace mono3d {
 
 std::unique_ptr<Tracker> CreateTracker(const TrackerOptions& options, StageTimes* times) {
-  return std::make_unique<tracking::OrbTracker>(options, times);
+  return std::make_unique<tracking::ScalingTracker>(
+      std::make_unique<tracking::OrbTracker>(options, times), options.max_side_px);
 }
 
 }  // namespace mono3d

@@ -60,6 +60,8 @@ void LocalMappingOptions::Visit(OptionVisitor& visit) {
 
 void TrackerOptions::Visit(OptionVisitor& visit) {
   visit("mode", mode, "sequential, or live: mapping in a thread of its own");
+  visit("max_side_px", max_side_px,
+        "larger images are tracked on smaller ones of this longer side");
   visit.Group("features", features);
   visit.Group("initialisation", initialisation);
   visit.Group("insertion", insertion);
@@ -85,6 +87,7 @@ void TrackerOptions::Validate() const {
   const auto share = [&](const char* option, double found) {
     require(found > 0 && found <= 1, option, "more than 0, at most 1", found);
   };
+  at_least("max_side_px", "64 or more", max_side_px, 64);
   at_least("features.num_features", "100 or more", features.num_features, 100);
   at_least("features.num_levels", "1 or more", features.num_levels, 1);
   require(features.scale_factor > 1 && features.scale_factor <= 2, "features.scale_factor",

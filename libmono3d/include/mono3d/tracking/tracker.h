@@ -141,6 +141,10 @@ struct TrackerOptions {
   // thread of its own maps, adjusts and closes loops; Track waits only while more than two
   // keyframes lie before that, so a frame takes no longer than its tracking.
   std::string mode = "sequential";
+  // Larger images are tracked on smaller ones with a longer side of so many pixels; poses,
+  // keyframes and sparse points are those of the images given. A quarter of 3840, half of 1920:
+  // corners and search ranges are made for images of about that size.
+  int max_side_px = 960;
   FeatureOptions features;
   InitialisationOptions initialisation;
   KeyframeInsertionOptions insertion;

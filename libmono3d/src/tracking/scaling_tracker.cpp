@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/scaling_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Forty images of 3840x2160.
+constexpr std::size_t kMaxKeptBytes = 1'000'000'000;
+
+std::size_t NumBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
+
+}  // namespace
+
+void KeptImages::Add(std::int64_t index, const cv::Mat& image) {
+  Remove(index);
+  images_.emplace(index, image);
+  num_bytes_ += NumBytes(image);
+  while (num_bytes_ > max_bytes_) Remove(images_.begin()->first);
+}
+
+void KeptImages::Remove(std::int64_t index) { Take(index); }
+
+std::optional<cv::Mat> KeptImages::Take(std::int64_t index) {
+  const auto kept = images_.find(index);
+  if (kept == images_.end()) return std::nullopt;
+  cv::Mat image = std::move(kept->second);
+  images_.erase(kept);
+  num_bytes_ -= NumBytes(image);
+  return image;
+}
+
+ScalingTracker::ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px)
+    : tracker_(std::move(tracker)), max_side_px_(max_side_px), images_(kMaxKeptBytes) {}
+
+bool ScalingTracker::IsLarge(const CameraModel& camera) const {
+  return std::max(camera.width, camera.height) > max_side_px_;
+}
+
+Frame ScalingTracker::Scaled(const Frame& frame) const {
+  const double scale =
+      static_cast<double>(max_side_px_) / std::max(frame.camera.width, frame.camera.height);
+  const auto scaled = [&](int length) {
+    return std::max(1, static_cast<int>(std::lround(scale * length)));
+  };
+  Frame small = frame;
+  small.camera = frame.camera.Resized(scaled(frame.camera.width), scaled(frame.camera.height));
+  // Averaging over areas keeps a smaller image free of aliasing.
+  cv::resize(frame.bgr, small.bgr, cv::Size(small.camera.width, small.camera.height), 0, 0,
+             cv::INTER_AREA);
+  return small;
+}
+
+TrackingResult ScalingTracker::Track(const Frame& frame) {
+  Validate(frame);
+  if (!IsLarge(frame.camera)) return tracker_->Track(frame);
+  const Frame small = Scaled(frame);
+  TrackingResult result = tracker_->Track(small);
+  camera_ = frame.camera;
+  if (!result.T_world_cam || result.is_keyframe) images_.Add(frame.index, frame.bgr);
+  result.reprojection_px *= frame.camera.fx / small.camera.fx;
+  GiveImagesBack(result.settled_keyframes);
+  return result;
+}
+
+std::vector<Keyframe> ScalingTracker::Finish() {
+  std::vector<Keyframe> keyframes = tracker_->Finish();
+  GiveImagesBack(keyframes);
+  return keyframes;
+}
+
+void ScalingTracker::GiveImagesBack(std::vector<Keyframe>& keyframes) {
+  if (!camera_) return;
+  std::erase_if(keyframes, [&](Keyframe& keyframe) {
+    std::optional<cv::Mat> image = images_.Take(keyframe.frame.index);
+    if (!image) return true;
+    keyframe.frame.bgr = *std::move(image);
+    keyframe.frame.camera = *camera_;
+    return false;
+  });
+}
+
+SparseModel ScalingTracker::Sparse(int map_id) const {
+  SparseModel sparse = tracker_->Sparse(map_id);
+  return camera_ ? WithCamera(sparse, *camera_) : sparse;
+}
+
+}  // namespace mono3d::tracking

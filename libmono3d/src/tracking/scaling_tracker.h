@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d::tracking {
+
+// Images by the index of their frame; the oldest go when all together exceed `max_bytes`.
+class KeptImages {
+ public:
+  explicit KeptImages(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+
+  void Add(std::int64_t index, const cv::Mat& image);
+  void Remove(std::int64_t index);
+  // Takes the image out; nothing where it has gone.
+  std::optional<cv::Mat> Take(std::int64_t index);
+  std::size_t size() const { return images_.size(); }
+
+ private:
+  std::size_t max_bytes_;
+  std::size_t num_bytes_ = 0;
+  std::map<std::int64_t, cv::Mat> images_;
+};
+
+// Tracks large images on smaller ones, whose longer side has `max_side_px` pixels, by another
+// tracker. Poses are those of the images given; keyframes have these images, and the sparse model
+// is in pixels of their camera. Frames that are small enough pass as they are. A keyframe whose
+// image had to go, of a start that took very long, is not handed out.
+class ScalingTracker final : public Tracker {
+ public:
+  ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px);
+
+  TrackingResult Track(const Frame& frame) override;
+  std::vector<KeyframeCorrection> WaitForMapping() override { return tracker_->WaitForMapping(); }
+  std::vector<Keyframe> Finish() override;
+  std::vector<TrajectoryEntry> Trajectory() const override { return tracker_->Trajectory(); }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override {
+    return tracker_->KeyframeTrajectory();
+  }
+  PointCloud MapPoints(int map_id) const override { return tracker_->MapPoints(map_id); }
+  SparseModel Sparse(int map_id) const override;
+  std::string SaveMap() const override { return tracker_->SaveMap(); }
+  void LoadMap(std::string_view bytes, const std::string& where) override {
+    tracker_->LoadMap(bytes, where);
+  }
+
+ private:
+  bool IsLarge(const CameraModel& camera) const;
+  Frame Scaled(const Frame& frame) const;
+  void GiveImagesBack(std::vector<Keyframe>& keyframes);
+
+  std::unique_ptr<Tracker> tracker_;
+  int max_side_px_;
+  std::optional<CameraModel> camera_;  // of the images given
+  KeptImages images_;                  // of frames that are or may become keyframes
+};
+
+}  // namespace mono3d::tracking
