@@ -296,6 +296,22 @@ TEST(Pipeline, HandsEveryDepthMapToTheObserver) {
   EXPECT_EQ(rejected, std::vector<std::int64_t>{4});
 }
 
+TEST(Pipeline, KeepsWhatThereWasBeforeAnError) {
+  MapLog log;
+  FakeSource source(8);
+  PipelineObserver observer;
+  observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
+    if (map.frame_index >= 5) throw Error("no space left");
+  };
+  Pipeline pipeline(FakeStages(&log), observer);
+  for (int i = 0; i < 6; ++i) pipeline.Process(*source.Next());
+  EXPECT_THROW(pipeline.Process(*source.Next()), Error);
+  const Reconstruction result = pipeline.Finish();
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 7U);
+  EXPECT_EQ(result.maps[0].model.size(), 3U);  // of frames 1, 2 and 5
+}
+
 TEST(Pipeline, WithoutFramesThereIsNoMap) {
   MapLog log;
   FakeSource source(0);

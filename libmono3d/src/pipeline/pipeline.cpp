@@ -53,6 +53,7 @@ struct Pipeline::State {
   std::map<int, std::vector<FusionRecord>> fusions;
   std::map<int, ModelHealth> health;
   MapJoins joins;
+  bool has_thrown = false;  // a stage after the tracker: it would again
 
   void ProcessKeyframe(const Keyframe& keyframe);
   void Fuse(const DepthMap& map);
@@ -199,8 +200,10 @@ void Pipeline::Process(const Frame& frame) {
   state.counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
   state.online_trajectory.insert(state.online_trajectory.end(), tracking.recovered.begin(),
                                  tracking.recovered.end());
+  state.has_thrown = true;
   state.Correct(tracking.corrections);
   for (const Keyframe& keyframe : tracking.settled_keyframes) state.ProcessKeyframe(keyframe);
+  state.has_thrown = false;
   if (state.observer.on_frame) {
     state.observer.on_frame({state.counts, tracking,
                              state.surfel_map ? state.surfel_map->num_surfels() : 0,
@@ -212,8 +215,11 @@ Reconstruction Pipeline::Finish() {
   State& state = *state_;
   const std::vector<KeyframeCorrection> corrections = state.stages.tracker->WaitForMapping();
   state.JoinModels(corrections);
-  state.Correct(corrections);
-  for (const Keyframe& keyframe : state.stages.tracker->Finish()) state.ProcessKeyframe(keyframe);
+  const std::vector<Keyframe> last_keyframes = state.stages.tracker->Finish();
+  if (!state.has_thrown) {
+    state.Correct(corrections);
+    for (const Keyframe& keyframe : last_keyframes) state.ProcessKeyframe(keyframe);
+  }
   state.CloseModel();
 
   const std::vector<TrajectoryEntry> trajectory = state.stages.tracker->Trajectory();

@@ -124,6 +124,8 @@ class Pipeline {
   void Process(const Frame& frame);
 
   // Takes what is still on its way through the stages and hands over the result. Call once, last.
+  // After a Process that threw, too: what there was before is not lost, and what is on its way is
+  // left out where a stage after the tracker threw.
   [[nodiscard]] Reconstruction Finish();
 
   // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
