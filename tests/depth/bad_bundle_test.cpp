@@ -294,7 +294,7 @@ TEST_F(BadBundle, OfImagesThatHaveNothingInCommonIsRejected) {
   for (Keyframe& keyframe : bundle.keyframes) {
     random.fill(keyframe.frame.bgr, cv::RNG::UNIFORM, 0, 256);
   }
-  ExpectRejected(bundle, "the images do not match: those before and after the middle one disagree");
+  ExpectRejected(bundle, "the images do not match");
   // Coarse patterns match by chance over large areas.
   for (Keyframe& keyframe : bundle.keyframes) {
     cv::GaussianBlur(keyframe.frame.bgr, keyframe.frame.bgr, {}, 3);

@@ -121,7 +121,7 @@ std::vector<AblationVariant> AblationVariants(const DepthEstimatorOptions& depth
   add("default", [](auto&) {});
   add("2 matching images, not 4", [](auto&) {});
   variants.back().num_images = 3;
-  add("both sides within noise", [](auto& o) { o.plane_sweep.side_tolerance = 16; });
+  add("better side only", [](auto& o) { o.plane_sweep.side_tolerance = 0; });
   add("mean of the sides", [](auto& o) { o.plane_sweep.side_tolerance = 64; });
   add("one level", [](auto& o) { o.pyramid.num_levels = 1; });
   add("SGM, not SGM^sn", [](auto& o) { o.sgm.follow_normals = false; });

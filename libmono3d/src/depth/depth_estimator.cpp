@@ -34,9 +34,6 @@ constexpr double kLeastMotionPx = 2;
 constexpr double kLeastVisibleShare = 0.1;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.
 constexpr double kLeastDensity = 0.01;
-// Half census bits that the worse side of a map that shows the scene differs by, at most: halfway
-// between what a plane may cost at most, 46, and unrelated images, 62.
-constexpr int kLargestWorseSide = 54;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -132,7 +129,8 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   result.max_depth_su =
       plan.inverse_depth > 0 ? 1 / plan.inverse_depth : std::numeric_limits<double>::infinity();
   if (!has_depth) return result;
-  if (CostOfWorseSide(bundle, geometry, map.depth).value_or(0) > kLargestWorseSide) {
+  const std::optional<SideDifferences> sides = MeasureSides(bundle, geometry, map.depth);
+  if (sides && AreUnrelated(*sides)) {
     result.reason = "the images do not match: those before and after the middle one disagree";
     return result;
   }

@@ -14,8 +14,14 @@ namespace mono3d {
 namespace {
 
 constexpr int kSample = 640;  // pixels
-// Below this the median is that of a few neighbouring pixels.
-constexpr std::size_t kLeastSample = 25;
+// Below this the mean is that of a few neighbouring pixels.
+constexpr int kLeastSample = 25;
+// Windows that differ in less are of the same thing: four fifths of what a plane may cost at most,
+// 46 of 124. Resampling alone makes sharp pictures differ in up to a quarter.
+constexpr double kLargestSureDifference = 0.3;
+// On the way from noise, 0, to chance, 1. Noise comes to 0.3 to 0.5, as the plane was chosen for
+// the reference's noise, too; images that have nothing in common to 0.7 and more.
+constexpr double kLargestIndependence = 0.6;
 constexpr int kRadiusX = 4;  // of the census window, 9x7
 constexpr int kRadiusY = 3;
 
@@ -34,6 +40,16 @@ std::uint64_t Census(const cv::Mat& grey, int x, int y) {
   return bits;
 }
 
+// Share of the bits in which a window of one set differs from one of the other.
+double MeanDifference(const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b) {
+  constexpr double kNumBits = 62;
+  int sum = 0;
+  for (const std::uint64_t one : a) {
+    for (const std::uint64_t other : b) sum += std::popcount(one ^ other);
+  }
+  return sum / (kNumBits * static_cast<double>(a.size() * b.size()));
+}
+
 // The grey images of a bundle, and where the sources see the reference.
 class Sides {
  public:
@@ -44,34 +60,39 @@ class Sides {
     }
   }
 
-  // Of sources 0 to half their number, and of the others. Empty unless both sides see the point.
-  std::optional<int> WorseCost(int x, int y, double inverse_depth) const {
+  // Empty unless both sides see the point.
+  std::optional<SideDifferences> Differences(int x, int y, double inverse_depth) const {
     if (!HasWindow(reference_, x, y)) return std::nullopt;
-    const std::uint64_t census = Census(reference_, x, y);
-    int worse = 0;
-    for (std::size_t side = 0; side < 2; ++side) {
-      int sum = 0, num_visible = 0;
-      for (std::size_t i = 0; i < sources_.size() / 2; ++i) {
-        const std::size_t source = side * sources_.size() / 2 + i;
-        const SourceProjection& projection = projections_[source];
-        const Eigen::Vector3d at =
-            projection.A * Eigen::Vector3d(x, y, 1) + inverse_depth * projection.b;
-        if (!(at.z() > 0)) continue;
-        const Eigen::Vector2d pixel = at.hnormalized();
-        if (!(pixel.cwiseAbs().maxCoeff() < 1e6)) continue;  // fits an integer
-        const int u = static_cast<int>(std::lround(pixel.x()));
-        const int v = static_cast<int>(std::lround(pixel.y()));
-        if (!HasWindow(sources_[source], u, v)) continue;
-        sum += std::popcount(census ^ Census(sources_[source], u, v));
-        ++num_visible;
-      }
-      if (num_visible == 0) return std::nullopt;
-      worse = std::max(worse, 2 * sum / num_visible);
-    }
-    return worse;
+    const std::uint64_t reference = Census(reference_, x, y);
+    const std::vector<std::uint64_t> before = Seen(x, y, inverse_depth, 0);
+    const std::vector<std::uint64_t> after = Seen(x, y, inverse_depth, sources_.size() / 2);
+    if (before.empty() || after.empty()) return std::nullopt;
+    SideDifferences differences;
+    differences.before = MeanDifference({reference}, before);
+    differences.after = MeanDifference({reference}, after);
+    differences.across = MeanDifference(before, after);
+    differences.worse = std::max(differences.before, differences.after);
+    return differences;
   }
 
  private:
+  // The windows of the half of the sources that begins with `first`.
+  std::vector<std::uint64_t> Seen(int x, int y, double inverse_depth, std::size_t first) const {
+    std::vector<std::uint64_t> seen;
+    for (std::size_t source = first; source < first + sources_.size() / 2; ++source) {
+      const SourceProjection& projection = projections_[source];
+      const Eigen::Vector3d at =
+          projection.A * Eigen::Vector3d(x, y, 1) + inverse_depth * projection.b;
+      if (!(at.z() > 0)) continue;
+      const Eigen::Vector2d pixel = at.hnormalized();
+      if (!(pixel.cwiseAbs().maxCoeff() < 1e6)) continue;  // fits an integer
+      const int u = static_cast<int>(std::lround(pixel.x()));
+      const int v = static_cast<int>(std::lround(pixel.y()));
+      if (HasWindow(sources_[source], u, v)) seen.push_back(Census(sources_[source], u, v));
+    }
+    return seen;
+  }
+
   SourceProjections projections_;
   cv::Mat reference_;
   std::vector<cv::Mat> sources_;
@@ -79,23 +100,36 @@ class Sides {
 
 }  // namespace
 
-std::optional<int> CostOfWorseSide(const ImageBundle& bundle, const SweepGeometry& geometry,
-                                   const cv::Mat& depth) {
+std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
+                                            const SweepGeometry& geometry, const cv::Mat& depth) {
   const Sides sides(bundle, geometry);
-  std::vector<int> costs;
+  SideDifferences sum;
+  int num_samples = 0;
   const int every = std::max(1, cv::countNonZero(depth) / kSample);
   int num_passed = 0;
   for (int y = 0; y < depth.rows; ++y) {
     const float* row = depth.ptr<float>(y);
     for (int x = 0; x < depth.cols; ++x) {
       if (!(row[x] > 0) || ++num_passed % every != 0) continue;
-      if (const auto cost = sides.WorseCost(x, y, 1 / double(row[x]))) costs.push_back(*cost);
+      const auto at_pixel = sides.Differences(x, y, 1 / double(row[x]));
+      if (!at_pixel) continue;
+      sum.before += at_pixel->before;
+      sum.after += at_pixel->after;
+      sum.across += at_pixel->across;
+      sum.worse += at_pixel->worse;
+      ++num_samples;
     }
   }
-  if (costs.size() < kLeastSample) return std::nullopt;
-  const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2);
-  std::nth_element(costs.begin(), middle, costs.end());
-  return *middle;
+  if (num_samples < kLeastSample) return std::nullopt;
+  return SideDifferences{sum.before / num_samples, sum.after / num_samples,
+                         sum.across / num_samples, sum.worse / num_samples};
+}
+
+bool AreUnrelated(const SideDifferences& sides) {
+  if (sides.worse < kLargestSureDifference) return false;
+  const double mean = 0.5 * (sides.before + sides.after);
+  const double independent = sides.before + sides.after - 2 * sides.before * sides.after;
+  return sides.across - mean > kLargestIndependence * (independent - mean);
 }
 
 }  // namespace mono3d

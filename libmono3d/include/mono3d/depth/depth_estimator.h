@@ -63,7 +63,7 @@ struct PlaneSweepOptions {
   // unrelated windows of two images a side, half the difference has a standard deviation of 4 (of
   // 62 bits) and 5.7 (of 32, on finer levels): 16 is three times that, more than noise. 0: the
   // better side alone counts, 64: always the mean.
-  int side_tolerance = 0;
+  int side_tolerance = 16;
 
   void Visit(OptionVisitor& visit);
 };
