@@ -12,10 +12,10 @@ namespace mono3d {
 // A textured, tilted plane seen by cameras on a line: every depth is known in closed form.
 struct PlaneScene {
   CameraModel camera{.width = 160, .height = 96, .fx = 150, .fy = 150, .cx = 79.5, .cy = 47.5};
-  double scale = 1;       // of the world
-  double baseline = 0.2;  // between neighbours, before scaling; the plane is 2 away
+  double scale = 1;                       // of the world
+  double baseline = 0.2;                  // between neighbours, before scaling; the plane is 2 away
   Eigen::Vector3d direction{1, 0.02, 0};  // of flight, times the baseline
-  double contrast = 1;    // of the texture; 0: none
+  double contrast = 1;                    // of the texture; 0: none
   int num_images = 5;
   bool with_sparse_depths = true;
 

@@ -74,11 +74,11 @@ class Ablation : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     std::filesystem::remove_all(folder());
-    const CommandResult result =
-        RunCommand(std::string(MONO3D_SIMULATE_TOOL) +
-                       " --camera.width 192 --camera.height 128 --fps 0.5 --max-frames 12 --depth-stride 1 -o " +
-                       folder().string(),
-                   std::filesystem::path(testing::TempDir()));
+    const CommandResult result = RunCommand(std::string(MONO3D_SIMULATE_TOOL) +
+                                                " --camera.width 192 --camera.height 128 --fps 0.5 "
+                                                "--max-frames 12 --depth-stride 1 -o " +
+                                                folder().string(),
+                                            std::filesystem::path(testing::TempDir()));
     ASSERT_EQ(result.exit_status, 0) << result.errors;
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(folder()); }

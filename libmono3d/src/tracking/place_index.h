@@ -35,7 +35,8 @@ class PlaceIndex {
   // Room taken, in features.
   std::size_t num_entries() const { return entries_.size(); }
   // The keyframes that share most features with an image, most votes first, at most `max_matches`.
-  // Those that are not asked for (`is_left_out`, of each keyframe; missing: 0) cost next to nothing.
+  // Those that are not asked for (`is_left_out`, of each keyframe; missing: 0) cost next to
+  // nothing.
   std::vector<PlaceMatch> Query(std::span<const Feature> features, std::size_t max_matches,
                                 const std::vector<char>& is_left_out = {}) const;
 
