@@ -13,7 +13,7 @@ namespace mono3d {
 class Pose {
  public:
   Pose() = default;  // identity
-  // `rotation` is normalised here.
+  // `rotation` is normalised here; a matrix that is no rotation throws Error.
   Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation);
   Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);
 
