@@ -6,28 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
-#include <optional>
-#include <span>
-#include <utility>
 
 #include "fusion/coarsen.h"
-#include "fusion/corrector.h"
-#include "fusion/deformation.h"
-#include "fusion/depth_map_buffers.h"
-#include "fusion/fusion_stages.h"
-#include "fusion/past_views.h"
-#include "fusion/registration.h"
 #include "fusion/registration_gate.h"
-#include "fusion/repairing_surfel_map.h"
-#include "fusion/selection.h"
-#include "fusion/surfel_blocks.h"
-#include "fusion/surfel_export.h"
-#include "fusion/surfel_storage.h"
 #include "fusion/view.h"
+#include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
-#include "mono3d/geometry/similarity.h"
 
 namespace mono3d {
 namespace {
@@ -75,77 +60,7 @@ Similarity ModelFromTracker(const DepthMap& map, const RegisteredView& view) {
   return {view.depth_scale, Pose(rotation, translation)};
 }
 
-class VulkanSurfelMap : public RepairableMap {
- public:
-  VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
-                  StageTimes* times)
-      : device_(std::move(device)),
-        options_(options),
-        times_(times),
-        stages_(device_),
-        registrar_(device_),
-        corrector_(device_),
-        recorder_(device_),
-        culler_(device_),
-        surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)),
-        past_views_(static_cast<std::size_t>(options.num_reviews)) {}
-
-  FusionResult Integrate(const DepthMap& map) override;
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
-  std::uint32_t num_depth_maps() const override { return num_depth_maps_; }
-  double ScaleOfKeyframe(std::int64_t id) const override {
-    const auto found = scale_of_keyframe_.find(id);
-    return found == scale_of_keyframe_.end() ? 1 : found->second;
-  }
-  void TakeOut(std::uint32_t first_depth_map) override;
-
-  using SurfelMap::Export;
-  PointCloud Export(const SurfelExportOptions& options) const override {
-    return ToPointCloud(surfels_.Download(), options);
-  }
-
-  std::int64_t num_surfels() const override {
-    return std::int64_t{surfels_.size()} - surfels_.num_removed();
-  }
-
- private:
-  ViewParams ViewOf(const DepthMap& placed) const;
-  FusionResult Rejected(const DepthMap& map, std::string reason) const;
-  void Upload(const DepthMap& map, const PackedDepthMap& packed);
-  Predictions Predict(const DepthMap& map) const;
-  Registration Register(const DepthMap& map);
-  Selection Associate(const ViewParams& params);
-  std::uint32_t Update(const ViewParams& params, const Selection& selection);
-  void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
-  bool MakeRoom(std::uint32_t num_new);
-  bool Coarsen();
-  void Resize(const CameraModel& camera);
-  void FindVisible(std::span<const ViewParams> views, std::uint32_t margin_px);
-  std::uint32_t MergeOverlap(const FusedView& view);
-
-  std::shared_ptr<Device> device_;
-  SurfelMapOptions options_;
-  StageTimes* times_;
-  FusionStages stages_;
-  Registrar registrar_;
-  Corrector corrector_;
-  Recorder recorder_;
-  BlockCuller culler_;
-  SurfelStorage surfels_;
-  BlockList visible_;  // what the stages work on
-  BlockList latest_;   // what the last depth map has added
-  DepthMapBuffers buffers_;
-  PastViews past_views_;
-  std::uint32_t merge_radius_px_ = 1;
-  int width_px_ = 0;
-  int height_px_ = 0;
-  std::vector<FusedView> views_;                      // of the depth maps in the model
-  std::map<std::int64_t, double> scale_of_keyframe_;  // of those that were corrected
-  std::optional<int> map_id_;                         // of the first depth map
-  Similarity S_model_tracker_;                        // as the last registration found it
-  bool tracker_is_astray_ = false;    // the last depth map was not where the tracker put it
-  std::uint32_t num_depth_maps_ = 0;  // fused so far
-};
+}  // namespace
 
 // Paper, section 3.3: registration with the model, then fusion.
 FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
@@ -372,8 +287,6 @@ ViewParams VulkanSurfelMap::ViewOf(const DepthMap& placed) const {
   params.merge_radius_px = merge_radius_px_;
   return params;
 }
-
-}  // namespace
 
 std::unique_ptr<SurfelMap> CreateSurfelMap(std::shared_ptr<Device> device,
                                            const SurfelMapOptions& options, StageTimes* times) {
