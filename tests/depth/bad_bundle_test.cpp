@@ -186,16 +186,29 @@ TEST_F(BadBundle, WithABaselineTooSmallForTheDepthIsRejected) {
   ExpectRejected(scene.Bundle(), "baseline is too small");
 }
 
-TEST_F(BadBundle, WithPosesAsFarApartAsNumbersGoHasNoBadNumbers) {
-  for (const bool with_sparse_depths : {true, false}) {
-    PlaneScene scene;
-    scene.with_sparse_depths = with_sparse_depths;
+class PosesAsFarApartAsNumbersGo : public BadBundle {
+ protected:
+  static ImageBundle BundleOf(const PlaneScene& scene) {
     ImageBundle bundle = scene.Bundle();
     bundle.keyframes[0].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {1e300, 0, 0});
     bundle.keyframes[4].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {-1e300, 0, 1e300});
-    const DepthResult result = Estimate(bundle);
-    if (result.status == DepthStatus::kEstimated) ExpectFinite(result.map);
+    return bundle;
   }
+};
+
+// The sparse depths say where to look, and the three cameras left see it.
+TEST_F(PosesAsFarApartAsNumbersGo, HaveDepthFromTheOthers) {
+  const PlaneScene scene;
+  const DepthResult result = Estimate(BundleOf(scene));
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  ExpectFinite(result.map);
+  EXPECT_GT(FoundIn(result, scene, WholeOf(scene)).share_true, 0.9);
+}
+
+TEST_F(PosesAsFarApartAsNumbersGo, AreRejectedWithoutSparseDepths) {
+  PlaneScene scene;
+  scene.with_sparse_depths = false;
+  ExpectRejected(BundleOf(scene), "do not overlap");
 }
 
 TEST_F(BadBundle, OfCamerasThatLookAwayFromEachOtherIsRejected) {

@@ -35,8 +35,7 @@ LocalMatcher::LocalMatcher(std::shared_ptr<Device> device, const DepthEstimatorO
       winner_(device_, kNumPaths, options.winner_takes_all.sub_plane),
       last_winner_(device_, static_cast<std::uint32_t>(options.sgm.finest_paths),
                    options.winner_takes_all.sub_plane),
-      median_(device_, false),
-      last_median_(device_) {}
+      choice_(device_, options) {}
 
 std::uint64_t LocalMatcher::LargestBufferBytes(LevelSize size, std::size_t num_sources) {
   return std::max(PathBytes(size), CensusBytes(size, num_sources));
@@ -109,37 +108,18 @@ void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level,
 
 void LocalMatcher::RecordChoice(Recorder& recorder, const Level& level) {
   const SweepPlan& plan = level.plan;
-  const WinnerTakesAllOptions& options = options_.winner_takes_all;
-  const std::size_t map_bytes = sizeof(float) * plan.size.num_pixels();
-  Reserve(winner_depth_, device_, map_bytes, "depth/local_winner");
-  Reserve(winner_uniqueness_, device_, map_bytes, "depth/local_uniqueness");
-  Reserve(median_depth_, device_, map_bytes, "depth/local_median");
-  Reserve(median_confidence_, device_, map_bytes, "depth/local_confidence");
+  choice_.Prepare(plan.size);
   const LocalWinnerStage& winner = level.is_last ? last_winner_ : winner_;
-  winner.Record(
-      recorder,
-      {.width_px = plan.size.width_px,
-       .height_px = plan.size.height_px,
-       .max_cost = level.is_last ? static_cast<std::uint32_t>(options.max_cost) : 255u,
-       .min_uniqueness = level.is_last ? static_cast<float>(options.min_uniqueness) : -1.0f,
-       .inverse_depth = static_cast<float>(plan.inverse_depth),
-       .inverse_depth_step = static_cast<float>(plan.step)},
-      paths_, more_paths_, costs_, ranges_, winner_depth_, winner_uniqueness_);
-  if (options_.median.min_support == 0) {
-    inverse_depth_ = &winner_depth_;
-    confidence_ = &winner_uniqueness_;
-    return;
-  }
-  inverse_depth_ = &median_depth_;
-  confidence_ = &median_confidence_;
-  const MedianStage& median = level.is_last ? last_median_ : median_;
-  median.Record(
-      recorder,
-      {.width_px = plan.size.width_px,
-       .height_px = plan.size.height_px,
-       .min_support = level.is_last ? static_cast<std::uint32_t>(options_.median.min_support) : 1u,
-       .tolerance = static_cast<float>(2 * plan.step)},
-      winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
+  winner.Record(recorder,
+                {.width_px = plan.size.width_px,
+                 .height_px = plan.size.height_px,
+                 .max_cost = choice_.MaxCost(level.is_last),
+                 .min_uniqueness = choice_.MinUniqueness(level.is_last),
+                 .inverse_depth = static_cast<float>(plan.inverse_depth),
+                 .inverse_depth_step = static_cast<float>(plan.step)},
+                paths_, more_paths_, costs_, ranges_, choice_.winner_depth(),
+                choice_.winner_uniqueness());
+  choice_.RecordMedian(recorder, plan, level.is_last);
 }
 
 void LocalMatcher::Record(Recorder& recorder, const Level& level,

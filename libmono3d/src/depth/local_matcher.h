@@ -5,11 +5,11 @@
 
 #include <memory>
 
+#include "depth/choice.h"
 #include "depth/local_census.h"
 #include "depth/local_sgm.h"
 #include "depth/local_sweep.h"
 #include "depth/local_winner.h"
-#include "depth/median.h"
 #include "depth/normals.h"
 #include "depth/prior.h"
 #include "depth/sweep_plan.h"
@@ -42,8 +42,8 @@ class LocalMatcher {
   void Record(Recorder& recorder, const Level& level, const SourceProjections& projections,
               const Buffer& images, const Buffer& coarse_depth);
 
-  const Buffer& inverse_depth() const { return *inverse_depth_; }  // 1/su; 0: no estimate
-  const Buffer& confidence() const { return *confidence_; }        // of the last level, 0 to 1
+  const Buffer& inverse_depth() const { return choice_.inverse_depth(); }  // 1/su; 0: no estimate
+  const Buffer& confidence() const { return choice_.confidence(); }  // of the last level, 0 to 1
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
@@ -62,8 +62,7 @@ class LocalMatcher {
   LocalSgmStage sgm_;
   LocalWinnerStage winner_;
   LocalWinnerStage last_winner_;
-  MedianStage median_;  // without confidence
-  MedianStage last_median_;
+  Choice choice_;
   std::vector<Buffer> projections_;  // by level: all are read at Submit
   Buffer coarse_normals_;
   Buffer ranges_;
@@ -71,12 +70,6 @@ class LocalMatcher {
   Buffer costs_;
   Buffer paths_;
   Buffer more_paths_;
-  Buffer winner_depth_;
-  Buffer winner_uniqueness_;
-  Buffer median_depth_;
-  Buffer median_confidence_;
-  const Buffer* inverse_depth_ = nullptr;  // of the median, or of the winners where there is none
-  const Buffer* confidence_ = nullptr;
 };
 
 }  // namespace mono3d

@@ -18,7 +18,7 @@ Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& op
       plane_sweep_(device_, static_cast<std::uint32_t>(options.plane_sweep.side_tolerance)),
       sgm_(device_, options.sgm),
       winner_takes_all_(device_, options.winner_takes_all.sub_plane),
-      median_(device_),
+      choice_(device_, options),
       projections_(device_, kMostProjectionBytes, "depth/projections") {}
 
 void Matcher::RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
@@ -56,39 +56,18 @@ void Matcher::RecordSweep(Recorder& recorder, const SweepPlan& plan,
 }
 
 void Matcher::RecordChoice(Recorder& recorder, const SweepPlan& plan, bool is_last) {
-  const std::size_t map_bytes = sizeof(float) * plan.size.num_pixels();
-  Reserve(winner_depth_, device_, map_bytes, "depth/winner_takes_all");
-  Reserve(winner_uniqueness_, device_, map_bytes, "depth/uniqueness");
-  Reserve(median_depth_, device_, map_bytes, "depth/median");
-  Reserve(median_confidence_, device_, map_bytes, "depth/median_confidence");
-  winner_takes_all_.Record(
-      recorder,
-      {.width_px = plan.size.width_px,
-       .height_px = plan.size.height_px,
-       .num_planes = plan.num_planes,
-       .padded_planes = plan.padded_planes,
-       .max_cost = is_last ? static_cast<std::uint32_t>(options_.winner_takes_all.max_cost) : 255u,
-       .min_uniqueness =
-           is_last ? static_cast<float>(options_.winner_takes_all.min_uniqueness) : -1.0f,
-       .inverse_depth = static_cast<float>(plan.inverse_depth),
-       .inverse_depth_step = static_cast<float>(plan.step)},
-      sums_, costs_, winner_depth_, winner_uniqueness_);
-  if (options_.median.min_support == 0) {
-    inverse_depth_ = &winner_depth_;
-    confidence_ = &winner_uniqueness_;
-    return;
-  }
-  inverse_depth_ = &median_depth_;
-  confidence_ = &median_confidence_;
-  // Surfaces steeper than one plane a pixel are hidden from one side or the other; in the window
-  // the farthest pixel is 2 px from the middle.
-  median_.Record(
-      recorder,
-      {.width_px = plan.size.width_px,
-       .height_px = plan.size.height_px,
-       .min_support = is_last ? static_cast<std::uint32_t>(options_.median.min_support) : 1u,
-       .tolerance = static_cast<float>(2 * plan.step)},
-      winner_depth_, winner_uniqueness_, median_depth_, median_confidence_);
+  choice_.Prepare(plan.size);
+  winner_takes_all_.Record(recorder,
+                           {.width_px = plan.size.width_px,
+                            .height_px = plan.size.height_px,
+                            .num_planes = plan.num_planes,
+                            .padded_planes = plan.padded_planes,
+                            .max_cost = choice_.MaxCost(is_last),
+                            .min_uniqueness = choice_.MinUniqueness(is_last),
+                            .inverse_depth = static_cast<float>(plan.inverse_depth),
+                            .inverse_depth_step = static_cast<float>(plan.step)},
+                           sums_, costs_, choice_.winner_depth(), choice_.winner_uniqueness());
+  choice_.RecordMedian(recorder, plan, is_last);
 }
 
 void Matcher::Record(Recorder& recorder, const SweepPlan& plan,

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "depth/census.h"
+#include "depth/choice.h"
 #include "depth/half_pixel.h"
-#include "depth/median.h"
 #include "depth/plane_sweep.h"
 #include "depth/sgm.h"
 #include "depth/sweep_plan.h"
@@ -34,8 +34,8 @@ class Matcher {
   void Record(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,
               const Buffer& images, bool is_last);
 
-  const Buffer& inverse_depth() const { return *inverse_depth_; }  // 1/su; 0: no estimate
-  const Buffer& confidence() const { return *confidence_; }        // 0 to 1
+  const Buffer& inverse_depth() const { return choice_.inverse_depth(); }  // 1/su; 0: no estimate
+  const Buffer& confidence() const { return choice_.confidence(); }        // 0 to 1
 
  private:
   void RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
@@ -51,18 +51,12 @@ class Matcher {
   PlaneSweepStage plane_sweep_;
   SgmStage sgm_;
   WinnerTakesAllStage winner_takes_all_;
-  MedianStage median_;
+  Choice choice_;
   Buffer shifted_images_;
   Buffer census_;
   Buffer projections_;
   Buffer costs_;
   Buffer sums_;
-  Buffer winner_depth_;
-  Buffer winner_uniqueness_;
-  Buffer median_depth_;
-  Buffer median_confidence_;
-  const Buffer* inverse_depth_ = nullptr;  // of the median, or of the winners where there is none
-  const Buffer* confidence_ = nullptr;
 };
 
 }  // namespace mono3d
