@@ -10,6 +10,7 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/homography.h"
 #include "mono3d/geometry/pose.h"
+#include "reference/random.h"
 
 namespace mono3d {
 
@@ -20,12 +21,6 @@ struct TwoViewWorld {
   std::vector<Eigen::Vector3d> p_a;
   std::vector<PointPair> pairs;  // px
 };
-
-// Seeds follow from the name of the running test, so that tests do not share their luck.
-unsigned SeedFromTestName();
-
-double Uniform(std::mt19937& random, double low, double high);
-double Normal(std::mt19937& random, double sigma);
 
 // `num_points` points that both cameras see: depths 8 to 20, or on a slanted plane. Gaussian noise
 // on both pixels; the first `num_outliers` pairs are wrong on purpose.

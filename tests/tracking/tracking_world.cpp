@@ -3,12 +3,9 @@
 
 #include "tracking/tracking_world.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 namespace mono3d::tracking {
 namespace {
@@ -33,25 +30,6 @@ double Sample(const cv::Mat& texture, double u, double v) {
 }
 
 }  // namespace
-
-unsigned SeedFromTestName() {
-  const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-  unsigned hash = 2166136261U;  // FNV-1a
-  for (const char c : std::string(test->test_suite_name()) + "." + test->name()) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
-  }
-  return hash;
-}
-
-double Uniform(std::mt19937& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random()) / 4294967295.0;
-}
-
-double Normal(std::mt19937& random, double sigma) {
-  double sum = 0;  // twelve uniform numbers have the variance 1
-  for (int i = 0; i < 12; ++i) sum += Uniform(random, -0.5, 0.5);
-  return sigma * sum;
-}
 
 CameraModel SmallCamera() {
   return {.width = 384, .height = 224, .fx = 345.6, .fy = 345.6, .cx = 191.5, .cy = 111.5};

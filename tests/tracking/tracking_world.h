@@ -10,14 +10,10 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
+#include "reference/random.h"
 #include "tracking/map.h"
 
 namespace mono3d::tracking {
-
-// Seeds follow from the name of the running test, so that tests do not share their luck.
-unsigned SeedFromTestName();
-double Uniform(std::mt19937& random, double low, double high);
-double Normal(std::mt19937& random, double sigma);
 
 CameraModel SmallCamera();  // 384x224, 58 degrees wide
 
