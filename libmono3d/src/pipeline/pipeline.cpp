@@ -7,27 +7,11 @@
 #include <utility>
 
 #include "pipeline/map_joins.h"
+#include "pipeline/model_builder.h"
+#include "pipeline/model_thread.h"
 
 namespace mono3d {
 namespace {
-
-// The reason without its figures, so that equal causes are counted together: "62 matches, 100
-// needed" and "63 matches, 100 needed" become "# matches, # needed".
-std::string ReasonClass(const std::string& reason) {
-  std::string result;
-  bool in_number = false;
-  for (const char c : reason) {
-    const bool is_digit = c >= '0' && c <= '9';
-    if (is_digit || (in_number && c == '.')) {
-      if (!in_number) result += '#';
-      in_number = true;
-    } else {
-      in_number = false;
-      result += c;
-    }
-  }
-  return result.empty() ? "no reason given" : result;
-}
 
 // The entries of one map.
 std::vector<TrajectoryEntry> OfMap(const std::vector<TrajectoryEntry>& entries, int map_id) {
@@ -40,147 +24,120 @@ std::vector<TrajectoryEntry> OfMap(const std::vector<TrajectoryEntry>& entries, 
 }  // namespace
 
 struct Pipeline::State {
-  PipelineStages stages;
-  PipelineObserver observer;
-  SurfelExportOptions surfel_export;
-
-  PipelineCounts counts;
+  std::unique_ptr<Tracker> tracker;
+  std::unique_ptr<KeyframeSelector> keyframe_selector;
+  std::function<void(const PipelineProgress&)> on_frame;
+  ModelBuilder builder;
+  PipelineCounts counts;  // without those of the builder
   std::vector<TrajectoryEntry> online_trajectory;
-  std::vector<TrajectoryEntry> model_trajectory;
-  std::unique_ptr<SurfelMap> surfel_map;  // of the current map
-  int surfel_map_id = 0;
-  std::map<int, PointCloud> finished_models;
-  std::map<int, std::vector<FusionRecord>> fusions;
-  std::map<int, ModelHealth> health;
   MapJoins joins;
-  bool has_thrown = false;  // a stage after the tracker: it would again
+  bool has_thrown = false;              // a stage after the tracker: it would again
+  std::unique_ptr<ModelThread> thread;  // live only; ends first
 
-  void ProcessKeyframe(const Keyframe& keyframe);
-  void Fuse(const DepthMap& map);
-  void TakeRetried(const FusionResult& fusion);
-  void Correct(const std::vector<KeyframeCorrection>& corrections);
-  void CloseModel();
-  void JoinModels(const std::vector<KeyframeCorrection>& corrections);
-  std::int64_t NumFused(int map_id) const;
+  State(PipelineStages stages, PipelineObserver observer, const SurfelExportOptions& surfel_export)
+      : tracker(std::move(stages.tracker)),
+        keyframe_selector(std::move(stages.keyframe_selector)),
+        on_frame(std::move(observer.on_frame)),
+        builder({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
+                 std::move(observer.on_depth_map), surfel_export}) {}
+
+  void TakePoses(const Frame& frame, const TrackingResult& tracking);
+  void Change(const std::vector<KeyframeCorrection>& corrections);
+  void Select(const Keyframe& keyframe);
+  void TakeLast();
+  PipelineCounts AllCounts(const ModelProgress& model) const;
+  MapReconstruction OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
+                          const std::vector<TrajectoryEntry>& keyframes);
 };
 
-void Pipeline::State::ProcessKeyframe(const Keyframe& keyframe) {
+void Pipeline::State::TakePoses(const Frame& frame, const TrackingResult& tracking) {
+  if (tracking.T_world_cam) {
+    ++counts.num_tracked;
+    online_trajectory.push_back(
+        {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
+  } else {
+    ++counts.untracked_frames[ReasonClass(tracking.reason)];
+  }
+  counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
+  online_trajectory.insert(online_trajectory.end(), tracking.recovered.begin(),
+                           tracking.recovered.end());
+}
+
+// A loop was closed or two maps were joined: what waits in the selector and what is in the model
+// moves with its keyframes.
+void Pipeline::State::Change(const std::vector<KeyframeCorrection>& corrections) {
+  if (corrections.empty()) return;
+  MapChange change = {joins.Take(corrections), corrections};
+  for (const JoinedMap& joined : change.joined) MoveEntries(joined, online_trajectory);
+  if (!thread) builder.Join(change.joined);
+  if (has_thrown) return;
+  ++counts.num_corrections;
+  keyframe_selector->Correct(corrections);
+  if (thread) {
+    thread->Change(std::move(change));
+  } else {
+    builder.Correct(corrections);
+  }
+}
+
+void Pipeline::State::Select(const Keyframe& keyframe) {
   ++counts.num_keyframes;
   joins.Remember(keyframe);
-  const std::optional<ImageBundle> bundle = stages.keyframe_selector->Add(keyframe);
+  std::optional<ImageBundle> bundle = keyframe_selector->Add(keyframe);
   if (!bundle) return;
   ++counts.num_bundles;
-  const DepthResult depth = stages.depth_estimator->Estimate(*bundle);
-  if (depth.status != DepthStatus::kEstimated) {
-    ++counts.rejected_bundles[ReasonClass(depth.reason)];
-    return;
-  }
-  ++counts.num_depth_maps;
-  Fuse(depth.map);
-}
-
-void Pipeline::State::Fuse(const DepthMap& map) {
-  if (surfel_map && surfel_map_id != map.map_id) CloseModel();
-  if (!surfel_map) {
-    surfel_map = stages.create_surfel_map();
-    surfel_map_id = map.map_id;
-  }
-  const FusionResult fusion = surfel_map->Integrate(map);
-  if (fusion.status == FusionStatus::kFused) {
-    ++counts.num_fused;
-    model_trajectory.push_back({map.frame_index, map.timestamp_s, map.map_id, fusion.T_world_cam});
+  if (thread) {
+    thread->Add(*std::move(bundle));
   } else {
-    ++counts.rejected_depth_maps[ReasonClass(fusion.reason)];
+    builder.Add(*bundle);
   }
-  fusions[map.map_id].push_back(
-      {map.frame_index, fusion.status, fusion.reason, false, fusion.registration});
-  TakeRetried(fusion);
-  health[map.map_id] = fusion.health;
-  if (observer.on_depth_map) observer.on_depth_map(map, fusion);
 }
 
-// Depth maps that came into the model later, or were taken out of it and did not come back.
-void Pipeline::State::TakeRetried(const FusionResult& fusion) {
-  counts.num_repairs += fusion.is_repaired ? 1 : 0;
-  for (const RetriedMap& retried : fusion.retried) {
-    fusions[surfel_map_id].push_back(
-        {retried.frame_index, retried.status, "", true, retried.registration});
-    const auto known = std::find_if(
-        model_trajectory.begin(), model_trajectory.end(), [&](const TrajectoryEntry& entry) {
-          return entry.map_id == surfel_map_id && entry.frame_index == retried.frame_index;
-        });
-    const bool was_fused = known != model_trajectory.end();
-    if (was_fused) model_trajectory.erase(known);
-    if (retried.status != FusionStatus::kFused) {
-      counts.num_fused -= was_fused ? 1 : 0;
-      continue;
+// What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
+void Pipeline::State::TakeLast() {
+  const auto wait = [&] {
+    if (thread) thread->Wait();
+  };
+  if (!has_thrown) wait();
+  if (has_thrown) thread.reset();
+  Change(tracker->WaitForMapping());
+  const std::vector<Keyframe> last_keyframes = tracker->Finish();
+  if (!has_thrown) {
+    for (const Keyframe& keyframe : last_keyframes) {
+      wait();
+      Select(keyframe);
     }
-    const TrajectoryEntry entry = {retried.frame_index, retried.timestamp_s, surfel_map_id,
-                                   retried.T_world_cam};
-    const auto place = std::find_if(
-        model_trajectory.begin(), model_trajectory.end(), [&](const TrajectoryEntry& other) {
-          return other.map_id == surfel_map_id && other.frame_index > retried.frame_index;
-        });
-    model_trajectory.insert(place, entry);
-    if (was_fused) continue;
-    ++counts.num_fused;
-    ++counts.num_fused_late;
+    wait();
   }
+  if (thread) counts.num_dropped_bundles = thread->num_dropped();
+  thread.reset();
+  builder.Close();
 }
 
-// A loop was closed: what waits in the selector and what is in the model moves with its keyframes.
-void Pipeline::State::Correct(const std::vector<KeyframeCorrection>& corrections) {
-  if (corrections.empty()) return;
-  ++counts.num_corrections;
-  stages.keyframe_selector->Correct(corrections);
-  if (!surfel_map || surfel_map_id != corrections.front().map_id) return;
-  const CorrectionResult result = surfel_map->Correct(corrections);
-  for (const MovedView& view : result.views) {
-    for (TrajectoryEntry& entry : model_trajectory) {
-      if (entry.map_id != surfel_map_id || entry.frame_index != view.frame_index) continue;
-      entry.T_world_cam = view.T_world_cam;
-    }
-  }
+PipelineCounts Pipeline::State::AllCounts(const ModelProgress& model) const {
+  PipelineCounts all = counts;
+  AddModelCounts(model.counts, all);
+  if (thread) all.num_dropped_bundles = thread->num_dropped();
+  return all;
 }
 
-std::int64_t Pipeline::State::NumFused(int map_id) const {
-  return std::count_if(model_trajectory.begin(), model_trajectory.end(),
-                       [&](const TrajectoryEntry& entry) { return entry.map_id == map_id; });
-}
-
-// Exports the model of the current map and lets its memory go.
-void Pipeline::State::CloseModel() {
-  if (!surfel_map) return;
-  const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(surfel_map_id));
-  SurfelExportOptions options = surfel_export;
-  options.min_observations =
-      static_cast<int>(std::min<std::int64_t>(options.min_observations, most_observations));
-  // A map may have been left for another one and come into use again.
-  AppendCloud(surfel_map->Export(options), finished_models[surfel_map_id]);
-  surfel_map.reset();
-}
-
-// Where the tracker has made one map of two, their models are parts of one model.
-void Pipeline::State::JoinModels(const std::vector<KeyframeCorrection>& corrections) {
-  for (const JoinedMap& joined : joins.Take(corrections)) {
-    if (surfel_map && surfel_map_id == joined.from) CloseModel();
-    AppendCloud(Moved(joined.S_into_from, std::move(finished_models[joined.from])),
-                finished_models[joined.into]);
-    finished_models.erase(joined.from);
-    std::vector<FusionRecord>& of_joined = fusions[joined.into];
-    of_joined.insert(of_joined.end(), fusions[joined.from].begin(), fusions[joined.from].end());
-    fusions.erase(joined.from);
-    MoveEntries(joined, online_trajectory);
-    MoveEntries(joined, model_trajectory);
-  }
+MapReconstruction Pipeline::State::OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
+                                         const std::vector<TrajectoryEntry>& keyframes) {
+  return {map_id,
+          mono3d::OfMap(trajectory, map_id),
+          mono3d::OfMap(online_trajectory, map_id),
+          mono3d::OfMap(keyframes, map_id),
+          mono3d::OfMap(builder.trajectory(), map_id),
+          std::move(builder.Model(map_id)),
+          tracker->Sparse(map_id),
+          std::move(builder.Fusions(map_id)),
+          builder.Health(map_id)};
 }
 
 Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
-                   const SurfelExportOptions& surfel_export)
-    : state_(std::make_unique<State>()) {
-  state_->stages = std::move(stages);
-  state_->observer = std::move(observer);
-  state_->surfel_export = surfel_export;
+                   const SurfelExportOptions& surfel_export, PipelineMode mode)
+    : state_(std::make_unique<State>(std::move(stages), std::move(observer), surfel_export)) {
+  if (mode == PipelineMode::kLive) state_->thread = std::make_unique<ModelThread>(state_->builder);
 }
 
 Pipeline::~Pipeline() = default;
@@ -188,66 +145,50 @@ Pipeline::~Pipeline() = default;
 void Pipeline::Process(const Frame& frame) {
   State& state = *state_;
   ++state.counts.num_frames;
-  const TrackingResult tracking = state.stages.tracker->Track(frame);
-  state.JoinModels(tracking.corrections);
-  if (tracking.T_world_cam) {
-    ++state.counts.num_tracked;
-    state.online_trajectory.push_back(
-        {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
-  } else {
-    ++state.counts.untracked_frames[ReasonClass(tracking.reason)];
+  const TrackingResult tracking = state.tracker->Track(frame);
+  state.TakePoses(frame, tracking);
+  try {
+    state.Change(tracking.corrections);
+    for (const Keyframe& keyframe : tracking.settled_keyframes) state.Select(keyframe);
+  } catch (...) {
+    state.has_thrown = true;
+    throw;
   }
-  state.counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
-  state.online_trajectory.insert(state.online_trajectory.end(), tracking.recovered.begin(),
-                                 tracking.recovered.end());
-  state.has_thrown = true;
-  state.Correct(tracking.corrections);
-  for (const Keyframe& keyframe : tracking.settled_keyframes) state.ProcessKeyframe(keyframe);
-  state.has_thrown = false;
-  if (state.observer.on_frame) {
-    state.observer.on_frame({state.counts, tracking,
-                             state.surfel_map ? state.surfel_map->num_surfels() : 0,
-                             state.health[state.surfel_map_id]});
-  }
+  if (!state.on_frame) return;
+  const ModelProgress model = state.thread ? state.thread->Progress() : state.builder.Progress();
+  const PipelineCounts counts = state.AllCounts(model);
+  state.on_frame({counts, tracking, model.num_surfels, model.health});
 }
 
 Reconstruction Pipeline::Finish() {
   State& state = *state_;
-  const std::vector<KeyframeCorrection> corrections = state.stages.tracker->WaitForMapping();
-  state.JoinModels(corrections);
-  const std::vector<Keyframe> last_keyframes = state.stages.tracker->Finish();
-  if (!state.has_thrown) {
-    state.Correct(corrections);
-    for (const Keyframe& keyframe : last_keyframes) state.ProcessKeyframe(keyframe);
+  try {
+    state.TakeLast();
+  } catch (...) {
+    state.has_thrown = true;
+    throw;
   }
-  state.CloseModel();
-
-  const std::vector<TrajectoryEntry> trajectory = state.stages.tracker->Trajectory();
-  const std::vector<TrajectoryEntry> keyframes = state.stages.tracker->KeyframeTrajectory();
+  const std::vector<TrajectoryEntry> trajectory = state.tracker->Trajectory();
+  const std::vector<TrajectoryEntry> keyframes = state.tracker->KeyframeTrajectory();
   std::map<int, std::int64_t> num_frames_of_map;
   for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
-
   std::stable_sort(state.online_trajectory.begin(), state.online_trajectory.end(),
                    [](const TrajectoryEntry& a, const TrajectoryEntry& b) {
                      return a.frame_index < b.frame_index;
                    });
   Reconstruction result;
   for (const auto& [map_id, num_frames] : num_frames_of_map) {
-    result.maps.push_back(
-        {map_id, OfMap(trajectory, map_id), OfMap(state.online_trajectory, map_id),
-         OfMap(keyframes, map_id), OfMap(state.model_trajectory, map_id),
-         std::move(state.finished_models[map_id]), state.stages.tracker->Sparse(map_id),
-         std::move(state.fusions[map_id]), state.health[map_id]});
+    result.maps.push_back(state.OfMap(map_id, trajectory, keyframes));
   }
   std::stable_sort(result.maps.begin(), result.maps.end(),
                    [](const MapReconstruction& a, const MapReconstruction& b) {
                      return a.trajectory.size() > b.trajectory.size();
                    });
-  result.counts = state.counts;
+  result.counts = state.AllCounts(state.builder.Progress());
   return result;
 }
 
-const Tracker& Pipeline::tracker() const { return *state_->stages.tracker; }
+const Tracker& Pipeline::tracker() const { return *state_->tracker; }
 
 Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop) {
   while (stop == nullptr || !stop->load()) {

@@ -103,6 +103,7 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"recovered", counts.num_recovered},
           {"keyframes", counts.num_keyframes},
           {"bundles", counts.num_bundles},
+          {"bundles_dropped", counts.num_dropped_bundles},
           {"depth_maps", counts.num_depth_maps},
           {"fused", counts.num_fused},
           {"fused_late", counts.num_fused_late},

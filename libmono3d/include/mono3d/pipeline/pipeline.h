@@ -61,6 +61,7 @@ struct PipelineCounts {
   std::int64_t num_recovered = 0;  // later: before a start, or during a loss
   std::int64_t num_keyframes = 0;  // settled ones
   std::int64_t num_bundles = 0;
+  std::int64_t num_dropped_bundles = 0;  // of them, live: the depth stage was busy
   std::int64_t num_depth_maps = 0;
   std::int64_t num_fused = 0;
   std::int64_t num_fused_late = 0;   // of them, at a later attempt
@@ -79,7 +80,8 @@ struct PipelineProgress {
   const ModelHealth& health;       // of the current model
 };
 
-// Called from within Process and Finish; what they throw comes out there.
+// Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is
+// called by another thread, and what it throws comes out of a later call.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
@@ -112,20 +114,31 @@ struct Reconstruction {
   PipelineCounts counts;
 };
 
-// The chain of the paper's Figure 1, one step after the other: every bundle is processed, and the
-// same input with the same options gives the same result.
+enum class PipelineMode {
+  // One step after the other: every bundle is processed, and the same input with the same options
+  // gives the same result, if the tracker does.
+  kSequential,
+  // Depth and fusion in a thread of their own, so that no frame waits for them. One bundle waits
+  // while another is worked at; a newer one takes its place, and is counted as dropped (paper,
+  // section 3.1). For a tracker in live mode.
+  kLive,
+};
+
+// The chain of the paper's Figure 1.
 class Pipeline {
  public:
   explicit Pipeline(PipelineStages stages, PipelineObserver observer = {},
-                    const SurfelExportOptions& surfel_export = {});
+                    const SurfelExportOptions& surfel_export = {},
+                    PipelineMode mode = PipelineMode::kSequential);
   ~Pipeline();
 
-  // Takes the next frame through all stages that it sets in motion.
+  // Takes the next frame through all stages that it sets in motion; live, through tracking and the
+  // choice of keyframes.
   void Process(const Frame& frame);
 
   // Takes what is still on its way through the stages and hands over the result. Call once, last.
-  // After a Process that threw, too: what there was before is not lost, and what is on its way is
-  // left out where a stage after the tracker threw.
+  // After a Process that threw, or a Finish, too: what there was before is not lost, and what is on
+  // its way is left out where a stage after the tracker threw.
   [[nodiscard]] Reconstruction Finish();
 
   // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
