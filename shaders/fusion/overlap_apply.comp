@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Each surfel to which others were added becomes their mean by weight, along the ray of the view.
+// Leaves the sums 0.
 #include "fusion/overlap.glsl"
 
 layout(binding = 0, r32ui) uniform readonly uimageBuffer sums;  // four per surfel, see overlap_add
@@ -11,9 +12,10 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer old_position_radius;  
 layout(binding = 2, rgba32f) uniform readonly imageBuffer old_normal_weight;    // per surfel
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer old_history;        // per surfel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
-layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 7, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 5, std430) writeonly buffer NextSums { uvec4 next_sums[]; };
+layout(binding = 6, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 7, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 8, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
   const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
@@ -33,4 +35,5 @@ void main() {
   const uvec4 old = imageLoad(old_history, int(i));
   history[i] = uvec4(old.x, Pack16(Low16(old.y) + observations, High16(old.y)), old.z,
                      Pack16(Low16(old.w), High16(old.w) + confidence));
+  next_sums[i] = uvec4(0u);
 }

@@ -5,16 +5,19 @@
 #extension GL_EXT_control_flow_attributes : require
 
 // Parts of the model that have moved over each other, seen from one view: for each surfel the older
-// one, of another part, that is the same surface in the same place; or none.
+// one, of another part, that is the same surface in the same place; or none. Marks the blocks of
+// both.
 #include "fusion/overlap.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
-layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 4, r32ui) uniform readonly uimageBuffer candidates;  // surfels to work on
 layout(binding = 5, r32ui) uniform readonly uimageBuffer first_of;  // surfel per depth map
-layout(binding = 6, std430) writeonly buffer Target { uint target[]; };  // per surfel
+layout(binding = 6, r32ui) uniform readonly uimageBuffer num_candidates;  // one
+layout(binding = 7, std430) writeonly buffer Target { uint target[]; };  // kNoSurfel before
+layout(binding = 8, std430) writeonly buffer Marked { uint is_marked[]; };  // per block; 0 before
 
 // Footprints of pixels lie apart by this share of a surfel's radius.
 const float kFootprintPerRadius = 0.7071;
@@ -37,8 +40,8 @@ struct Seen {
 // Of the older surfels around that lie about as deep, the cell of the one nearest in the image.
 uint NearestCell(uint end, vec3 p_cam, Seen seen) {
   const int cells = int(kIndexCellsPerPixel);
-  const ivec2 size = ivec2(int(params.width_px), int(params.height_px)) * cells;
-  const vec2 place = (Project(p_cam) + 0.5) * float(cells);
+  const ivec2 size = NumCells();
+  const vec2 place = PlaceInCells(p_cam);
   const ivec2 own = ivec2(floor(place));
   // Of the inverse depth of the surfel's plane, per cell.
   const float along_ray = Dot(seen.n_cam, seen.ray);
@@ -48,8 +51,8 @@ uint NearestCell(uint end, vec3 p_cam, Seen seen) {
   const float reach = 2.0 * params.association_sigmas * seen.sigma;
   uint best = kNoSurfel;
   float nearest = 3.4e38;
-  for (int dv = -cells; dv <= cells; ++dv) {
-    [[unroll]] for (int du = -2; du <= 2; ++du) {
+  for (int dv = -kSearchCells; dv <= kSearchCells; ++dv) {
+    [[unroll]] for (int du = -kSearchCells; du <= kSearchCells; ++du) {
       const ivec2 cell = own + ivec2(du, dv);
       const ivec2 inside = clamp(cell, ivec2(0), size - 1);
       const int at = inside.y * size.x + inside.x;
@@ -100,6 +103,11 @@ uint FindTarget(uint i) {
 }
 
 void main() {
-  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
-  if (i < params.num_surfels) target[i] = FindTarget(i);
+  if (ItemIndex() >= imageLoad(num_candidates, 0).x) return;
+  const uint i = imageLoad(candidates, int(ItemIndex())).x;
+  const uint found = FindTarget(i);
+  if (found == kNoSurfel) return;
+  target[i] = found;
+  is_marked[i / kSurfelsPerBlock] = 1u;
+  is_marked[found / kSurfelsPerBlock] = 1u;
 }

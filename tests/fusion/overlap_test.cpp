@@ -13,7 +13,7 @@
 namespace mono3d {
 namespace {
 
-constexpr int kWidth = 48, kHeight = 32;
+constexpr int kWidth = 53, kHeight = 35;  // no whole number of tiles of the index map
 
 // The same slanted ground seen by two depth maps, the second moved `by` su, anchored to depth maps
 // 0 and `second_anchor`.

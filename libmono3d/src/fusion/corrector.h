@@ -29,19 +29,34 @@ class Corrector {
               const SurfelStorage& surfels, StageTimes* times);
 
   // Merges the surfels of parts that overlap as one view sees them, all of which are in `blocks`:
-  // overlap_target, overlap_add, overlap_apply. Returns the number of surfels that were added to
-  // others and removed.
+  // overlap_oldest, overlap_candidates, overlap_target, overlap_add, overlap_apply. Returns the
+  // number of surfels that were added to others and removed. Keeps 20 bytes per surfel until
+  // EndMerging().
   std::uint32_t MergeOverlap(Recorder& recorder, const FusionStages& stages,
                              const ViewParams& params, const DepthMapBuffers& map,
                              const SurfelStorage& surfels, const BlockList& blocks,
                              StageTimes* times);
+  void EndMerging() {
+    sums_ = Buffer();
+    candidates_ = Buffer();
+  }
 
  private:
+  void Reserve(Recorder& recorder, const ViewParams& params, const SurfelStorage& surfels);
+
   std::shared_ptr<Device> device_;
   Kernel deform_;
+  Kernel overlap_oldest_;
+  Kernel overlap_candidates_;
   Kernel overlap_target_;
   Kernel overlap_add_;
   Kernel overlap_apply_;
+  Buffer sums_;        // four uints per surfel; 0 but from overlap_add to overlap_apply
+  Buffer oldest_;      // uint per tile of the index map
+  Buffer candidates_;  // number of a surfel, each
+  Buffer num_candidates_;
+  Buffer is_marked_;  // uint per block
+  BlockList marked_;
 };
 
 }  // namespace mono3d

@@ -54,6 +54,17 @@ void BlockList::SetRange(const std::shared_ptr<Device>& device, std::uint32_t fi
   Set(device, numbers);
 }
 
+void BlockList::SetFlagged(const std::shared_ptr<Device>& device, const Buffer& flags,
+                           std::uint32_t num_blocks) {
+  std::vector<std::uint32_t> is_flagged(num_blocks);
+  flags.Download(std::span(is_flagged));
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t block = 0; block < num_blocks; ++block) {
+    if (is_flagged[block] != 0) numbers.push_back(block);
+  }
+  Set(device, numbers);
+}
+
 BlockCuller::BlockCuller(const std::shared_ptr<Device>& device)
     : device_(device),
       bound_(device, {"fusion/bound_blocks", fusion_bound_blocks_spirv}),
@@ -93,13 +104,7 @@ void BlockCuller::FindVisible(Recorder& recorder, std::span<const ViewParams> vi
                       Enlarged(view, margin_px, surfels.size()), GridFor(cull_, num_blocks));
   }
   recorder.Submit(times);
-  std::vector<std::uint32_t> is_seen(num_blocks);
-  is_seen_.Download(std::span(is_seen));
-  std::vector<std::uint32_t> numbers;
-  for (std::uint32_t block = 0; block < num_blocks; ++block) {
-    if (is_seen[block] != 0) numbers.push_back(block);
-  }
-  visible.Set(device_, numbers);
+  visible.SetFlagged(device_, is_seen_, num_blocks);
 }
 
 }  // namespace mono3d

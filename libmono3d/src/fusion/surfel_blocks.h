@@ -27,6 +27,9 @@ class BlockList {
   void Set(const std::shared_ptr<Device>& device, std::span<const std::uint32_t> numbers);
   // The blocks that hold surfels `first` to `end` - 1.
   void SetRange(const std::shared_ptr<Device>& device, std::uint32_t first, std::uint32_t end);
+  // The blocks whose flag, a uint each for blocks 0 to `num_blocks` - 1, is not 0, in their order.
+  void SetFlagged(const std::shared_ptr<Device>& device, const Buffer& flags,
+                  std::uint32_t num_blocks);
 
   std::uint32_t size() const { return size_; }
   // Of a kernel with a workgroup per block.

@@ -134,6 +134,7 @@ CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> co
     for (const std::size_t view : ViewsOfOverlap(views_, motions, kMaxMergingViews)) {
       result.num_merged += MergeOverlap(views_[view]);
     }
+    corrector_.EndMerging();
     if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
     for (const FusedView& view : views_) {
       result.views.push_back({view.frame_index, view.T_world_cam, view.depth_scale});

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// Lists the surfels that may have an older one of another part in their place: those around which,
+// in the image, there is one at all. In any order.
+#include "fusion/overlap.glsl"
+
+layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
+layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
+layout(binding = 3, r32ui) uniform readonly uimageBuffer blocks;    // to work on
+layout(binding = 4, r32ui) uniform readonly uimageBuffer first_of;  // surfel per depth map
+layout(binding = 5, r32ui) uniform readonly uimageBuffer oldest;    // surfel per tile
+layout(binding = 6, std430) writeonly buffer Candidates { uint candidates[]; };
+layout(binding = 7, std430) buffer Count { uint num_candidates; };  // 0 before
+
+uint OldestOfTile(ivec2 cell) {
+  const ivec2 tile = clamp(cell, ivec2(0), NumCells() - 1) / kTileCells;
+  return imageLoad(oldest, tile.y * NumTiles().x + tile.x).x;
+}
+
+// Of the cells that are searched, which lie in four tiles at most.
+uint OldestAround(ivec2 own) {
+  const ivec2 first = own - kSearchCells, last = own + kSearchCells;
+  return min(min(OldestOfTile(first), OldestOfTile(ivec2(last.x, first.y))),
+             min(OldestOfTile(ivec2(first.x, last.y)), OldestOfTile(last)));
+}
+
+void main() {
+  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
+  if (i >= params.num_surfels) return;
+  const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
+  const uint anchor = imageLoad(history, int(i)).w & 0xFFFFu;
+  if (p_cam.z <= 0.0 || imageLoad(normal_weight, int(i)).w <= 0.0) return;
+  const ivec2 own = ivec2(floor(PlaceInCells(p_cam)));
+  // Surfels are in the order of the depth maps to which they are anchored.
+  const uint end = imageLoad(first_of, int(anchor - min(anchor, kMaxAnchorGap))).x;
+  if (OldestAround(own) >= end) return;
+  candidates[atomicAdd(num_candidates, 1u)] = i;
+}
