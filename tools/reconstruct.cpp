@@ -3,16 +3,18 @@
 
 // mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
 
+#include <utility>
+
 #include "common/progress.h"
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
-#include "mono3d/core/log.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
+#include "reconstruct/processing.h"
 
 namespace mono3d::tools {
 namespace {
@@ -24,38 +26,30 @@ struct Arguments {
   std::string map;       // to go on in; empty: none
   std::string save_map;  // empty: not saved
   FrameSourceOptions source;
+  bool is_live = false;
+  LiveSourceOptions live;
   PipelineOptions pipeline;
   bool with_mesh = false;
   MeshOptions mesh;
 };
 
-// Frames until the input ends, a stop is requested or an error comes; what is there by then is
-// kept.
-void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
-  try {
-    while (!StopRequested()) {
-      std::optional<Frame> frame;
-      {
-        const ScopedStageTimer timer(&times, "io/read");
-        frame = source.Next();
-      }
-      if (!frame) return;
-      pipeline.Process(*frame);
-    }
-    record.end = RunEnd::kStopped;
-  } catch (const Error& error) {
-    record.end = RunEnd::kFailed;
-    record.error = error.what();
-    Log(LogLevel::kWarning, record.error + "; writing what there is so far");
-  }
+std::vector<OptionField> ListAll(Arguments& arguments) {
+  OptionVisitor visitor;
+  arguments.source.Visit(visitor);
+  visitor.Group("live", arguments.live);
+  arguments.pipeline.Visit(visitor);
+  return visitor.fields();
 }
 
-int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options) {
+int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   const double start_ms = WallClockMs();
+  if (arguments.is_live) arguments.pipeline.tracking.mode = "live";
   arguments.pipeline.Validate();
+  arguments.live.Validate();
   arguments.mesh.Validate();
   const CameraModel calibration = ReadCameraFile(arguments.camera);
-  const auto source = OpenFrameSource(arguments.input, calibration, arguments.source);
+  std::unique_ptr<FrameSource> source =
+      OpenFrameSource(arguments.input, calibration, arguments.source);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   const RunWriter writer(arguments.output);
   CatchStopSignals();
@@ -76,9 +70,14 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
     };
     PipelineStages stages = CreateStages(arguments.pipeline, device, &times);
     if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
-    Pipeline pipeline(std::move(stages), observer, arguments.pipeline.surfel_export);
-    ProcessFrames(*source, pipeline, times, record);
-    result = pipeline.Finish();
+    Pipeline pipeline(std::move(stages), observer, arguments.pipeline.surfel_export,
+                      arguments.is_live ? PipelineMode::kLive : PipelineMode::kSequential);
+    if (arguments.is_live) {
+      ProcessLive(std::move(source), arguments.live, pipeline, record);
+    } else {
+      ProcessFrames(*source, pipeline, times, record);
+    }
+    result = FinishAfterAll(pipeline, record);
     if (!arguments.save_map.empty() && !result.maps.empty()) {
       SaveMapFile(pipeline.tracker(), arguments.save_map);
     }
@@ -89,12 +88,8 @@ int Reconstruct(const Arguments& arguments, const DeviceOptions& device_options)
     writer.WriteMeshes(result, arguments.mesh);
   }
   writer.WriteSparseModels(result, calibration);
-  PipelineOptions pipeline_options = arguments.pipeline;
-  FrameSourceOptions source_options = arguments.source;
-  record.options = ListOptions(source_options);
-  for (OptionField& field : ListOptions(pipeline_options)) record.options.push_back(field);
+  record.options = ListAll(arguments);
   record.stages = times.Snapshot();
-  record.num_skipped_images = source->num_skipped();
   record.wall_s = 1e-3 * (WallClockMs() - start_ms);
   record.cpu_s = 1e-3 * ProcessCpuMs();
   writer.WriteRecord(result, record);
@@ -131,7 +126,11 @@ int main(int argc, char** argv) {
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
                         "file for the map, so that a later run can go on in it");
+  tool.app().add_flag("--live", arguments.is_live,
+                      "images come at the pace of their time stamps, as from a camera; nothing "
+                      "waits for depth, what there is no time for is dropped and counted");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
+  tool.AddOptions(mono3d::ListOptions(arguments.live), "live.");
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });

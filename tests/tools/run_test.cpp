@@ -145,22 +145,28 @@ TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
   EXPECT_GE(record["counts"]["fused"], 1);
 }
 
-TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
-  const std::filesystem::path output = folder_ / "out";
-  const std::string command = "exec " + Command(output, "") + " >/dev/null 2>&1";
+bool HasDepthMap(const std::filesystem::path& output) {
+  std::error_code not_yet;
+  for (const auto& entry : std::filesystem::directory_iterator(output / "depth", not_yet)) {
+    if (entry.path().extension() == ".pfm") return true;
+  }
+  return false;
+}
+
+// Runs it until the first depth map is there, so that there is something to keep, and interrupts it
+// then.
+void RunAndInterrupt(const std::string& tool, const std::filesystem::path& output) {
+  const std::string command = "exec " + tool + " >/dev/null 2>&1";
   const pid_t process = fork();
   ASSERT_GE(process, 0);
   if (process == 0) {
     execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
     _exit(127);
   }
-  // Once the first depth map is there, so is something to keep.
   int status = 0;
   bool is_running = true;
   while (is_running) {
-    const bool has_depth_map =
-        std::filesystem::exists(output / "depth") && !std::filesystem::is_empty(output / "depth");
-    if (has_depth_map) break;
+    if (HasDepthMap(output)) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     is_running = waitpid(process, &status, WNOHANG) == 0;
   }
@@ -169,10 +175,52 @@ TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
   ASSERT_EQ(waitpid(process, &status, 0), process);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
+  const std::filesystem::path output = folder_ / "out";
+  ASSERT_NO_FATAL_FAILURE(RunAndInterrupt(Command(output, ""), output));
   EXPECT_GT(ReadPly(output / "model.ply").size(), 1000U);
   const auto record = nlohmann::json::parse(std::ifstream(output / "run.json"));
   EXPECT_EQ(record["end"], "stopped");
   EXPECT_LT(record["counts"]["frames"], 76);
+}
+
+TEST_F(ExampleRun, AnInterruptEndsALiveRunInOrderWithAllFiles) {
+  const std::filesystem::path output = folder_ / "out";
+  // Two images a second: the flight is long from its end when the first depth map is made.
+  ASSERT_NO_FATAL_FAILURE(RunAndInterrupt(Command(output, " --live --fps 2"), output));
+  EXPECT_GT(ReadPly(output / "model.ply").size(), 1000U);
+  for (const char* name : {"trajectory.txt", "trajectory_online.txt", "keyframes.txt",
+                           "model_trajectory.txt", "sparse/points3D.txt"}) {
+    EXPECT_TRUE(std::filesystem::exists(output / name)) << name;
+  }
+  const auto record = nlohmann::json::parse(std::ifstream(output / "run.json"));
+  EXPECT_EQ(record["end"], "stopped");
+  EXPECT_LT(record["counts"]["frames"], 76);
+}
+
+TEST_F(ExampleRun, LiveAccountsForEveryFrameAndBundle) {
+  constexpr double kMaxRmse_m = 0.44;  // as in the sequential mode
+  // Frames may wait for as long as they have to: a slow machine tracks them all.
+  const CommandResult result =
+      RunCommand(Command(folder_ / "out", " --live --live.max_delay_s 3600"), folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("bundles dropped"));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["counts"]["frames"], 76);
+  EXPECT_TRUE(record["live"]["frames_dropped"].empty());
+  EXPECT_GT(record["live"]["frames_per_s"], 0);
+  EXPECT_GE(record["live"]["latency_ms"]["max"], record["live"]["latency_ms"]["mean"]);
+  const auto& counts = record["counts"];
+  int num_rejected = 0;
+  for (const auto& [reason, count] : counts["rejected_bundles"].items()) {
+    num_rejected += count.get<int>();
+  }
+  EXPECT_GE(counts["fused"], 1);
+  EXPECT_EQ(counts["bundles"],
+            counts["bundles_dropped"].get<int>() + counts["depth_maps"].get<int>() + num_rejected);
+  EXPECT_LT(TrajectoryRmse_m(folder_ / "out/trajectory.txt"), kMaxRmse_m);
 }
 
 TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {

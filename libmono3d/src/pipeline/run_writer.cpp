@@ -175,6 +175,19 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
   return list;
 }
 
+Json LiveJson(const LiveRecord& live) {
+  Json dropped = Json::object();
+  if (live.num_dropped_frames > 0) {
+    dropped["waited longer than live.max_delay_s"] = live.num_dropped_frames;
+  }
+  return {{"frames_dropped", dropped},
+          {"frames_per_s", live.frames_per_s},
+          {"latency_ms",
+           {{"mean", live.mean_latency_ms},
+            {"p95", live.p95_latency_ms},
+            {"max", live.max_latency_ms}}}};
+}
+
 Json StagesJson(const std::vector<StageTime>& stages) {
   Json json = Json::object();
   for (const StageTime& stage : stages) {
@@ -256,6 +269,7 @@ void RunWriter::WriteRecord(const Reconstruction& reconstruction, const RunRecor
       {"name", record.device.name}, {"type", record.device.type}, {"driver", record.device.driver}};
   json["options"] = OptionsJson(record.options);
   json["counts"] = CountsJson(reconstruction.counts, record.num_skipped_images);
+  if (record.live) json["live"] = LiveJson(*record.live);
   json["maps"] = MapsJson(reconstruction.maps);
   json["times"] = {{"wall_s", record.wall_s}, {"cpu_s", record.cpu_s}};
   json["stages"] = StagesJson(record.stages);

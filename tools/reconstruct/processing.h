@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+
+#include "mono3d/core/timing.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/io/live_source.h"
+#include "mono3d/pipeline/pipeline.h"
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d::tools {
+
+// Frames until the input ends, a stop is requested or an error comes; what is there by then is
+// kept. `record` is told how it ended and how many images could not be read.
+void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record);
+
+// The same at the pace of the time stamps; `record` is told how well it kept up.
+void ProcessLive(std::unique_ptr<FrameSource> source, const LiveSourceOptions& options,
+                 Pipeline& pipeline, RunRecord& record);
+
+// Finish; what there is in spite of an error in it.
+Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record);
+
+}  // namespace mono3d::tools
