@@ -24,29 +24,10 @@ DepthMap View(int angle_deg, const HouseScene& scene = {}) {
   return map;
 }
 
-// As seen from where the truth is known: the share of the surfels in view that stand before the
-// true surface by more than a twentieth of its depth, which only a false one does.
-double FalseShare(const SurfelMap& model, const std::vector<int>& angles_deg,
-                  const HouseScene& scene = {}) {
-  double num_false = 0;
-  double num_seen = 0;
-  const PointCloud cloud = model.Export(1);
-  for (const int angle_deg : angles_deg) {
-    const DepthMap truth = View(angle_deg, scene);
-    const Pose T_cam_world = truth.T_world_cam.Inverse();
-    for (const auto& point : cloud.points) {
-      const Vector3d p = T_cam_world * point.cast<double>();
-      if (p.z() <= 0) continue;
-      const long x = std::lround(truth.camera.fx * p.x() / p.z() + truth.camera.cx);
-      const long y = std::lround(truth.camera.fy * p.y() / p.z() + truth.camera.cy);
-      if (x < 0 || y < 0 || x >= truth.camera.width || y >= truth.camera.height) continue;
-      const float depth = truth.depth.at<float>(static_cast<int>(y), static_cast<int>(x));
-      if (depth <= 0) continue;
-      num_seen += 1;
-      num_false += p.z() < 0.95 * depth ? 1 : 0;
-    }
-  }
-  return num_seen > 0 ? num_false / num_seen : 1;
+double FalseShare(const SurfelMap& model, const std::vector<int>& angles_deg) {
+  std::vector<DepthMap> truth;
+  for (const int angle_deg : angles_deg) truth.push_back(View(angle_deg));
+  return FalseShare(model.Export(1), truth);
 }
 
 // Outlines: surfels of a coarser view stand over an edge by a pixel of a finer one.

@@ -75,11 +75,9 @@ double Grey(const Vector3d& p) {
          25 * wave({0.9, -0.2, 0.7}, 1.4) + 20 * wave({0.1, 0.8, -0.9}, 1);
 }
 
-Pose OrbitPose(double angle_deg) {
-  const double angle = angle_deg * std::numbers::pi / 180;
-  const Vector3d eye(kDistance_su * std::sin(angle), kDistance_su * std::cos(angle), kHeight_su);
+Pose LookAt(const Vector3d& eye, const Vector3d& place) {
   Eigen::Matrix3d R_world_cam;
-  R_world_cam.col(2) = (Vector3d(0, 0, 1) - eye).normalized();
+  R_world_cam.col(2) = (place - eye).normalized();
   R_world_cam.col(0) = R_world_cam.col(2).cross(Vector3d::UnitZ()).normalized();
   R_world_cam.col(1) = R_world_cam.col(2).cross(R_world_cam.col(0));
   return {R_world_cam, eye};
@@ -97,10 +95,19 @@ CameraModel HouseCamera() {
   return camera;
 }
 
+Pose PoseOver(double x_su, double y_su) {
+  return LookAt({x_su, y_su + kDistance_su, kHeight_su}, {x_su, y_su, 1});
+}
+
 DepthMap HouseView(const HouseScene& scene, double angle_deg) {
+  const double angle = angle_deg * std::numbers::pi / 180;
+  const Vector3d eye(kDistance_su * std::sin(angle), kDistance_su * std::cos(angle), kHeight_su);
+  return HouseViewFrom(scene, LookAt(eye, {0, 0, 1}));
+}
+
+DepthMap HouseViewFrom(const HouseScene& scene, const Pose& pose) {
   DepthMap map;
   map.camera = HouseCamera();
-  const Pose pose = OrbitPose(angle_deg);
   map.depth = cv::Mat::zeros(map.camera.height, map.camera.width, CV_32FC1);
   map.bgr = cv::Mat(map.camera.height, map.camera.width, CV_8UC3, cv::Scalar(128, 128, 128));
   for (int y = 0; y < map.depth.rows; ++y) {
@@ -141,6 +148,26 @@ double ImageDistance_px(const Pose& a, const Pose& b, double world_scale) {
                                            camera.fy * (q.y() / q.z() - p.y() / p.z())));
   }
   return largest;
+}
+
+double FalseShare(const PointCloud& model, const std::vector<DepthMap>& truth) {
+  double num_false = 0;
+  double num_seen = 0;
+  for (const DepthMap& view : truth) {
+    const Pose T_cam_world = view.T_world_cam.Inverse();
+    for (const auto& point : model.points) {
+      const Vector3d p = T_cam_world * point.cast<double>();
+      if (p.z() <= 0) continue;
+      const long x = std::lround(view.camera.fx * p.x() / p.z() + view.camera.cx);
+      const long y = std::lround(view.camera.fy * p.y() / p.z() + view.camera.cy);
+      if (x < 0 || y < 0 || x >= view.camera.width || y >= view.camera.height) continue;
+      const float depth = view.depth.at<float>(static_cast<int>(y), static_cast<int>(x));
+      if (depth <= 0) continue;
+      num_seen += 1;
+      num_false += p.z() < 0.95 * depth ? 1 : 0;
+    }
+  }
+  return num_seen > 0 ? num_false / num_seen : 1;
 }
 
 }  // namespace mono3d

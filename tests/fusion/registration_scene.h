@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <vector>
+
+#include "mono3d/geometry/point_cloud.h"
 #include "mono3d/image/depth_map.h"
 
 namespace mono3d {
@@ -22,6 +25,13 @@ CameraModel HouseCamera();
 // `angle_deg` from the y axis.
 DepthMap HouseView(const HouseScene& scene, double angle_deg);
 
+// The exact depth map from anywhere; the pose is that of the scene at `world_scale` 1.
+DepthMap HouseViewFrom(const HouseScene& scene, const Pose& T_world_cam);
+
+// A camera some 10 su away from, and 6 su above, a place of the ground, to which it looks along
+// the y axis; x and y of the place.
+Pose PoseOver(double x_su, double y_su);
+
 // What a tracker of another opinion would have delivered: the pose moved by rotation and
 // translation in the camera's frame (translation in shares of 10 su, times the scene's scale),
 // depths and baseline divided by `scale`.
@@ -30,5 +40,10 @@ DepthMap Misplaced(const DepthMap& map, const Eigen::Vector3d& rotation_rad,
 
 // How far apart two poses show the scene, in pixels of HouseCamera, at 10 su times `world_scale`.
 double ImageDistance_px(const Pose& a, const Pose& b, double world_scale = 1);
+
+// As seen from where the truth is known: the share of the surfels in view that stand before the
+// true surface by more than a twentieth of its depth, which only a false one does. 1 where none is
+// in view.
+double FalseShare(const PointCloud& model, const std::vector<DepthMap>& truth);
 
 }  // namespace mono3d

@@ -67,8 +67,8 @@ TEST(SurfelMapOptions, ListsEveryField) {
           "registration.prior_px", "registration.prior_scale", "registration.grey_noise",
           "registration.grey_shift_px", "gate.min_overlap", "gate.min_agreement",
           "gate.max_contradiction", "gate.max_residual", "gate.max_grey_residual",
-          "gate.max_deviation_px", "gate.max_scale_deviation", "retry.max_waiting",
-          "retry.max_attempts", "retry.num_recent", "health.num_registrations",
+          "gate.max_deviation_px", "gate.max_scale_deviation", "gate.max_join_uncertainty_px",
+          "retry.max_waiting", "retry.max_attempts", "retry.num_recent", "health.num_registrations",
           "health.min_registrations", "health.min_accepted_share", "health.good_accepted_share",
           "health.max_moved_share", "health.max_depth_residual", "health.max_scale_drift",
           "num_reviews", "max_surfels"));

@@ -13,10 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d Centre(const FusedView& view) {
-  return view.T_world_cam * Vector3d(0, 0, view.median_depth_su);
-}
-
 // The motion of the tracker's world around a view, told in the model's.
 Similarity MotionInModel(const FusedView& view, const KeyframeCorrection& correction) {
   const double ratio = correction.scale / view.tracker_scale;
@@ -28,24 +24,53 @@ Similarity MotionInModel(const FusedView& view, const KeyframeCorrection& correc
   return model_from_tracker * motion * model_from_tracker.Inverse();
 }
 
-std::optional<Similarity> MoveView(FusedView& view,
-                                   std::span<const KeyframeCorrection> corrections) {
+// The same where the model has the view moved away from the tracker's pose, and is to let go of it.
+Similarity MotionToTracker(const FusedView& view, const KeyframeCorrection& correction) {
+  return Similarity(correction.scale, correction.T_world_cam) *
+         Similarity(view.depth_scale, view.T_world_cam).Inverse();
+}
+
+const KeyframeCorrection* Find(std::span<const KeyframeCorrection> corrections,
+                               std::int64_t keyframe_id) {
   const auto found = std::find_if(corrections.begin(), corrections.end(),
-                                  [&](const auto& c) { return c.id == view.keyframe_id; });
-  if (found == corrections.end()) return std::nullopt;
-  const Similarity motion = MotionInModel(view, *found);
+                                  [&](const auto& c) { return c.id == keyframe_id; });
+  return found == corrections.end() ? nullptr : &*found;
+}
+
+// How far a motion takes what the view looks at from where another one takes it, over its depth.
+double Apart(const FusedView& view, const Similarity& a, const Similarity& b) {
+  return (a * Centre(view) - b * Centre(view)).norm() / view.median_depth_su;
+}
+
+// Views that the model had moved are expected to move as its oldest view does. Whether the
+// tracker's new poses are nearer to that than to do both, its motion and the model's.
+bool TrackerComesRound(const std::vector<FusedView>& views,
+                       std::span<const KeyframeCorrection> corrections) {
+  if (views.empty()) return false;
+  const KeyframeCorrection* of_first = Find(corrections, views.front().keyframe_id);
+  const Similarity expected =
+      of_first == nullptr ? Similarity() : MotionInModel(views.front(), *of_first);
+  double to_tracker = 0;
+  double both = 0;
+  for (const FusedView& view : views) {
+    const KeyframeCorrection* correction = Find(corrections, view.keyframe_id);
+    if (correction == nullptr || view.is_break) continue;
+    // Where the model has the view as the tracker does, the two are equal.
+    to_tracker += Apart(view, expected, MotionToTracker(view, *correction));
+    both += Apart(view, expected, MotionInModel(view, *correction));
+  }
+  return to_tracker < both;
+}
+
+std::optional<Similarity> MoveView(FusedView& view, std::span<const KeyframeCorrection> corrections,
+                                   bool to_tracker) {
+  const KeyframeCorrection* found = Find(corrections, view.keyframe_id);
+  if (found == nullptr) return std::nullopt;
+  const Similarity motion =
+      to_tracker ? MotionToTracker(view, *found) : MotionInModel(view, *found);
   view.T_tracker_cam = found->T_world_cam;
   view.tracker_scale = found->scale;
   return motion;
-}
-
-// Whether `view` sees what `other` looks at.
-bool Sees(const FusedView& view, const Vector3d& point_world) {
-  const Vector3d p = view.T_world_cam.Inverse() * point_world;
-  if (p.z() <= 0) return false;
-  const double u = view.camera.fx * p.x() / p.z() + view.camera.cx;
-  const double v = view.camera.fy * p.y() / p.z() + view.camera.cy;
-  return u >= 0 && v >= 0 && u < view.camera.width && v < view.camera.height;
 }
 
 // How far two motions take a point apart, in pixels of `view`.
@@ -57,10 +82,32 @@ double Apart_px(const FusedView& view, const Vector3d& point_world, const Simila
 
 }  // namespace
 
+Vector3d Centre(const FusedView& view) {
+  return view.T_world_cam * Vector3d(0, 0, view.median_depth_su);
+}
+
+bool Sees(const FusedView& view, const Vector3d& point_world) {
+  const Vector3d p = view.T_world_cam.Inverse() * point_world;
+  if (p.z() <= 0) return false;
+  const double u = view.camera.fx * p.x() / p.z() + view.camera.cx;
+  const double v = view.camera.fy * p.y() / p.z() + view.camera.cy;
+  return u >= 0 && v >= 0 && u < view.camera.width && v < view.camera.height;
+}
+
+std::vector<std::size_t> Evenly(const std::vector<std::size_t>& numbers, std::size_t max_count) {
+  if (numbers.size() <= max_count) return numbers;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < max_count; ++i) {
+    chosen.push_back(numbers[i * (numbers.size() - 1) / std::max<std::size_t>(max_count - 1, 1)]);
+  }
+  return chosen;
+}
+
 std::vector<Similarity> MoveViews(std::vector<FusedView>& views,
                                   std::span<const KeyframeCorrection> corrections) {
   std::vector<std::optional<Similarity>> known;
-  for (FusedView& view : views) known.push_back(MoveView(view, corrections));
+  const bool to_tracker = TrackerComesRound(views, corrections);
+  for (FusedView& view : views) known.push_back(MoveView(view, corrections, to_tracker));
   const auto first = std::find_if(known.begin(), known.end(), [](const auto& m) { return !!m; });
   if (first == known.end()) return {};
   std::vector<Similarity> motions;
@@ -73,8 +120,8 @@ std::vector<Similarity> MoveViews(std::vector<FusedView>& views,
     view.depth_scale *= latest.scale();
     view.median_depth_su *= latest.scale();
     if (known[i]) continue;
-    view.T_tracker_cam = latest * view.T_tracker_cam;
-    view.tracker_scale *= latest.scale();
+    view.T_tracker_cam = to_tracker ? view.T_world_cam : latest * view.T_tracker_cam;
+    view.tracker_scale = to_tracker ? view.depth_scale : view.tracker_scale * latest.scale();
   }
   return motions;
 }
@@ -116,12 +163,7 @@ std::vector<std::size_t> ViewsOfOverlap(std::span<const FusedView> views,
       break;
     }
   }
-  if (candidates.size() <= max_views) return candidates;
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < max_views; ++i) {
-    chosen.push_back(candidates[i * (candidates.size() - 1) / (max_views - 1)]);
-  }
-  return chosen;
+  return Evenly(candidates, max_views);
 }
 
 }  // namespace mono3d

@@ -25,6 +25,8 @@ struct FusedView {
   Pose T_world_cam;            // in the model
   double depth_scale = 1;      // by which its depths have been multiplied
   double median_depth_su = 0;  // in the model
+  int patch = 0;               // the part of the model to which it belongs
+  bool is_break = false;  // repeats another view, see BreakBetween; no surfel is anchored to it
 };
 
 // How one view moves, as shaders/fusion/deform.comp reads it: three rows of [scale * rotation |
@@ -34,8 +36,17 @@ using DeformationNode = std::array<float, 16>;
 // A surfel follows the views so many before and after its anchor.
 inline constexpr std::uint32_t kDeformationWindow = 3;
 
+// What the view looks at.
+Eigen::Vector3d Centre(const FusedView& view);
+// Whether the view has a point in its image, whatever stands before it.
+bool Sees(const FusedView& view, const Eigen::Vector3d& point_world);
+// At most `max_count` of the numbers, evenly among them, the first and the last among these.
+std::vector<std::size_t> Evenly(const std::vector<std::size_t>& numbers, std::size_t max_count);
+
 // Moves the views, and returns how each has moved in the model's world. A view without a correction
 // moves with the nearest one before it that has one, else after it. Empty when there is none.
+// Where the model had moved views away from the tracker's poses, they keep that motion, unless the
+// tracker has come round to it: then its new poses are theirs, or it would be done twice.
 std::vector<Similarity> MoveViews(std::vector<FusedView>& views,
                                   std::span<const KeyframeCorrection> corrections);
 

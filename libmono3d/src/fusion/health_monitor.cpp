@@ -54,6 +54,7 @@ ModelHealth HealthMonitor::Judge() const {
     num_moved += record.evidence.moved ? 1 : 0;
     squares += record.evidence.depth_residual * record.evidence.depth_residual;
     health.scale_drift = record.evidence.scale_deviation;
+    health.deviation_px = record.evidence.deviation_px;
   }
   if (records_.empty()) return health;
   health.accepted_share = num_accepted / static_cast<double>(records_.size());

@@ -33,6 +33,10 @@ class KeptMaps {
   void Add(KeptMap map);
   std::optional<KeptMap> TakeOldest();
   std::optional<KeptMap> TakeNewest();
+  void Clear() { maps_.clear(); }
+  // All of them become some of `others`, of another map of the tracker that this one's has become
+  // one with; those of the model have numbers from `first_map_index` on there.
+  void MoveInto(KeptMaps& others, const MapJoin& join, std::uint32_t first_map_index);
   // The keyframes of some of them were moved.
   void Correct(std::span<const KeyframeCorrection> corrections);
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "fusion/grid.h"
@@ -24,6 +26,9 @@ constexpr std::uint32_t kLookStride = 4;
 // Root mean square of residuals in sigmas that is no reason for a closer look: 1, half as much
 // again.
 constexpr double kExpectedResidual = 1.5;
+// Surfels in view per pixel below which a pose that is not well known is so for want of overlap;
+// else for want of anything in the scene that could tell.
+constexpr double kLittleOverlap = 0.25;
 
 // A pose against the tracker's needs twice the evidence.
 RegistrationGateOptions Strict(const RegistrationGateOptions& gate) {
@@ -47,6 +52,14 @@ bool Stands(const RegistrationEvidence& evidence, const SurfelMapOptions& option
   return evidence.registered && evidence.tracker_misfit <= options.registration.max_misfit &&
          evidence.grey_residual <= kExpectedResidual &&
          evidence.depth_residual <= kExpectedResidual && WhyNot(evidence, options.gate).empty();
+}
+
+// Whether the tracker's pose is not where the model shows the depth map, but too little of that is
+// in view to say where it is. The model's word would move all that comes after it.
+bool TellsTooLittle(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
+  return evidence.tracker_misfit > options.registration.max_misfit &&
+         evidence.overlap < kLittleOverlap &&
+         evidence.uncertainty_px > options.gate.max_join_uncertainty_px;
 }
 
 }  // namespace
@@ -209,8 +222,13 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   evidence.registered = true;
   evidence.moved = evidence.moved || is_better;
   evidence.num_iterations = num_evaluations;
-  return {is_better ? found.view : *best_start, evidence,
-          WhyNot(evidence, is_better ? Strict(options.gate) : options.gate)};
+  std::string rejection = WhyNot(evidence, is_better ? Strict(options.gate) : options.gate);
+  if (rejection.empty() && TellsTooLittle(evidence, options)) {
+    evidence.registered = false;
+    evidence.moved = false;
+    return {predictions.front(), evidence, {}};
+  }
+  return {is_better ? found.view : *best_start, evidence, std::move(rejection)};
 }
 
 }  // namespace mono3d

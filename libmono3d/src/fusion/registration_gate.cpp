@@ -38,42 +38,48 @@ RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
   const Vector7d deviation = Deviation(problem, view);
   evidence.deviation_px = ImageMotion(problem, deviation);
   evidence.scale_deviation = deviation(6);
+  evidence.uncertainty_px = Uncertainty_px(problem, system, stride);
   return evidence;
 }
 
 std::string WhyNot(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate) {
-  std::string why;
-  if (evidence.agreement < gate.min_agreement) {
-    why = Found("agreement with the model", evidence.agreement, "at least", gate.min_agreement);
-  } else if (evidence.contradiction > gate.max_contradiction) {
-    why = Found("share of the model seen through", evidence.contradiction, "at most",
-                gate.max_contradiction);
-  } else if (evidence.depth_residual > gate.max_residual) {
-    why = Found("distance from the model in sigmas", evidence.depth_residual, "at most",
-                gate.max_residual);
-  } else if (evidence.grey_residual > gate.max_grey_residual) {
-    why = Found("grey value from the model in sigmas", evidence.grey_residual, "at most",
-                gate.max_grey_residual);
-  } else if (evidence.deviation_px > gate.max_deviation_px) {
-    why = Found("pixels from the tracker's pose", evidence.deviation_px, "at most",
-                gate.max_deviation_px);
-  } else if (std::abs(evidence.scale_deviation) > gate.max_scale_deviation) {
-    why = Found("deviation from the tracker's scale", evidence.scale_deviation, "at most",
-                gate.max_scale_deviation);
+  struct Limit {
+    const char* what;
+    double found;
+    bool is_lowest;
+    double limit;
+  };
+  const std::array<Limit, 6> limits = {
+      {{"agreement with the model", evidence.agreement, true, gate.min_agreement},
+       {"share of the model seen through", evidence.contradiction, false, gate.max_contradiction},
+       {"distance from the model in sigmas", evidence.depth_residual, false, gate.max_residual},
+       {"grey value from the model in sigmas", evidence.grey_residual, false,
+        gate.max_grey_residual},
+       {"pixels from the tracker's pose", evidence.deviation_px, false, gate.max_deviation_px},
+       {"deviation from the tracker's scale", std::abs(evidence.scale_deviation), false,
+        gate.max_scale_deviation}}};
+  for (const Limit& limit : limits) {
+    const bool holds = limit.is_lowest ? limit.found >= limit.limit : limit.found <= limit.limit;
+    if (holds) continue;
+    return "not registered with the model: " +
+           Found(limit.what, limit.found, limit.is_lowest ? "at least" : "at most", limit.limit);
   }
-  return why.empty() ? why : "not registered with the model: " + why;
+  return {};
 }
 
 std::string Describe(const RegistrationEvidence& evidence) {
   std::array<char, 320> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "overlap %.2f, agreement %.3f, contradiction %.3f, depth %.2f and grey %.2f sigmas "
-      "from the model, "
-      "%s, misfit of the tracker %.2f sigmas, %.3f px and %.3f %% of scale from it, %d evaluations",
-      evidence.overlap, evidence.agreement, evidence.contradiction, evidence.depth_residual,
-      evidence.grey_residual, evidence.moved ? "moved" : "not moved", evidence.tracker_misfit,
-      evidence.deviation_px, 100 * evidence.scale_deviation, evidence.num_iterations);
+  std::snprintf(text.data(), text.size(),
+                "overlap %.2f, agreement %.3f, contradiction %.3f, depth %.2f and grey %.2f sigmas "
+                "from the model, "
+                "%s, misfit of the tracker %.2f sigmas, %.3f px and %.3f %% of scale from it, "
+                "known to %.2f px, "
+                "%d evaluations",
+                evidence.overlap, evidence.agreement, evidence.contradiction,
+                evidence.depth_residual, evidence.grey_residual,
+                evidence.moved ? "moved" : "not moved", evidence.tracker_misfit,
+                evidence.deviation_px, 100 * evidence.scale_deviation, evidence.uncertainty_px,
+                evidence.num_iterations);
   return text.data();
 }
 

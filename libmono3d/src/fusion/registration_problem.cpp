@@ -51,6 +51,15 @@ RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& opt
   return {map, options, predicted, MedianDepth(map), std::min(map.camera.fx, map.camera.fy)};
 }
 
+DepthMap Placed(const DepthMap& map, const RegisteredView& view) {
+  DepthMap placed = map;
+  placed.T_world_cam = view.T_world_cam;
+  if (view.depth_scale == 1) return placed;
+  placed.depth = map.depth * view.depth_scale;
+  placed.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth / view.depth_scale;
+  return placed;
+}
+
 // Motion of the image, in pixels, of a motion of the camera.
 double ImageMotion(const RegistrationProblem& problem, const Vector7d& step) {
   return problem.focal_px *
@@ -116,26 +125,54 @@ void SetExposure(RegisterParams& params, const RegistrationSystem& system) {
       static_cast<float>(system.image_grey_mean - params.grey_gain * system.surfel_grey_mean);
 }
 
-// The step of Gauss and Newton, with the prior.
-Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
-               const RegisteredView& view, std::uint32_t stride) {
-  // Sampled residuals stand for `stride` each, and hold as much as independent ones among them.
-  const double independent = std::min(1.0, stride / kPixelsPerMeasurement);
-  const Vector7d prior = PriorInformation(problem);
-  Matrix7d information = independent * system.information;
-  information.diagonal() += prior;
-  Vector7d gradient = independent * system.gradient;
-  gradient += prior.cwiseProduct(Deviation(problem, view));
+namespace {
+
+// Sampled residuals stand for `stride` each, and hold as much as independent ones among them.
+double IndependentShare(std::uint32_t stride) {
+  return std::min(1.0, stride / kPixelsPerMeasurement);
+}
+
+// A plane or a grey wall leaves motions along it open: there the prior alone holds.
+Matrix7d Information(const RegistrationProblem& problem, const RegistrationSystem& system,
+                     std::uint32_t stride) {
+  Matrix7d information = IndependentShare(stride) * system.information;
+  information.diagonal() += PriorInformation(problem);
   if (!problem.options.registration.with_scale) {
     information.row(6).setZero();
     information.col(6).setZero();
     information(6, 6) = 1;
-    gradient(6) = 0;
   }
-  // Rotations, lengths and logarithms have units of their own: solved on a unit diagonal.
-  const Vector7d unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  return information;
+}
+
+// Rotations, lengths and logarithms have units of their own: what is solved has a unit diagonal.
+Vector7d UnitDiagonal(const Matrix7d& information) {
+  return information.diagonal().cwiseSqrt().cwiseInverse();
+}
+
+}  // namespace
+
+// The step of Gauss and Newton, with the prior.
+Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
+               const RegisteredView& view, std::uint32_t stride) {
+  const Matrix7d information = Information(problem, system, stride);
+  Vector7d gradient = IndependentShare(stride) * system.gradient;
+  gradient += PriorInformation(problem).cwiseProduct(Deviation(problem, view));
+  if (!problem.options.registration.with_scale) gradient(6) = 0;
+  const Vector7d unit = UnitDiagonal(information);
   const Matrix7d scaled = unit.asDiagonal() * information * unit.asDiagonal();
   return -unit.cwiseProduct(scaled.ldlt().solve(unit.cwiseProduct(gradient)));
+}
+
+double Uncertainty_px(const RegistrationProblem& problem, const RegistrationSystem& system,
+                      std::uint32_t stride) {
+  const Matrix7d information = Information(problem, system, stride);
+  const Vector7d unit = UnitDiagonal(information);
+  const Matrix7d scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Vector7d variance =
+      unit.cwiseAbs2().cwiseProduct(scaled.ldlt().solve(Matrix7d::Identity()).diagonal());
+  Vector7d sigma = variance.cwiseMax(0.0).cwiseSqrt();
+  return ImageMotion(problem, sigma);
 }
 
 double Misfit(const RegistrationSystem& system, const Vector7d& step) {

@@ -36,6 +36,9 @@ struct RegistrationProblem {
 RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,
                                 const RegisteredView& predicted);
 
+// The depth map where it belongs in the model.
+DepthMap Placed(const DepthMap& map, const RegisteredView& view);
+
 // Motion of the image, in pixels, of a motion of the camera: rotation and translation together.
 double ImageMotion(const RegistrationProblem& problem, const Vector7d& step);
 
@@ -53,6 +56,10 @@ void SetExposure(RegisterParams& params, const RegistrationSystem& system);
 // The step of Gauss and Newton, with the prior.
 Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
                const RegisteredView& view, std::uint32_t stride);
+
+// One sigma of the pose found, with the prior, as motion in the image.
+double Uncertainty_px(const RegistrationProblem& problem, const RegistrationSystem& system,
+                      std::uint32_t stride);
 
 // By how much a pose that is `step` away from the best one misses the model: the root of the mean
 // increase of the squared residuals, in sigmas. Motions that no residual notices count nothing.

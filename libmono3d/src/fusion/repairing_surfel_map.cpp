@@ -30,7 +30,7 @@ FusionResult RepairingSurfelMap::Integrate(const DepthMap& map) {
     Keep({StoredDepthMap(map), model_->ScaleOfKeyframe(map.keyframe_id), 1, 0}, result);
   }
   if (is_fused && !waiting_.empty()) {
-    result.retried.push_back(TryAgain(*waiting_.TakeOldest()));
+    result.retried.push_back(TryAgain(*waiting_.TakeOldest(), result.patch_joins));
     if (result.retried.back().status == FusionStatus::kFused) health_.AcceptLate();
   }
   result.health = health_.Judge();
@@ -39,6 +39,7 @@ FusionResult RepairingSurfelMap::Integrate(const DepthMap& map) {
       num_since_repair_ > options_.health.num_registrations) {
     Repair(result);
   }
+  result.health.num_patches = model_->num_patches();
   result.num_surfels = num_surfels();
   return result;
 }
@@ -47,6 +48,28 @@ CorrectionResult RepairingSurfelMap::Correct(std::span<const KeyframeCorrection>
   waiting_.Correct(corrections);
   recent_.Correct(corrections);
   return model_->Correct(corrections);
+}
+
+std::optional<CorrectionResult> RepairingSurfelMap::Join(SurfelMap& other, const MapJoin& join) {
+  auto* theirs = dynamic_cast<RepairingSurfelMap*>(&other);
+  if (theirs == nullptr || theirs == this) return std::nullopt;
+  const std::uint32_t num_theirs = theirs->model_->num_depth_maps();
+  auto result = model_->Join(*theirs->model_, join);
+  if (!result) return result;
+  waiting_.Correct(join.corrections);
+  // Only the latest part of the model can be taken out: from now on that is theirs.
+  recent_.Clear();
+  const std::uint32_t first_of_theirs = model_->num_depth_maps() - num_theirs;
+  theirs->recent_.MoveInto(recent_, join, first_of_theirs);
+  theirs->waiting_.MoveInto(waiting_, join, first_of_theirs);
+  health_ = theirs->health_;
+  return result;
+}
+
+void RepairingSurfelMap::Rest() {
+  waiting_.Clear();
+  recent_.Clear();
+  model_->Rest();
 }
 
 // With the others in the model, or with those that wait while they may be tried again.
@@ -60,9 +83,10 @@ void RepairingSurfelMap::Keep(KeptMap kept, FusionResult& result) {
   }
 }
 
-RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept) {
+RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept, std::vector<PatchJoin>& patch_joins) {
   const DepthMap map = kept.map.Restore();
   FusionResult result = model_->Integrate(map);
+  patch_joins.insert(patch_joins.end(), result.patch_joins.begin(), result.patch_joins.end());
   ++kept.num_attempts;
   Keep(std::move(kept), result);
   return {map.frame_index,   map.timestamp_s,    result.status,
@@ -90,7 +114,7 @@ void RepairingSurfelMap::Repair(FusionResult& result) {
   num_since_repair_ = 0;
   for (KeptMap& kept : order) {
     kept.num_attempts = std::min(kept.num_attempts, options_.retry.max_attempts - 1);
-    result.retried.push_back(TryAgain(std::move(kept)));
+    result.retried.push_back(TryAgain(std::move(kept), result.patch_joins));
     const RetriedMap& retried = result.retried.back();
     if (retried.registration.registered) {
       health_.Add(retried.registration, retried.status == FusionStatus::kFused);

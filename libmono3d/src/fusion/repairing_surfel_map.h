@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "fusion/health_monitor.h"
 #include "fusion/kept_maps.h"
@@ -22,6 +24,8 @@ class RepairableMap : public SurfelMap {
   // Removes the depth maps from the given one on, and the surfels anchored to them. What they added
   // to surfels of earlier ones stays.
   virtual void TakeOut(std::uint32_t first_depth_map) = 0;
+  // Parts that hang together by the tracker's poses alone.
+  virtual int num_patches() const = 0;
 };
 
 // A model that tries depth maps again which did not fit, knows how it is, and when it refuses
@@ -33,6 +37,8 @@ class RepairingSurfelMap : public SurfelMap {
 
   FusionResult Integrate(const DepthMap& map) override;
   CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
+  std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join) override;
+  void Rest() override;
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
     return model_->Export(options);
@@ -41,7 +47,7 @@ class RepairingSurfelMap : public SurfelMap {
 
  private:
   void Keep(KeptMap kept, FusionResult& result);
-  RetriedMap TryAgain(KeptMap kept);
+  RetriedMap TryAgain(KeptMap kept, std::vector<PatchJoin>& patch_joins);
   void Repair(FusionResult& result);
 
   std::unique_ptr<RepairableMap> model_;

@@ -31,6 +31,7 @@ ViewParams Enlarged(const ViewParams& view, std::uint32_t margin_px, std::uint32
 }  // namespace
 
 void BlockList::Set(const std::shared_ptr<Device>& device, std::span<const std::uint32_t> numbers) {
+  numbers_.assign(numbers.begin(), numbers.end());
   size_ = static_cast<std::uint32_t>(numbers.size());
   grid_ = GroupGrid(size_);
   std::vector<std::uint32_t> padded(std::max<std::size_t>(std::size_t{grid_[0]} * grid_[1], 1),

@@ -32,6 +32,7 @@ class BlockList {
                   std::uint32_t num_blocks);
 
   std::uint32_t size() const { return size_; }
+  const std::vector<std::uint32_t>& numbers() const { return numbers_; }
   // Of a kernel with a workgroup per block.
   std::array<std::uint32_t, 3> grid() const { return grid_; }
   // uint per workgroup; those beyond size() have a number beyond any model.
@@ -39,6 +40,7 @@ class BlockList {
 
  private:
   Buffer buffer_;
+  std::vector<std::uint32_t> numbers_;
   std::uint32_t size_ = 0;
   std::array<std::uint32_t, 3> grid_ = {0, 0, 1};
 };

@@ -22,9 +22,6 @@ constexpr std::uint32_t kMaxRemovedShare = 4;
 // After a correction, views from which overlapping parts are merged.
 constexpr std::size_t kMaxMergingViews = 6;
 
-// Around the image, so that no rounding matters at its border.
-constexpr std::uint32_t kViewMargin_px = 1;
-
 // A 64th of the surfels; coarser is not worth having.
 constexpr std::uint32_t kMaxMergeRadius_px = 8;
 
@@ -42,24 +39,6 @@ void RequireUsable(const DepthMap& map) {
   }
 }
 
-// The depth map where it belongs in the model.
-DepthMap Placed(const DepthMap& map, const RegisteredView& view) {
-  DepthMap placed = map;
-  placed.T_world_cam = view.T_world_cam;
-  if (view.depth_scale == 1) return placed;
-  placed.depth = map.depth * view.depth_scale;
-  placed.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth / view.depth_scale;
-  return placed;
-}
-
-Similarity ModelFromTracker(const DepthMap& map, const RegisteredView& view) {
-  const Eigen::Quaterniond rotation =
-      view.T_world_cam.rotation() * map.T_world_cam.rotation().inverse();
-  const Eigen::Vector3d translation = view.T_world_cam.translation() -
-                                      view.depth_scale * (rotation * map.T_world_cam.translation());
-  return {view.depth_scale, Pose(rotation, translation)};
-}
-
 }  // namespace
 
 // Paper, section 3.3: registration with the model, then fusion.
@@ -71,41 +50,43 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
                              " of the tracker has nothing in common with map " +
                              std::to_string(*map_id_) + " of the model");
   }
-  if (num_depth_maps_ >= kMaxDepthMaps)
+  if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps)
     return Rejected(map, "model is full: it has the most depth maps it can count");
   const PackedDepthMap packed = Pack(map);
   if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
 
   Upload(map, packed);
-  const Registration registration = Register(map);
+  const Placement placement = Place(map);
+  const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
     FusionResult result = Rejected(map, registration.rejection);
     result.registration = registration.evidence;
     return result;
   }
   const DepthMap placed = Placed(map, registration.view);
-  if (registration.view.depth_scale != 1) Upload(placed, Pack(placed));
+  if (registration.view.depth_scale != 1 || placement.join) Upload(placed, Pack(placed));
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
-  Selection selection = Associate(ViewOf(placed));
-  while (!MakeRoom(selection.num_selected) && Coarsen()) selection = Associate(ViewOf(placed));
+  Selection selection = Associate(ViewOf(placed), placement.patch);
+  while (!MakeRoom(selection.num_selected) && Coarsen())
+    selection = Associate(ViewOf(placed), placement.patch);
   if (surfels_.max_size() - surfels_.size() < selection.num_selected) {
     return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
                              std::to_string(selection.num_selected) + " new ones, room for " +
                              std::to_string(surfels_.max_size()));
   }
+  AddView({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
+           ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
+           ScaleOfKeyframe(map.keyframe_id) * registration.view.depth_scale, MedianDepth(placed),
+           placement.patch});
   const std::uint32_t num_removed = Update(ViewOf(placed), selection);
   past_views_.Push(device_, placed, buffers_);
   surfels_.BeginDepthMap(num_depth_maps_);
   surfels_.Update(selection.num_selected, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;
-  S_model_tracker_ = ModelFromTracker(map, registration.view);
   tracker_is_astray_ = registration.evidence.moved;
   ++num_depth_maps_;
-  views_.push_back({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
-                    ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
-                    registration.view.depth_scale, MedianDepth(placed)});
 
   FusionResult result;
   result.status = FusionStatus::kFused;
@@ -116,6 +97,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   result.num_inserted = selection.num_selected;
   result.num_removed = num_removed;
   result.num_surfels = num_surfels();
+  result.starts_patch = placement.starts_patch;
+  if (placement.join) result.patch_joins.push_back(*placement.join);
   return result;
 }
 
@@ -136,9 +119,7 @@ CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> co
     }
     corrector_.EndMerging();
     if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
-    for (const FusedView& view : views_) {
-      result.views.push_back({view.frame_index, view.T_world_cam, view.depth_scale});
-    }
+    result.views = MovedViews();
   }
   result.num_surfels = num_surfels();
   return result;
@@ -148,7 +129,8 @@ void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
   past_views_.Clear();
   surfels_.RemoveAnchoredFrom(first_depth_map);
   views_.resize(std::min<std::size_t>(views_.size(), first_depth_map));
-  num_depth_maps_ = std::min(num_depth_maps_, first_depth_map);
+  while (!views_.empty() && views_.back().is_break) views_.pop_back();
+  num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
   tracker_is_astray_ = false;
 }
 
@@ -164,31 +146,6 @@ std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
   culler_.Bound(recorder_, visible_, surfels_.size(), surfels_);
   surfels_.Update(0, num_removed);
   return num_removed;
-}
-
-// The tracker's pose; and that pose moved as the last registration moved the one before it, for a
-// tracker that has gone astray knows how the camera has moved since then.
-Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
-  Predictions predictions = {{map.T_world_cam, 1}};
-  if (tracker_is_astray_) {
-    predictions.push_back({S_model_tracker_ * map.T_world_cam, S_model_tracker_.scale()});
-  }
-  return predictions;
-}
-
-Registration VulkanSurfelMap::Register(const DepthMap& map) {
-  const Predictions predictions = Predict(map);
-  if (num_depth_maps_ == 0 || !options_.registration.enabled) return {predictions.front(), {}, {}};
-  std::vector<ViewParams> views;
-  for (const RegisteredView& predicted : predictions) {
-    views.push_back(ViewOf(Placed(map, predicted)));
-  }
-  FindVisible(views, static_cast<std::uint32_t>(std::ceil(options_.gate.max_deviation_px)));
-  Registration registration = registrar_.Register(recorder_, map, buffers_, surfels_, visible_,
-                                                  predictions, options_, times_);
-  Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
-                            Describe(registration.evidence));
-  return registration;
 }
 
 FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) const {
@@ -217,8 +174,12 @@ void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) 
 }
 
 // What the depth map says of each surfel, and which of its pixels are new. Leaves the model alone.
-Selection VulkanSurfelMap::Associate(const ViewParams& params) {
+// Of the surfels those of one patch: another one may be off, and must not be drawn to it.
+Selection VulkanSurfelMap::Associate(const ViewParams& params, int patch) {
   FindVisible({&params, 1}, kViewMargin_px);
+  if (num_patches() > 1) {
+    visible_.Set(device_, BlocksOfPatch(visible_.numbers(), views_, surfels_.first_slots(), patch));
+  }
   stages_.Associate(recorder_, params, buffers_, surfels_, visible_);
   stages_.DrawIndexMap(recorder_, params, buffers_, surfels_, visible_);
   stages_.SelectNew(recorder_, params, buffers_, surfels_);

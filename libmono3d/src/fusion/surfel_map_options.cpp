@@ -7,6 +7,8 @@
 
 namespace mono3d {
 
+std::optional<CorrectionResult> SurfelMap::Join(SurfelMap&, const MapJoin&) { return std::nullopt; }
+
 void AssociationOptions::Visit(OptionVisitor& visit) {
   visit("matching_error_px", matching_error_px, "one sigma of the matching behind the depth maps");
   visit("max_sigmas", max_sigmas,
@@ -40,6 +42,8 @@ void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("max_grey_residual", max_grey_residual, "and of grey values");
   visit("max_deviation_px", max_deviation_px, "from the tracker's pose, as motion in the image");
   visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
+  visit("max_join_uncertainty_px", max_join_uncertainty_px,
+        "one sigma of a pose that may move a patch of the model to another, in the image");
 }
 
 void SurfelExportOptions::Visit(OptionVisitor& visit) {
@@ -116,6 +120,8 @@ void SurfelMapOptions::Validate() const {
   RequireOption(gate.max_deviation_px > 0, "gate.max_deviation_px", "> 0", gate.max_deviation_px);
   RequireOption(gate.max_scale_deviation > 0, "gate.max_scale_deviation", "> 0",
                 gate.max_scale_deviation);
+  RequireOption(gate.max_join_uncertainty_px > 0, "gate.max_join_uncertainty_px", "> 0",
+                gate.max_join_uncertainty_px);
   RequireOption(num_reviews >= 0, "num_reviews", ">= 0", num_reviews);
   RequireOption(retry.max_waiting >= 0, "retry.max_waiting", ">= 0", retry.max_waiting);
   RequireOption(retry.max_attempts >= 1, "retry.max_attempts", ">= 1", retry.max_attempts);

@@ -84,6 +84,22 @@ void SurfelStorage::Compact() {
   if (num_removed_ > 0) KeepRemaining(Download());
 }
 
+void SurfelStorage::Append(const Surfels& more, std::uint32_t first_depth_map) {
+  Surfels surfels = Download();
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  append(surfels.position_radius, more.position_radius);
+  append(surfels.normal_weight, more.normal_weight);
+  const std::uint32_t in_both_halves = first_depth_map << 16U | first_depth_map;
+  for (Surfels::Uint4 history : more.history) {
+    history[2] += in_both_halves;
+    history[3] += first_depth_map;
+    surfels.history.push_back(history);
+  }
+  Upload(surfels);
+}
+
 void SurfelStorage::RemoveAnchoredFrom(std::uint32_t first_depth_map) {
   Surfels surfels = Download();
   for (std::size_t i = 0; i < surfels.size(); ++i) {

@@ -49,6 +49,10 @@ class SurfelStorage {
   // Closes the gaps that removed surfels left, keeping the order.
   void Compact();
 
+  // Adds surfels behind the others, for which there is room, with their depth maps numbered from
+  // `first_depth_map` on: behind those of the others.
+  void Append(const Surfels& more, std::uint32_t first_depth_map);
+
   // Removes the surfels anchored to this depth map or a later one, and closes the gaps.
   void RemoveAnchoredFrom(std::uint32_t first_depth_map);
 

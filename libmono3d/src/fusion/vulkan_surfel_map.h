@@ -16,6 +16,7 @@
 #include "fusion/deformation.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
+#include "fusion/model_parts.h"
 #include "fusion/past_views.h"
 #include "fusion/registration.h"
 #include "fusion/repairing_surfel_map.h"
@@ -26,6 +27,9 @@
 #include "mono3d/geometry/similarity.h"
 
 namespace mono3d {
+
+// Around the image, so that no rounding matters at its border.
+inline constexpr std::uint32_t kViewMargin_px = 1;
 
 // The model on the device: the order in which the stages run, and what it remembers from one depth
 // map to the next.
@@ -52,6 +56,9 @@ class VulkanSurfelMap : public RepairableMap {
     return found == scale_of_keyframe_.end() ? 1 : found->second;
   }
   void TakeOut(std::uint32_t first_depth_map) override;
+  int num_patches() const override { return static_cast<int>(Patches(views_).size()); }
+  std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join) override;
+  void Rest() override;
 
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
@@ -67,8 +74,32 @@ class VulkanSurfelMap : public RepairableMap {
   FusionResult Rejected(const DepthMap& map, std::string reason) const;
   void Upload(const DepthMap& map, const PackedDepthMap& packed);
   Predictions Predict(const DepthMap& map) const;
-  Registration Register(const DepthMap& map);
-  Selection Associate(const ViewParams& params);
+  // Where a depth map goes.
+  struct Placement {
+    Registration registration;
+    int patch = 0;
+    bool starts_patch = false;
+    std::optional<PatchJoin> join;
+  };
+  // What one patch makes of it.
+  struct PatchRegistration {
+    int patch = 0;
+    Registration registration;
+  };
+  Placement Place(const DepthMap& map);
+  Registration Register(const DepthMap& map, const Predictions& predictions,
+                        const BlockList& blocks);
+  std::vector<PatchRegistration> RegisterWithPatches(const DepthMap& map,
+                                                     const Predictions& predictions);
+  std::optional<PatchJoin> JoinPatches(const DepthMap& map, std::vector<PatchRegistration>& shown);
+  void MoveToOldest(const DepthMap& map, const PatchRegistration& other,
+                    const PatchRegistration& oldest, PatchJoin& join);
+  std::int64_t MergeAcross(const std::vector<bool>& is_other);
+  void AddView(const FusedView& view);
+  std::vector<MovedView> MovedViews() const;
+  void MoveInto(const MapJoin& join);
+  std::int64_t Append(VulkanSurfelMap& other);
+  Selection Associate(const ViewParams& params, int patch);
   std::uint32_t Update(const ViewParams& params, const Selection& selection);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
@@ -88,6 +119,7 @@ class VulkanSurfelMap : public RepairableMap {
   SurfelStorage surfels_;
   BlockList visible_;  // what the stages work on
   BlockList latest_;   // what the last depth map has added
+  BlockList of_patch_;
   DepthMapBuffers buffers_;
   PastViews past_views_;
   std::uint32_t merge_radius_px_ = 1;
@@ -96,7 +128,6 @@ class VulkanSurfelMap : public RepairableMap {
   std::vector<FusedView> views_;                      // of the depth maps in the model
   std::map<std::int64_t, double> scale_of_keyframe_;  // of those that were corrected
   std::optional<int> map_id_;                         // of the first depth map
-  Similarity S_model_tracker_;                        // as the last registration found it
   bool tracker_is_astray_ = false;    // the last depth map was not where the tracker put it
   std::uint32_t num_depth_maps_ = 0;  // fused so far
 };

@@ -35,6 +35,9 @@ struct RegistrationGateOptions {
   double max_grey_residual = 4;      // the same of grey values, which change with the view as well
   double max_deviation_px = 40;      // from the tracker's pose, as motion in the image
   double max_scale_deviation = 0.1;  // from the tracker's, of its logarithm
+  // One sigma of a pose by which a whole patch of the model is moved to another: it must be known
+  // far better than the prior knows it.
+  double max_join_uncertainty_px = 1;
 
   void Visit(OptionVisitor& visit);
 };
@@ -52,6 +55,7 @@ struct RegistrationEvidence {
   double grey_residual = 0;    // root mean square, in sigmas
   double deviation_px = 0;     // from the tracker's pose, as motion in the image
   double scale_deviation = 0;  // logarithm of the scale over the tracker's
+  double uncertainty_px = 0;   // one sigma of the pose, prior included, as motion in the image
 };
 
 }  // namespace mono3d

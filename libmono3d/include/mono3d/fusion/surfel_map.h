@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "mono3d/fusion/registration.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/similarity.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/keyframe_correction.h"
@@ -33,6 +35,24 @@ struct RetriedMap {
   RegistrationEvidence registration;
 };
 
+// Where a depth map of the model is from now on.
+struct MovedView {
+  std::int64_t frame_index = 0;
+  Pose T_world_cam;
+  double scale = 1;  // by which its depths have been multiplied altogether
+};
+
+// Patches of the model, which hung together by the tracker's poses alone, have become one: a depth
+// map showed both, and was registered with each.
+struct PatchJoin {
+  std::int64_t frame_index = 0;  // of that depth map
+  int num_patches = 0;           // that became one with the oldest of them
+  double moved_px = 0;           // by how much the farthest was off, as motion in the image
+  double scale = 1;              // by which its lengths were multiplied
+  std::vector<MovedView> views;  // every depth map of the model; empty: nothing had to be moved
+  std::int64_t num_merged = 0;   // surfels that became one with another
+};
+
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
@@ -49,14 +69,9 @@ struct FusionResult {
   // out and made again from its depth maps before that.
   std::vector<RetriedMap> retried;
   bool is_repaired = false;
-  ModelHealth health;  // afterwards
-};
-
-// Where a depth map of the model is from now on.
-struct MovedView {
-  std::int64_t frame_index = 0;
-  Pose T_world_cam;
-  double scale = 1;  // by which its depths have been multiplied altogether
+  bool starts_patch = false;  // it shows nothing of the model: it lies where the tracker has it
+  std::vector<PatchJoin> patch_joins;  // by it, and by those that were tried again
+  ModelHealth health;                  // afterwards
 };
 
 // What became of the model when its keyframes were moved.
@@ -64,6 +79,13 @@ struct CorrectionResult {
   std::vector<MovedView> views;  // every depth map of the model; empty: nothing was moved
   std::int64_t num_merged = 0;   // surfels that became one with another, of a part they fell upon
   std::int64_t num_surfels = 0;  // in the model afterwards
+};
+
+// Two maps of the tracker have become one.
+struct MapJoin {
+  int map_id = 0;                                   // of both from now on
+  Similarity S_this_other;                          // of their worlds
+  std::span<const KeyframeCorrection> corrections;  // where keyframes of both are from now on
 };
 
 // Which surfels belong to the exported model.
@@ -97,6 +119,16 @@ class SurfelMap {
   // next, and parts that come to lie upon each other are merged. Corrections of other maps and of
   // keyframes without a depth map in the model have no effect of their own.
   virtual CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) = 0;
+
+  // Takes over the model of another map of the tracker that has become one with this one's, and
+  // leaves it empty. Its depth maps go where their keyframes are, those without a correction as
+  // `S_this_other` says; this model's own follow as in Correct; what both show is merged. Nothing
+  // is returned, and nothing has changed, where `other` is of another kind or there is no room.
+  virtual std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join);
+
+  // No depth map will come for a while: lets go of the memory that is not the model itself. What
+  // waited to be tried again is given up.
+  virtual void Rest() {}
 
   // The surfels in the order in which they were inserted (by depth map, then by rows of pixels),
   // with all fields of PointCloud filled. confidence = s / (s + a + 1): s is the sum of the

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/model_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "fusion/surfel.h"
+
+namespace mono3d {
+namespace {
+
+// The view to which the surfel in this slot is anchored.
+std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t slot) {
+  const auto behind = std::upper_bound(first_slots.begin(), first_slots.end(), slot);
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(behind - first_slots.begin() - 1, 0));
+}
+
+// Places at which the view looks: near its corners, its sides, its middle.
+std::array<Eigen::Vector3d, 9> Places(const FusedView& view) {
+  std::array<Eigen::Vector3d, 9> places;
+  std::size_t i = 0;
+  for (const double row : {0.1, 0.5, 0.9}) {
+    for (const double column : {0.1, 0.5, 0.9}) {
+      const Eigen::Vector2d pixel(column * view.camera.width, row * view.camera.height);
+      places.at(i++) =
+          view.T_world_cam * Eigen::Vector3d(view.median_depth_su * view.camera.Unproject(pixel));
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+std::vector<int> Patches(std::span<const FusedView> views) {
+  std::vector<int> patches;
+  for (const FusedView& view : views) {
+    if (!view.is_break) patches.push_back(view.patch);
+  }
+  std::sort(patches.begin(), patches.end());
+  patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
+  return patches;
+}
+
+std::vector<FusedView> BreakBetween(const FusedView& last, const FusedView& next) {
+  std::vector<FusedView> views(kDeformationWindow, last);
+  views.insert(views.end(), kDeformationWindow, next);
+  for (FusedView& view : views) view.is_break = true;
+  return views;
+}
+
+std::vector<std::uint32_t> BlocksOfPatch(std::span<const std::uint32_t> blocks,
+                                         std::span<const FusedView> views,
+                                         std::span<const std::uint32_t> first_slots, int patch) {
+  std::vector<std::uint32_t> chosen;
+  if (views.empty()) return chosen;
+  const auto is_of_patch = [&](std::uint32_t slot) {
+    return views[std::min(ViewOfSlot(first_slots, slot), views.size() - 1)].patch == patch;
+  };
+  for (const std::uint32_t block : blocks) {
+    const std::uint32_t first = block * kSurfelsPerBlock;
+    if (is_of_patch(first) || is_of_patch(first + kSurfelsPerBlock - 1)) chosen.push_back(block);
+  }
+  return chosen;
+}
+
+std::vector<Similarity> MovePatch(std::vector<FusedView>& views, int patch,
+                                  const Similarity& motion) {
+  std::vector<Similarity> motions;
+  for (FusedView& view : views) {
+    const bool moves = view.patch == patch;
+    motions.push_back(moves ? motion : Similarity());
+    if (!moves) continue;
+    view.T_world_cam = motion * view.T_world_cam;
+    view.depth_scale *= motion.scale();
+    view.median_depth_su *= motion.scale();
+  }
+  return motions;
+}
+
+std::vector<std::size_t> ViewsAcross(std::span<const FusedView> views,
+                                     const std::vector<bool>& is_other, std::size_t max_views) {
+  std::vector<std::array<Eigen::Vector3d, 9>> places;
+  std::transform(views.begin(), views.end(), std::back_inserter(places), Places);
+  std::vector<std::size_t> candidates;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (views[i].is_break) continue;
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      const bool sees_other =
+          is_other[i] != is_other[k] &&
+          std::any_of(places[k].begin(), places[k].end(),
+                      [&](const Eigen::Vector3d& place) { return Sees(views[i], place); });
+      if (!sees_other) continue;
+      candidates.push_back(i);
+      break;
+    }
+  }
+  return Evenly(candidates, max_views);
+}
+
+Similarity ModelFromTracker(const FusedView& view) {
+  return Similarity(view.depth_scale, view.T_world_cam) *
+         Similarity(view.tracker_scale, view.T_tracker_cam).Inverse();
+}
+
+}  // namespace mono3d

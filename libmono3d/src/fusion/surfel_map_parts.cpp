@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The part of VulkanSurfelMap that is about where a depth map goes, and about patches of the model
+// that become one.
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "fusion/registration_gate.h"
+#include "fusion/vulkan_surfel_map.h"
+#include "mono3d/core/log.h"
+
+namespace mono3d {
+namespace {
+
+// Views from which patches are merged that have become one: more than after a closed loop, for two
+// patches may lie upon each other all over.
+constexpr std::size_t kMaxMergingViews = 24;
+
+// From where a depth map lies in one patch to where it lies in another.
+Similarity Between(const RegisteredView& from, const RegisteredView& to) {
+  return Similarity(to.depth_scale, to.T_world_cam) *
+         Similarity(from.depth_scale, from.T_world_cam).Inverse();
+}
+
+}  // namespace
+
+// The tracker's pose; and that pose moved as the last registration moved the one before it, for a
+// tracker that has gone astray knows how the camera has moved since then.
+Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
+  Predictions predictions = {{map.T_world_cam, 1}};
+  if (tracker_is_astray_) {
+    const Similarity S_model_tracker = ModelFromTracker(views_.back());
+    predictions.push_back({S_model_tracker * map.T_world_cam, S_model_tracker.scale()});
+  }
+  return predictions;
+}
+
+// Registered with the patches that it shows. Where it is sure of two, they become one first; where
+// it shows none, it is the first of a new one.
+VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
+  const Predictions predictions = Predict(map);
+  if (views_.empty() || !options_.registration.enabled)
+    return {.registration = {predictions.front(), {}, {}},
+            .patch = 0,
+            .starts_patch = false,
+            .join = {}};
+  std::vector<ViewParams> views;
+  for (const RegisteredView& predicted : predictions) {
+    views.push_back(ViewOf(Placed(map, predicted)));
+  }
+  FindVisible(views, static_cast<std::uint32_t>(std::ceil(options_.gate.max_deviation_px)));
+  Placement placement;
+  placement.patch = views_.back().patch;
+  std::vector<PatchRegistration> shown = RegisterWithPatches(map, predictions);
+  if (shown.size() > 1) placement.join = JoinPatches(map, shown);
+  if (!shown.empty()) {
+    placement.patch = shown.front().patch;
+    placement.registration = shown.front().registration;
+  } else {
+    placement.registration = Register(map, predictions, visible_);
+  }
+  if (!placement.registration.evidence.registered && placement.registration.rejection.empty()) {
+    placement.starts_patch = true;
+    placement.patch = Patches(views_).back() + 1;
+  }
+  return placement;
+}
+
+Registration VulkanSurfelMap::Register(const DepthMap& map, const Predictions& predictions,
+                                       const BlockList& blocks) {
+  Registration registration = registrar_.Register(recorder_, map, buffers_, surfels_, blocks,
+                                                  predictions, options_, times_);
+  Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
+                            Describe(registration.evidence));
+  return registration;
+}
+
+// With each that it shows: those first that take it, and of these the one that it shows most of.
+// Empty where the model is of one patch alone.
+std::vector<VulkanSurfelMap::PatchRegistration> VulkanSurfelMap::RegisterWithPatches(
+    const DepthMap& map, const Predictions& predictions) {
+  std::vector<PatchRegistration> shown;
+  const std::vector<int> patches = Patches(views_);
+  if (patches.size() < 2) return shown;
+  for (const int patch : patches) {
+    of_patch_.Set(device_,
+                  BlocksOfPatch(visible_.numbers(), views_, surfels_.first_slots(), patch));
+    if (of_patch_.size() == 0) continue;
+    Registration registration = Register(map, predictions, of_patch_);
+    if (registration.evidence.registered) shown.push_back({patch, std::move(registration)});
+  }
+  std::stable_sort(shown.begin(), shown.end(), [](const auto& a, const auto& b) {
+    const bool is_a_fit = a.registration.rejection.empty();
+    if (is_a_fit != b.registration.rejection.empty()) return is_a_fit;
+    return a.registration.evidence.overlap > b.registration.evidence.overlap;
+  });
+  return shown;
+}
+
+// Where two patches at least are sure of the depth map: the others move to the oldest of them, with
+// which the depth map is registered then; `shown` is that alone afterwards.
+std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(const DepthMap& map,
+                                                      std::vector<PatchRegistration>& shown) {
+  std::vector<PatchRegistration> sure;
+  std::copy_if(shown.begin(), shown.end(), std::back_inserter(sure), [&](const auto& of) {
+    const RegistrationEvidence& evidence = of.registration.evidence;
+    return of.registration.rejection.empty() &&
+           (!evidence.moved || evidence.uncertainty_px <= options_.gate.max_join_uncertainty_px);
+  });
+  if (sure.size() < 2) return std::nullopt;
+  std::sort(sure.begin(), sure.end(),
+            [](const auto& a, const auto& b) { return a.patch < b.patch; });
+  const PatchRegistration& oldest = sure.front();
+  PatchJoin join;
+  join.frame_index = map.frame_index;
+  join.num_patches = static_cast<int>(sure.size()) - 1;
+  std::vector<bool> is_other(views_.size());
+  bool is_moved = false;
+  for (auto other = sure.begin() + 1; other != sure.end(); ++other) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      is_other[i] = is_other[i] || views_[i].patch == other->patch;
+    }
+    if (oldest.registration.evidence.moved || other->registration.evidence.moved) {
+      is_moved = true;
+      MoveToOldest(map, *other, oldest, join);
+    }
+    for (FusedView& view : views_)
+      view.patch = view.patch == other->patch ? oldest.patch : view.patch;
+  }
+  if (is_moved) {
+    past_views_.Clear();
+    surfels_.SetBounded(0);
+    join.num_merged = MergeAcross(is_other);
+    join.views = MovedViews();
+  }
+  shown = {oldest};
+  Log(LogLevel::kInfo, "depth map of frame " + std::to_string(map.frame_index) + ": joins " +
+                           std::to_string(join.num_patches) + " patch(es) of the model, " +
+                           std::to_string(join.moved_px) + " px off");
+  return join;
+}
+
+void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const PatchRegistration& other,
+                                   const PatchRegistration& oldest, PatchJoin& join) {
+  const Similarity motion = Between(other.registration.view, oldest.registration.view);
+  const std::vector<Similarity> motions = MovePatch(views_, other.patch, motion);
+  corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
+  const RegistrationProblem problem = MakeProblem(map, options_, other.registration.view);
+  const double moved_px = ImageMotion(problem, Deviation(problem, oldest.registration.view));
+  if (moved_px < join.moved_px) return;
+  join.moved_px = moved_px;
+  join.scale = motion.scale();
+}
+
+// What two parts both show. Returns the number of surfels that became one with another.
+std::int64_t VulkanSurfelMap::MergeAcross(const std::vector<bool>& is_other) {
+  std::int64_t num_merged = 0;
+  for (const std::size_t view : ViewsAcross(views_, is_other, kMaxMergingViews)) {
+    num_merged += MergeOverlap(views_[view]);
+  }
+  surfels_.Compact();
+  return num_merged;
+}
+
+// The next depth map is fused as this view.
+void VulkanSurfelMap::AddView(const FusedView& view) {
+  if (!views_.empty() && views_.back().patch != view.patch) {
+    past_views_.Clear();  // of another patch
+    const std::vector<FusedView> between = BreakBetween(views_.back(), view);
+    views_.insert(views_.end(), between.begin(), between.end());
+  }
+  num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
+  views_.push_back(view);
+}
+
+std::vector<MovedView> VulkanSurfelMap::MovedViews() const {
+  std::vector<MovedView> moved;
+  for (const FusedView& view : views_) {
+    if (!view.is_break) moved.push_back({view.frame_index, view.T_world_cam, view.depth_scale});
+  }
+  return moved;
+}
+
+std::optional<CorrectionResult> VulkanSurfelMap::Join(SurfelMap& other, const MapJoin& join) {
+  auto* theirs = dynamic_cast<VulkanSurfelMap*>(&other);
+  if (theirs == nullptr || theirs == this || map_id_.value_or(join.map_id) != join.map_id) {
+    return std::nullopt;
+  }
+  surfels_.Compact();
+  theirs->surfels_.Compact();
+  const std::size_t num_views = views_.size() + theirs->views_.size() + 2 * kDeformationWindow;
+  if (num_views >= kMaxDepthMaps || !MakeRoom(theirs->surfels_.size())) return std::nullopt;
+  CorrectionResult result;
+  map_id_ = join.map_id;
+  result.num_merged = Correct(join.corrections).num_merged;
+  theirs->MoveInto(join);
+  if (!theirs->views_.empty()) result.num_merged += Append(*theirs);
+  result.views = MovedViews();
+  result.num_surfels = num_surfels();
+  return result;
+}
+
+// To where the world of this model is from now on.
+void VulkanSurfelMap::MoveInto(const MapJoin& join) {
+  std::vector<KeyframeCorrection> corrections(join.corrections.begin(), join.corrections.end());
+  for (const FusedView& view : views_) {
+    const bool is_known =
+        std::any_of(join.corrections.begin(), join.corrections.end(),
+                    [&](const KeyframeCorrection& c) { return c.id == view.keyframe_id; });
+    if (is_known) continue;
+    corrections.push_back({view.keyframe_id, join.map_id, join.S_this_other * view.T_tracker_cam,
+                           view.tracker_scale * join.S_this_other.scale()});
+  }
+  map_id_ = join.map_id;
+  (void)Correct(corrections);
+}
+
+// Makes another model in the same world, which is empty afterwards, a part of this one, of patches
+// of its own. Returns the number of surfels that were merged.
+std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
+  const int first_patch = views_.empty() ? 0 : Patches(views_).back() + 1;
+  for (FusedView& view : other.views_) view.patch += first_patch;
+  AddView(other.views_.front());
+  const std::uint32_t first_view = num_depth_maps_;
+  views_.insert(views_.end(), other.views_.begin() + 1, other.views_.end());
+  num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
+  surfels_.Append(other.surfels_.Download(), first_view);
+  for (const auto& [id, scale] : other.scale_of_keyframe_) scale_of_keyframe_[id] = scale;
+  tracker_is_astray_ = other.tracker_is_astray_;
+  merge_radius_px_ = std::max(merge_radius_px_, other.merge_radius_px_);
+  past_views_.Clear();
+  std::vector<bool> is_other(views_.size());
+  std::fill(is_other.begin() + first_view, is_other.end(), true);
+
+  other.surfels_.Upload({});
+  other.views_.clear();
+  other.num_depth_maps_ = 0;
+  other.map_id_.reset();
+  other.scale_of_keyframe_.clear();
+  other.Rest();
+  return MergeAcross(is_other);
+}
+
+void VulkanSurfelMap::Rest() {
+  past_views_.Clear();
+  buffers_ = {};
+  width_px_ = height_px_ = 0;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "fusion/model_parts.h"
+#include "fusion/registration_scene.h"
+#include "gpu/test_device.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/similarity.h"
+
+// Parts of the model that no depth map connects, and how they become one.
+namespace mono3d {
+namespace {
+
+using Eigen::Vector3d;
+
+// The view of a place on a line along the house; its number is that of the place.
+DepthMap View(int x_su, const HouseScene& scene = {}) {
+  DepthMap map = HouseViewFrom(scene, PoseOver(x_su, 0));
+  map.keyframe_id = map.frame_index = 100 + x_su;
+  map.depth_sigma_per_square_depth /= 5;  // of a baseline of half the distance
+  return map;
+}
+
+// What the tracker's world has become while there was no depth map.
+Similarity Drift() {
+  return {1.02, Pose(RotationExp({0.006, -0.008, 0.01}), Vector3d(0.15, -0.2, 0.1))};
+}
+
+DepthMap Drifted(DepthMap map, const Similarity& drift) {
+  map.T_world_cam = drift * map.T_world_cam;
+  map.depth = map.depth * drift.scale();
+  map.depth_sigma_per_square_depth /= drift.scale();
+  return map;
+}
+
+struct Flight {
+  std::unique_ptr<SurfelMap> model;
+  std::vector<DepthMap> maps;  // of the tracker
+  int num_started = 0;
+  int max_patches = 0;
+  std::vector<PatchJoin> joins;
+  FusionResult last;
+};
+
+// Three views on the left; then, in a tracker's world that has drifted, from the right back to near
+// them.
+Flight Fly(const Similarity& drift, const HouseScene& scene = {}) {
+  Flight flight;
+  flight.model = CreateSurfelMap(TestDevice());
+  for (const int x : {-20, -19, -18, 4, 2, 0, -2, -4, -5, -6, -8, -10}) {
+    const DepthMap view = View(x, scene);
+    flight.maps.push_back(x < -15 ? view : Drifted(view, drift));
+    const FusionResult result = flight.model->Integrate(flight.maps.back());
+    flight.num_started += result.starts_patch ? 1 : 0;
+    flight.max_patches = std::max(flight.max_patches, result.health.num_patches);
+    flight.joins.insert(flight.joins.end(), result.patch_joins.begin(), result.patch_joins.end());
+    flight.last = result;
+  }
+  return flight;
+}
+
+double FromTruth_px(std::int64_t frame_index, const Pose& T_world_cam) {
+  const int x_su = static_cast<int>(frame_index) - 100;
+  return ImageDistance_px(T_world_cam, PoseOver(x_su, 0));
+}
+
+TEST(Patches, BecomeOneWhereADepthMapShowsBoth) {
+  const Flight flight = Fly(Drift());
+  EXPECT_EQ(flight.num_started, 1);
+  EXPECT_EQ(flight.max_patches, 2);
+  ASSERT_EQ(flight.joins.size(), 1U);
+  const PatchJoin& join = flight.joins.front();
+  EXPECT_EQ(join.num_patches, 1);
+  EXPECT_GT(join.moved_px, 1);
+  EXPECT_GT(join.num_merged, 0);
+  // A third of the image was enough to go by: what is known to a pixel there is less so elsewhere.
+  constexpr double kTolerance_px = 2;
+  constexpr double kScaleTolerance = 0.01;
+  ASSERT_GE(join.views.size(), 5U);
+  double before_px = 0;
+  for (std::size_t i = 0; i < join.views.size(); ++i) {
+    const MovedView& view = join.views[i];
+    EXPECT_LT(FromTruth_px(view.frame_index, view.T_world_cam), kTolerance_px);
+    if (i < 3) continue;
+    EXPECT_NEAR(view.scale * Drift().scale(), 1, kScaleTolerance);
+    before_px = std::max(before_px, FromTruth_px(view.frame_index, flight.maps[i].T_world_cam));
+  }
+  EXPECT_GT(before_px, 2 * kTolerance_px);
+  EXPECT_EQ(flight.last.health.num_patches, 1);
+  EXPECT_LT(FromTruth_px(90, flight.last.T_world_cam), kTolerance_px);
+  EXPECT_LT(FalseShare(flight.model->Export(1), {View(-19), View(-8), View(0), View(4)}), 0.02);
+}
+
+// Where the tracker's poses are right, there is nothing to move.
+TEST(Patches, StayWhereTheTrackerIsRight) {
+  const Flight flight = Fly(Similarity());
+  EXPECT_EQ(flight.last.health.num_patches, 1);
+  for (const PatchJoin& join : flight.joins) {
+    EXPECT_EQ(join.moved_px, 0);
+    EXPECT_TRUE(join.views.empty());
+  }
+}
+
+// Grey ground holds no depth map in its plane: no patch may be moved by such a pose.
+TEST(Patches, AreNotMovedByAPoseThatNothingHolds) {
+  HouseScene bare;
+  bare.with_house = false;
+  bare.with_texture = false;
+  for (const PatchJoin& join : Fly(Drift(), bare).joins) {
+    EXPECT_EQ(join.moved_px, 0);
+    EXPECT_TRUE(join.views.empty());
+  }
+}
+
+// The tracker closes a loop after all: what the model has moved already must not move twice.
+TEST(Patches, AreNotMovedTwice) {
+  const Flight flight = Fly(Drift());
+  std::vector<KeyframeCorrection> corrections;
+  for (const DepthMap& map : flight.maps) {
+    const bool has_drifted = map.frame_index > 85;
+    corrections.push_back({map.keyframe_id, 0,
+                           PoseOver(static_cast<double>(map.frame_index) - 100, 0),
+                           has_drifted ? 1 / Drift().scale() : 1});
+  }
+  const CorrectionResult result = flight.model->Correct(corrections);
+  ASSERT_EQ(result.views.size(), flight.maps.size());
+  for (const MovedView& view : result.views) {
+    EXPECT_LT(FromTruth_px(view.frame_index, view.T_world_cam), 1e-6);
+  }
+  const FusionResult next = flight.model->Integrate(View(3));
+  EXPECT_EQ(next.status, FusionStatus::kFused);
+  EXPECT_FALSE(next.registration.moved);
+}
+
+TEST(Patches, AreKeptApartByABreak) {
+  FusedView first;
+  first.frame_index = 3;
+  FusedView second;
+  second.frame_index = 9;
+  second.patch = 1;
+  const std::vector<FusedView> between = BreakBetween(first, second);
+  ASSERT_EQ(between.size(), 2 * kDeformationWindow);
+  EXPECT_EQ(between.front().frame_index, 3);
+  EXPECT_EQ(between.back().frame_index, 9);
+  std::vector<FusedView> views = {first};
+  views.insert(views.end(), between.begin(), between.end());
+  EXPECT_EQ(Patches(views), std::vector<int>{0});  // a break is nobody's view
+  views.push_back(second);
+  EXPECT_EQ(Patches(views), (std::vector<int>{0, 1}));
+
+  const Similarity motion(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3)));
+  const auto motions = MovePatch(views, 1, motion);
+  EXPECT_EQ(motions.front().scale(), 1);
+  EXPECT_EQ(motions.back().scale(), 2);
+  EXPECT_EQ(views.front().depth_scale, 1);
+  EXPECT_EQ(views.back().depth_scale, 2);
+  EXPECT_EQ(views.back().T_world_cam.translation(), Vector3d(1, 2, 3));
+}
+
+// Blocks of 64 surfels; depth map 0 has the first 100, of patch 0, depth map 1 the rest.
+TEST(Patches, HaveTheirBlocks) {
+  std::vector<FusedView> views(2);
+  views[1].patch = 1;
+  const std::vector<std::uint32_t> blocks = {0, 1, 2, 5};
+  const std::vector<std::uint32_t> first_slots = {0, 100};
+  EXPECT_EQ(BlocksOfPatch(blocks, views, first_slots, 0), (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(BlocksOfPatch(blocks, views, first_slots, 1), (std::vector<std::uint32_t>{1, 2, 5}));
+}
+
+}  // namespace
+}  // namespace mono3d
