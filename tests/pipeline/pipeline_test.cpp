@@ -78,6 +78,7 @@ class FakeDepthEstimator final : public DepthEstimator {
       return result;
     }
     result.status = DepthStatus::kEstimated;
+    result.map.keyframe_id = reference.id;
     result.map.frame_index = reference.frame.index;
     result.map.map_id = reference.map_id;
     result.map.T_world_cam = reference.T_world_cam;

@@ -22,6 +22,12 @@ struct JoinedMap {
   Similarity S_into_from;  // of the worlds, by the newest keyframe of `from`
 };
 
+// Where keyframes are from some moment on.
+struct MapChange {
+  std::vector<JoinedMap> joined;
+  std::vector<KeyframeCorrection> corrections;
+};
+
 // Reads from the tracker's corrections which of its maps have become one.
 class MapJoins {
  public:

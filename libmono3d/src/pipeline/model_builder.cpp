@@ -19,35 +19,61 @@ void ModelBuilder::Add(const ImageBundle& bundle) {
 }
 
 void ModelBuilder::Fuse(const DepthMap& map) {
-  if (surfel_map_ && surfel_map_id_ != map.map_id) Close();
-  if (!surfel_map_) {
-    surfel_map_ = stages_.create_surfel_map();
-    surfel_map_id_ = map.map_id;
+  if (map.map_id != current_id_) {
+    const auto left = surfel_maps_.find(current_id_);
+    if (left != surfel_maps_.end()) left->second->Rest();
+    current_id_ = map.map_id;
   }
+  std::unique_ptr<SurfelMap>& model = surfel_maps_[map.map_id];
+  if (!model) model = stages_.create_surfel_map();
   scales_when_fused_[map.keyframe_id] = scales_.Of(map.keyframe_id);
-  const FusionResult fusion = surfel_map_->Integrate(map);
+  const FusionResult fusion = model->Integrate(map);
+  TakeResult(map, fusion);
+  TakeRetried(fusion);
+  if (stages_.on_depth_map) stages_.on_depth_map(map, fusion);
+}
+
+void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion) {
+  OfMap& of_map = of_map_[map.map_id];
   if (fusion.status == FusionStatus::kFused) {
     ++counts_.num_fused;
     trajectory_.push_back({map.frame_index, map.timestamp_s, map.map_id, fusion.T_world_cam});
   } else {
     ++counts_.rejected_depth_maps[ReasonClass(fusion.reason)];
   }
-  fusions_[map.map_id].push_back(
-      {map.frame_index, fusion.status, fusion.reason, false, fusion.registration});
-  TakeRetried(fusion);
-  health_[map.map_id] = fusion.health;
-  if (stages_.on_depth_map) stages_.on_depth_map(map, fusion);
+  of_map.fusions.push_back({map.frame_index, fusion.status, fusion.reason, false,
+                            fusion.registration, fusion.starts_patch, fusion.is_repaired});
+  counts_.num_repairs += fusion.is_repaired ? 1 : 0;
+  counts_.num_patches_started += fusion.starts_patch ? 1 : 0;
+  for (const PatchJoin& join : fusion.patch_joins) {
+    counts_.num_patches_joined += join.num_patches;
+    TakeViews(map.map_id, join.views);
+    of_map.patch_joins.push_back(join);
+    of_map.patch_joins.back().views.clear();
+  }
+  if (fusion.health.state != of_map.health.state) {
+    of_map.health_changes.push_back({map.frame_index, fusion.health.state, fusion.health.reason});
+  }
+  of_map.health = fusion.health;
+}
+
+void ModelBuilder::TakeViews(int map_id, const std::vector<MovedView>& views) {
+  for (const MovedView& view : views) {
+    for (TrajectoryEntry& entry : trajectory_) {
+      if (entry.map_id != map_id || entry.frame_index != view.frame_index) continue;
+      entry.T_world_cam = view.T_world_cam;
+    }
+  }
 }
 
 // Depth maps that came into the model later, or were taken out of it and did not come back.
 void ModelBuilder::TakeRetried(const FusionResult& fusion) {
-  counts_.num_repairs += fusion.is_repaired ? 1 : 0;
   for (const RetriedMap& retried : fusion.retried) {
-    fusions_[surfel_map_id_].push_back(
+    of_map_[current_id_].fusions.push_back(
         {retried.frame_index, retried.status, "", true, retried.registration});
     const auto known =
         std::find_if(trajectory_.begin(), trajectory_.end(), [&](const TrajectoryEntry& entry) {
-          return entry.map_id == surfel_map_id_ && entry.frame_index == retried.frame_index;
+          return entry.map_id == current_id_ && entry.frame_index == retried.frame_index;
         });
     const bool was_fused = known != trajectory_.end();
     if (was_fused) trajectory_.erase(known);
@@ -55,11 +81,11 @@ void ModelBuilder::TakeRetried(const FusionResult& fusion) {
       counts_.num_fused -= was_fused ? 1 : 0;
       continue;
     }
-    const TrajectoryEntry entry = {retried.frame_index, retried.timestamp_s, surfel_map_id_,
+    const TrajectoryEntry entry = {retried.frame_index, retried.timestamp_s, current_id_,
                                    retried.T_world_cam};
     const auto place =
         std::find_if(trajectory_.begin(), trajectory_.end(), [&](const TrajectoryEntry& other) {
-          return other.map_id == surfel_map_id_ && other.frame_index > retried.frame_index;
+          return other.map_id == current_id_ && other.frame_index > retried.frame_index;
         });
     trajectory_.insert(place, entry);
     if (was_fused) continue;
@@ -68,23 +94,27 @@ void ModelBuilder::TakeRetried(const FusionResult& fusion) {
   }
 }
 
-void ModelBuilder::Correct(const std::vector<KeyframeCorrection>& corrections) {
-  if (corrections.empty()) return;
-  scales_.Take(corrections);
-  if (!surfel_map_ || surfel_map_id_ != corrections.front().map_id) return;
-  // The model knows a keyframe from when its depth map was fused.
-  std::vector<KeyframeCorrection> since_fused = corrections;
-  for (KeyframeCorrection& correction : since_fused) {
+void ModelBuilder::Change(const MapChange& change) {
+  if (change.corrections.empty()) return;
+  scales_.Take(change.corrections);
+  const std::vector<KeyframeCorrection> corrections = SinceFused(change.corrections);
+  for (const JoinedMap& joined : change.joined) Join(joined, corrections);
+  const int map_id = change.corrections.front().map_id;
+  const auto model = surfel_maps_.find(map_id);
+  if (model != surfel_maps_.end()) TakeViews(map_id, model->second->Correct(corrections).views);
+}
+
+// A model knows a keyframe from when its depth map came; keyframes without one it does not know.
+std::vector<KeyframeCorrection> ModelBuilder::SinceFused(
+    std::span<const KeyframeCorrection> corrections) const {
+  std::vector<KeyframeCorrection> since_fused;
+  for (KeyframeCorrection correction : corrections) {
     const auto fused = scales_when_fused_.find(correction.id);
-    if (fused != scales_when_fused_.end()) correction.scale /= fused->second;
+    if (fused == scales_when_fused_.end()) continue;
+    correction.scale /= fused->second;
+    since_fused.push_back(correction);
   }
-  const CorrectionResult result = surfel_map_->Correct(since_fused);
-  for (const MovedView& view : result.views) {
-    for (TrajectoryEntry& entry : trajectory_) {
-      if (entry.map_id != surfel_map_id_ || entry.frame_index != view.frame_index) continue;
-      entry.T_world_cam = view.T_world_cam;
-    }
-  }
+  return since_fused;
 }
 
 std::int64_t ModelBuilder::NumFused(int map_id) const {
@@ -93,35 +123,79 @@ std::int64_t ModelBuilder::NumFused(int map_id) const {
 }
 
 void ModelBuilder::Close() {
-  if (!surfel_map_) return;
-  const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(surfel_map_id_));
+  while (!surfel_maps_.empty()) Export(surfel_maps_.begin()->first);
+}
+
+// Before what was put beside it.
+void ModelBuilder::Export(int map_id) {
+  const auto model = surfel_maps_.find(map_id);
+  if (model == surfel_maps_.end()) return;
+  const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(map_id));
   SurfelExportOptions options = stages_.surfel_export;
   options.min_observations =
       static_cast<int>(std::min<std::int64_t>(options.min_observations, most_observations));
-  // A map may have been left for another one and come into use again.
-  AppendCloud(surfel_map_->Export(options), finished_models_[surfel_map_id_]);
-  surfel_map_.reset();
+  PointCloud cloud = model->second->Export(options);
+  PointCloud& finished = of_map_[map_id].model;
+  AppendCloud(finished, cloud);
+  finished = std::move(cloud);
+  surfel_maps_.erase(model);
 }
 
-void ModelBuilder::Join(const std::vector<JoinedMap>& joined_maps) {
+void ModelBuilder::Join(const JoinedMap& joined, std::span<const KeyframeCorrection> corrections) {
+  const auto from = surfel_maps_.find(joined.from);
+  if (from == surfel_maps_.end()) return JoinFinished({joined});
+  const bool is_new = surfel_maps_.count(joined.into) == 0;
+  std::unique_ptr<SurfelMap>& into = surfel_maps_[joined.into];
+  if (is_new) into = stages_.create_surfel_map();
+  std::optional<CorrectionResult> result;
+  try {
+    result = into->Join(*from->second, {joined.into, joined.S_into_from, corrections});
+  } catch (...) {
+    JoinFinished({joined});  // what there was is not lost
+    throw;
+  }
+  if (result) {
+    ++counts_.num_models_joined;
+    surfel_maps_.erase(from);
+  } else if (is_new) {
+    surfel_maps_.erase(joined.into);
+  }
+  JoinFinished({joined});
+  if (result) TakeViews(joined.into, result->views);
+}
+
+void ModelBuilder::JoinFinished(const std::vector<JoinedMap>& joined_maps) {
   for (const JoinedMap& joined : joined_maps) {
-    if (surfel_map_ && surfel_map_id_ == joined.from) Close();
-    AppendCloud(Moved(joined.S_into_from, std::move(finished_models_[joined.from])),
-                finished_models_[joined.into]);
-    finished_models_.erase(joined.from);
-    std::vector<FusionRecord>& of_joined = fusions_[joined.into];
-    of_joined.insert(of_joined.end(), fusions_[joined.from].begin(), fusions_[joined.from].end());
-    fusions_.erase(joined.from);
+    Export(joined.from);
+    JoinRecords(joined);
     MoveEntries(joined, trajectory_);
+  }
+}
+
+void ModelBuilder::JoinRecords(const JoinedMap& joined) {
+  OfMap from = std::move(of_map_[joined.from]);
+  of_map_.erase(joined.from);
+  OfMap& into = of_map_[joined.into];
+  AppendCloud(Moved(joined.S_into_from, std::move(from.model)), into.model);
+  const auto append = [](auto& to, const auto& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  append(into.fusions, from.fusions);
+  append(into.health_changes, from.health_changes);
+  append(into.patch_joins, from.patch_joins);
+  if (current_id_ == joined.from) {
+    into.health = from.health;
+    current_id_ = joined.into;
   }
 }
 
 ModelProgress ModelBuilder::Progress() const {
   ModelProgress progress;
   progress.counts = counts_;
-  progress.num_surfels = surfel_map_ ? surfel_map_->num_surfels() : 0;
-  const auto health = health_.find(surfel_map_id_);
-  if (health != health_.end()) progress.health = health->second;
+  const auto model = surfel_maps_.find(current_id_);
+  progress.num_surfels = model == surfel_maps_.end() ? 0 : model->second->num_surfels();
+  const auto of_map = of_map_.find(current_id_);
+  if (of_map != of_map_.end()) progress.health = of_map->second.health;
   return progress;
 }
 
@@ -130,6 +204,9 @@ void AddModelCounts(const PipelineCounts& model, PipelineCounts& counts) {
   counts.num_fused += model.num_fused;
   counts.num_fused_late += model.num_fused_late;
   counts.num_repairs += model.num_repairs;
+  counts.num_patches_started += model.num_patches_started;
+  counts.num_patches_joined += model.num_patches_joined;
+  counts.num_models_joined += model.num_models_joined;
   for (const auto& [reason, times] : model.rejected_bundles) {
     counts.rejected_bundles[reason] += times;
   }

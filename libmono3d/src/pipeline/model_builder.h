@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "mono3d/pipeline/pipeline.h"
@@ -36,33 +38,43 @@ class ModelBuilder {
 
   // A depth map from the bundle, and it into the model of its map.
   void Add(const ImageBundle& bundle);
-  // Keyframes were moved: what is in the model moves along.
-  void Correct(const std::vector<KeyframeCorrection>& corrections);
-  // Where the tracker has made one map of two, their models are parts of one model.
-  void Join(const std::vector<JoinedMap>& joined);
-  // Exports the model of the current map and lets its memory go.
+  // Keyframes were moved: what is in the models moves along. Where the tracker has made one map of
+  // two, one model is made of theirs.
+  void Change(const MapChange& change);
+  // The same for models that are finished: they are put side by side, as they are.
+  void JoinFinished(const std::vector<JoinedMap>& joined);
+  // Exports the models and lets their memory go.
   void Close();
 
   ModelProgress Progress() const;
   const std::vector<TrajectoryEntry>& trajectory() const { return trajectory_; }  // fused maps
-  // After Close, of one map of the tracker; empty where it has none.
-  PointCloud& Model(int map_id) { return finished_models_[map_id]; }
-  std::vector<FusionRecord>& Fusions(int map_id) { return fusions_[map_id]; }
-  const ModelHealth& Health(int map_id) { return health_[map_id]; }
+  // What there is of one map of the tracker; the model after Close.
+  struct OfMap {
+    PointCloud model;
+    std::vector<FusionRecord> fusions;
+    ModelHealth health;
+    std::vector<HealthChange> health_changes;
+    std::vector<PatchJoin> patch_joins;
+  };
+  OfMap& Of(int map_id) { return of_map_[map_id]; }
 
  private:
   void Fuse(const DepthMap& map);
+  void TakeResult(const DepthMap& map, const FusionResult& fusion);
   void TakeRetried(const FusionResult& fusion);
+  void TakeViews(int map_id, const std::vector<MovedView>& views);
+  void Join(const JoinedMap& joined, std::span<const KeyframeCorrection> corrections);
+  void JoinRecords(const JoinedMap& joined);
+  void Export(int map_id);
+  std::vector<KeyframeCorrection> SinceFused(std::span<const KeyframeCorrection> corrections) const;
   std::int64_t NumFused(int map_id) const;
 
   ModelStages stages_;
   PipelineCounts counts_;
   std::vector<TrajectoryEntry> trajectory_;
-  std::unique_ptr<SurfelMap> surfel_map_;  // of the current map
-  int surfel_map_id_ = 0;
-  std::map<int, PointCloud> finished_models_;
-  std::map<int, std::vector<FusionRecord>> fusions_;
-  std::map<int, ModelHealth> health_;
+  std::map<int, std::unique_ptr<SurfelMap>> surfel_maps_;  // by map of the tracker
+  int current_id_ = 0;                                     // the map in use
+  std::map<int, OfMap> of_map_;
   KeyframeScales scales_;
   std::map<std::int64_t, double> scales_when_fused_;  // by keyframe
 };

@@ -73,10 +73,7 @@ void ModelThread::Run() {
     lock.unlock();
     std::exception_ptr error;
     try {
-      for (const MapChange& change : changes) {
-        builder_.Join(change.joined);
-        builder_.Correct(change.corrections);
-      }
+      for (const MapChange& change : changes) builder_.Change(change);
       if (bundle) builder_.Add(*bundle);
     } catch (...) {
       error = std::current_exception();

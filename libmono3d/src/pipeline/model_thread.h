@@ -16,12 +16,6 @@
 
 namespace mono3d {
 
-// Where keyframes are from some moment on.
-struct MapChange {
-  std::vector<JoinedMap> joined;
-  std::vector<KeyframeCorrection> corrections;
-};
-
 // Builds the model in a thread of its own, so that nobody waits for it. One bundle waits at most:
 // a newer one takes its place, which is then dropped and counted (paper, section 3.1). Changes of
 // the map are never dropped, and come before the bundle that waits, which moves with them; the

@@ -69,14 +69,16 @@ void Pipeline::State::Change(const std::vector<KeyframeCorrection>& corrections)
   if (corrections.empty()) return;
   MapChange change = {joins.Take(corrections), corrections};
   for (const JoinedMap& joined : change.joined) MoveEntries(joined, online_trajectory);
-  if (!thread) builder.Join(change.joined);
-  if (has_thrown) return;
+  if (has_thrown) {
+    if (!thread) builder.JoinFinished(change.joined);
+    return;
+  }
   ++counts.num_corrections;
   keyframe_selector->Correct(corrections);
   if (thread) {
     thread->Change(std::move(change));
   } else {
-    builder.Correct(corrections);
+    builder.Change(change);
   }
 }
 
@@ -123,15 +125,18 @@ PipelineCounts Pipeline::State::AllCounts(const ModelProgress& model) const {
 
 MapReconstruction Pipeline::State::OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
                                          const std::vector<TrajectoryEntry>& keyframes) {
+  ModelBuilder::OfMap& made = builder.Of(map_id);
   return {map_id,
           mono3d::OfMap(trajectory, map_id),
           mono3d::OfMap(online_trajectory, map_id),
           mono3d::OfMap(keyframes, map_id),
           mono3d::OfMap(builder.trajectory(), map_id),
-          std::move(builder.Model(map_id)),
+          std::move(made.model),
           tracker->Sparse(map_id),
-          std::move(builder.Fusions(map_id)),
-          builder.Health(map_id)};
+          std::move(made.fusions),
+          made.health,
+          std::move(made.health_changes),
+          std::move(made.patch_joins)};
 }
 
 Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,

@@ -108,6 +108,9 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"fused", counts.num_fused},
           {"fused_late", counts.num_fused_late},
           {"repairs", counts.num_repairs},
+          {"patches_started", counts.num_patches_started},
+          {"patches_joined", counts.num_patches_joined},
+          {"models_joined", counts.num_models_joined},
           {"corrections", counts.num_corrections},
           {"untracked_frames", counts.untracked_frames},
           {"rejected_bundles", counts.rejected_bundles},
@@ -128,9 +131,33 @@ Json HealthJson(const ModelHealth& health) {
                {"accepted_share", health.accepted_share},
                {"moved_share", health.moved_share},
                {"depth_residual_sigmas", health.depth_residual},
-               {"scale_drift", health.scale_drift}};
+               {"scale_drift", health.scale_drift},
+               {"deviation_px", health.deviation_px},
+               {"patches", health.num_patches}};
   if (!health.reason.empty()) json["reason"] = health.reason;
   return json;
+}
+
+Json HealthChangesJson(const std::vector<HealthChange>& changes) {
+  Json list = Json::array();
+  for (const HealthChange& change : changes) {
+    Json json = {{"frame", change.frame_index}, {"state", ToString(change.state)}};
+    if (!change.reason.empty()) json["reason"] = change.reason;
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+Json PatchJoinsJson(const std::vector<PatchJoin>& joins) {
+  Json list = Json::array();
+  for (const PatchJoin& join : joins) {
+    list.push_back({{"frame", join.frame_index},
+                    {"patches", join.num_patches},
+                    {"moved_px", join.moved_px},
+                    {"scale", join.scale},
+                    {"merged", join.num_merged}});
+  }
+  return list;
 }
 
 // One line of evidence per attempt.
@@ -141,6 +168,8 @@ Json FusionsJson(const std::vector<FusionRecord>& fusions) {
     Json json = {{"frame", fusion.frame_index}, {"fused", fusion.status == FusionStatus::kFused}};
     if (!fusion.reason.empty()) json["reason"] = fusion.reason;
     if (fusion.is_retry) json["retry"] = true;
+    if (fusion.starts_patch) json["starts_patch"] = true;
+    if (fusion.is_repaired) json["repair"] = true;
     json["registered"] = evidence.registered;
     if (evidence.registered) {
       json["moved"] = evidence.moved;
@@ -152,6 +181,7 @@ Json FusionsJson(const std::vector<FusionRecord>& fusions) {
       json["tracker_misfit_sigmas"] = evidence.tracker_misfit;
       json["deviation_px"] = evidence.deviation_px;
       json["scale_deviation"] = evidence.scale_deviation;
+      json["uncertainty_px"] = evidence.uncertainty_px;
     }
     list.push_back(std::move(json));
   }
@@ -170,6 +200,8 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
                     {"sparse_points", map.sparse.points.size()},
                     {"sparse_reprojection_px", MeanReprojection_px(map.sparse)},
                     {"health", HealthJson(map.health)},
+                    {"health_changes", HealthChangesJson(map.health_changes)},
+                    {"patch_joins", PatchJoinsJson(map.patch_joins)},
                     {"fusions", FusionsJson(map.fusions)}});
   }
   return list;

@@ -64,9 +64,12 @@ struct PipelineCounts {
   std::int64_t num_dropped_bundles = 0;  // of them, live: the depth stage was busy
   std::int64_t num_depth_maps = 0;
   std::int64_t num_fused = 0;
-  std::int64_t num_fused_late = 0;   // of them, at a later attempt
-  std::int64_t num_repairs = 0;      // times that the latest part of a model was made again
-  std::int64_t num_corrections = 0;  // times that the model was moved, by closed loops
+  std::int64_t num_fused_late = 0;       // of them, at a later attempt
+  std::int64_t num_repairs = 0;          // times that the latest part of a model was made again
+  std::int64_t num_patches_started = 0;  // depth maps that showed nothing of the model so far
+  std::int64_t num_patches_joined = 0;   // that a depth map showed to be part of an older one
+  std::int64_t num_models_joined = 0;    // of two maps of the tracker that became one
+  std::int64_t num_corrections = 0;      // times that the model was moved, by closed loops
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;
@@ -94,6 +97,15 @@ struct FusionRecord {
   std::string reason;     // why it was rejected
   bool is_retry = false;  // it had been tried before
   RegistrationEvidence registration;
+  bool starts_patch = false;  // it showed nothing of the model so far
+  bool is_repaired = false;   // after it the latest part of the model was made again
+};
+
+// From this depth map on the model was in another state.
+struct HealthChange {
+  std::int64_t frame_index = 0;
+  HealthState state = HealthState::kGood;
+  std::string reason;
 };
 
 // What the chain knows of one map of the tracker; maps have no common frame or scale.
@@ -104,9 +116,11 @@ struct MapReconstruction {
   std::vector<TrajectoryEntry> keyframes;
   std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
   PointCloud model;
-  SparseModel sparse;                 // the tracker's keyframes and points
-  std::vector<FusionRecord> fusions;  // in the order in which they were tried
-  ModelHealth health;                 // at the end
+  SparseModel sparse;                        // the tracker's keyframes and points
+  std::vector<FusionRecord> fusions;         // in the order in which they were tried
+  ModelHealth health;                        // at the end
+  std::vector<HealthChange> health_changes;  // good at first
+  std::vector<PatchJoin> patch_joins;        // without the views that were moved
 };
 
 struct Reconstruction {

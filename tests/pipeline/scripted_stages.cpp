@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/scripted_stages.h"
+
+#include <fstream>
+#include <memory>
+#include <utility>
+
+#include "gpu/test_device.h"
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d {
+namespace {
+
+using Script = std::vector<ScriptedFrame>;
+
+class ScriptedTracker final : public Tracker {
+ public:
+  explicit ScriptedTracker(const Script& script) : script_(script) {}
+
+  TrackingResult Track(const Frame& frame) override {
+    const ScriptedFrame& now = script_.at(static_cast<std::size_t>(frame.index));
+    TrackingResult result;
+    result.status = TrackingStatus::kTracking;
+    result.map_id = now.map.map_id;
+    result.T_world_cam = now.map.T_world_cam;
+    result.corrections = now.corrections;
+    for (const KeyframeCorrection& correction : now.corrections) {
+      TrajectoryEntry& entry = entries_.at(static_cast<std::size_t>(correction.id));
+      entry.map_id = correction.map_id;
+      entry.T_world_cam = correction.T_world_cam;
+    }
+    entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
+    result.settled_keyframes = {
+        Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}}};
+    return result;
+  }
+  std::vector<Keyframe> Finish() override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
+  PointCloud MapPoints(int) const override { return {}; }
+
+ private:
+  const Script& script_;
+  std::vector<TrajectoryEntry> entries_;
+};
+
+// Each keyframe is a bundle of its own.
+class EverySelector final : public KeyframeSelector {
+ public:
+  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
+    return ImageBundle{{keyframe}};
+  }
+  void Correct(std::span<const KeyframeCorrection>) override {}
+};
+
+class ScriptedDepth final : public DepthEstimator {
+ public:
+  explicit ScriptedDepth(const Script& script) : script_(script) {}
+
+  DepthResult Estimate(const ImageBundle& bundle) override {
+    const Keyframe& keyframe = bundle.reference();
+    DepthResult result;
+    result.map = script_.at(static_cast<std::size_t>(keyframe.id)).map;
+    if (result.map.depth.empty()) {
+      result.reason = "no texture";
+      return result;
+    }
+    result.status = DepthStatus::kEstimated;
+    result.map.keyframe_id = keyframe.id;
+    result.map.frame_index = keyframe.frame.index;
+    result.map.timestamp_s = keyframe.frame.timestamp_s;
+    return result;
+  }
+
+ private:
+  const Script& script_;
+};
+
+}  // namespace
+
+ScriptedRun RunScript(const Script& script, const std::filesystem::path& folder,
+                      const SurfelMapOptions& options) {
+  PipelineStages stages;
+  stages.tracker = std::make_unique<ScriptedTracker>(script);
+  stages.keyframe_selector = std::make_unique<EverySelector>();
+  stages.depth_estimator = std::make_unique<ScriptedDepth>(script);
+  stages.create_surfel_map = [&] { return CreateSurfelMap(TestDevice(), options); };
+  // What any depth map has seen.
+  Pipeline pipeline(std::move(stages), {}, {.min_observations = 1, .min_confidence = 0});
+  for (std::size_t i = 0; i < script.size(); ++i) {
+    Frame frame;
+    frame.index = static_cast<std::int64_t>(i);
+    frame.timestamp_s = 0.1 * static_cast<double>(i);
+    pipeline.Process(frame);
+  }
+  ScriptedRun run;
+  run.reconstruction = pipeline.Finish();
+  const RunWriter writer(folder);
+  writer.WriteRecord(run.reconstruction, {});
+  std::ifstream file(folder / "run.json");
+  run.json = nlohmann::json::parse(file);
+  return run;
+}
+
+}  // namespace mono3d
