@@ -109,8 +109,9 @@ TEST(MatchNearby, LooksWithinTheRadiusAndTheLevels) {
   for (Feature& feature : b.features) feature.pixel.x() += 20;
   for (std::size_t i = 0; i < 40; ++i) b.features[i].level = 2;
   Rebuild(b);
-  EXPECT_EQ(MatchNearby(a, b, 25, 3).size(), 60U);  // the first forty jumped by two levels
-  EXPECT_TRUE(MatchNearby(a, b, 15, 3).empty());
+  EXPECT_EQ(MatchNearby(a, b, {25, 3}).size(), 60U);  // the first forty jumped by two levels
+  EXPECT_TRUE(MatchNearby(a, b, {15, 3}).empty());
+  EXPECT_EQ(MatchNearby(a, b, {15, 3, {10, 0}}).size(), 60U);
 }
 
 TEST(ProjectMapPoint, PredictsPixelAndLevelOrSaysNo) {

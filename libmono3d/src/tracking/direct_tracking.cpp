@@ -145,6 +145,19 @@ int CountTrackable(const Map& map, const View& view) {
   return static_cast<int>(std::count(is_filled.begin(), is_filled.end(), 1));
 }
 
+int CountExpected(const Map& map, const View& previous, const View& view) {
+  const Cells cells(map.camera());
+  std::vector<char> is_filled(cells.size(), 0);
+  for (const std::optional<PointId>& point : previous.points) {
+    if (!point || !map.point(*point).alive) continue;
+    const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*point).p_world;
+    if (p_cam.z() <= 0) continue;
+    const Eigen::Vector2d pixel = map.camera().Project(p_cam);
+    if (map.camera().Contains(pixel)) is_filled[cells.Index(pixel)] = 1;
+  }
+  return static_cast<int>(std::count(is_filled.begin(), is_filled.end(), 1));
+}
+
 PoseResult TrackPatches(Map& map, const View& near, View& view) {
   const Cells cells(map.camera());
   std::vector<std::vector<Candidate>> candidates(cells.size());
@@ -155,22 +168,32 @@ PoseResult TrackPatches(Map& map, const View& near, View& view) {
     candidates[cells.Index(at->pixel)].push_back(
         {point, at->pixel, static_cast<int>(map.point(point).observations.size())});
   }
-  std::vector<Feature> features;
-  std::vector<std::optional<PointId>> points;
   for (std::vector<Candidate>& cell : candidates) {
     // Those that most keyframes see first.
     std::stable_sort(cell.begin(), cell.end(), [](const Candidate& a, const Candidate& b) {
       return a.num_observations > b.num_observations;
     });
-    constexpr std::size_t kMaxTries = 3;
-    for (std::size_t i = 0; i < std::min(cell.size(), kMaxTries); ++i) {
-      ++map.point(cell[i].point).num_predicted;
-      const std::optional<Feature> found = FindPatch(map, cell[i].point, view, cell[i].pixel);
-      if (!found) continue;
-      features.push_back(*found);
-      points.emplace_back(cell[i].point);
-      break;
-    }
+  }
+  std::vector<Feature> features;
+  std::vector<std::optional<PointId>> points;
+  const auto find = [&](const Candidate& candidate) {
+    ++map.point(candidate.point).num_predicted;
+    const std::optional<Feature> found = FindPatch(map, candidate.point, view, candidate.pixel);
+    if (!found) return false;
+    features.push_back(*found);
+    points.emplace_back(candidate.point);
+    return true;
+  };
+  constexpr std::size_t kMaxTries = 3;
+  std::vector<std::size_t> num_tried(cells.size(), 0);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t num_tries = std::min(candidates[i].size(), kMaxTries);
+    while (num_tried[i] < num_tries && !find(candidates[i][num_tried[i]++])) continue;
+  }
+  // Where they are few, as on the strip that three images far apart share, every one counts.
+  constexpr std::size_t kFew = 100;
+  for (std::size_t i = 0; i < cells.size() && features.size() < kFew; ++i) {
+    while (num_tried[i] < candidates[i].size()) find(candidates[i][num_tried[i]++]);
   }
   view.features = std::move(features);
   view.points = std::move(points);

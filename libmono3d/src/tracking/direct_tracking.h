@@ -33,4 +33,8 @@ PoseResult TrackPatches(Map& map, const View& near, View& view);
 // keyframes see, one for each cell of the image.
 int CountTrackable(const Map& map, const View& view);
 
+// How many points of the previous view the view should show at its pose, one for each cell of the
+// image.
+int CountExpected(const Map& map, const View& previous, const View& view);
+
 }  // namespace mono3d::tracking

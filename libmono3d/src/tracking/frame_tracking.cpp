@@ -8,6 +8,7 @@
 #include <opencv2/core/eigen.hpp>
 #include <vector>
 
+#include "tracking/image_shift.h"
 #include "tracking/matching.h"
 #include "tracking/pose_optimisation.h"
 
@@ -118,6 +119,37 @@ std::optional<PnpSolution> SolvePnp(const Map& map, const View& keyframe, const 
   return solution;
 }
 
+// Texture that repeats has few descriptors of its own kind: there, matches near where most of the
+// image has gone.
+std::vector<FeatureMatch> MatchByShift(const Map& map, const View& keyframe,
+                                       const std::vector<char>& has_point, const View& view) {
+  constexpr double kRadiusShare = 0.13;  // of the image width, as at the start
+  const int max_level = map.scales().num_levels() - 1;
+  const auto shift_px = CommonShift(keyframe, has_point, view, max_level);
+  if (!shift_px) return {};
+  std::vector<FeatureMatch> matches =
+      MatchNearby(keyframe, view, {kRadiusShare * map.camera().width, max_level, *shift_px});
+  std::erase_if(matches, [&](const auto& match) { return has_point[match.feature_a] == 0; });
+  return matches;
+}
+
+// `view` gets pose and points only when it works.
+PoseResult PoseFrom(const Map& map, const View& keyframe, const std::vector<FeatureMatch>& matches,
+                    View& view, int seed) {
+  if (static_cast<int>(matches.size()) < kFewMatches) return {};
+  const std::optional<PnpSolution> solution = SolvePnp(map, keyframe, view, matches, seed);
+  if (!solution) return {};
+  View attempt = view;
+  ClearPoints(attempt);
+  for (const FeatureMatch& match : solution->inliers) {
+    attempt.points[match.feature_b] = keyframe.points[match.feature_a];
+  }
+  attempt.T_cam_world = solution->T_cam_world;
+  const PoseResult result = RefinePose(map, attempt);
+  if (result.num_inliers >= kFewMatches) view = std::move(attempt);
+  return result;
+}
+
 }  // namespace
 
 Pose ScaleMotion(const Pose& motion, double factor) {
@@ -197,23 +229,14 @@ PoseResult TrackLocalMap(Map& map, View& view) {
 }
 
 PoseResult Relocalise(const Map& map, KeyframeId id, View& view, int seed) {
-  View attempt = view;
-  ClearPoints(attempt);
   const View& keyframe = map.keyframe(id).view;
   std::vector<char> has_point;
   for (const std::optional<PointId>& point : keyframe.points) has_point.push_back(point ? 1 : 0);
   const std::vector<char> all(view.features.size(), 1);
-  const std::vector<FeatureMatch> matches = MatchDescriptors(keyframe, has_point, view, all);
-  if (static_cast<int>(matches.size()) < kFewMatches) return {};
-  const std::optional<PnpSolution> solution = SolvePnp(map, keyframe, view, matches, seed);
-  if (!solution) return {};
-  for (const FeatureMatch& match : solution->inliers) {
-    attempt.points[match.feature_b] = keyframe.points[match.feature_a];
-  }
-  attempt.T_cam_world = solution->T_cam_world;
-  const PoseResult result = RefinePose(map, attempt);
-  if (result.num_inliers >= kFewMatches) view = std::move(attempt);
-  return result;
+  const PoseResult result =
+      PoseFrom(map, keyframe, MatchDescriptors(keyframe, has_point, view, all), view, seed);
+  if (result.num_inliers >= kFewMatches) return result;
+  return PoseFrom(map, keyframe, MatchByShift(map, keyframe, has_point, view), view, seed);
 }
 
 }  // namespace mono3d::tracking

@@ -31,8 +31,9 @@ PoseResult TrackFromKeyframe(const Map& map, KeyframeId keyframe, View& view);
 // found.
 PoseResult TrackLocalMap(Map& map, View& view);
 
-// Pose from nothing but descriptors: matches with a keyframe, PnP within RANSAC. `view` gets pose
-// and points only when it works.
+// Pose from nothing but descriptors: matches with a keyframe, those unlike all others or, where
+// they are too few, those near the shift that most of the image shares; PnP within RANSAC. `view`
+// gets pose and points only when it works.
 PoseResult Relocalise(const Map& map, KeyframeId keyframe, View& view, int seed);
 
 }  // namespace mono3d::tracking

@@ -83,6 +83,41 @@ Candidate Test(const Pose& T_b_a, const std::vector<PointPair>& pairs,
   return candidate;
 }
 
+// What the views share, and how it is to be read.
+struct Shared {
+  const std::vector<PointPair>& pairs;
+  const std::vector<FeatureMatch>& matches;
+  const CameraModel& camera;
+  const InitialisationOptions& options;
+  int num_explained = 0;  // pairs, by the model that explains most
+};
+
+// The motions that one model leaves open.
+StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
+  std::vector<Candidate> candidates;
+  for (const Pose& T_b_a : Motions(model, is_planar, shared.camera)) {
+    candidates.push_back(Test(T_b_a, shared.pairs, shared.matches, model, shared.camera));
+  }
+  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
+    return l.start.p_a.size() > r.start.p_a.size();
+  });
+  const Candidate& best = candidates[0];
+  const auto num_points = static_cast<int>(best.start.p_a.size());
+  const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
+  if (num_points < needed) return {{}, Needed(num_points, "points triangulated", needed)};
+  if (best.parallax_deg < shared.options.min_parallax_deg) {
+    return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg)};
+  }
+  StartAttempt attempt;
+  for (Candidate& candidate : candidates) {
+    if (static_cast<double>(candidate.start.p_a.size()) < kClearShare * num_points) break;
+    candidate.start.is_planar = is_planar;
+    attempt.candidates.push_back(std::move(candidate.start));
+  }
+  return attempt;
+}
+
 }  // namespace
 
 StartAttempt StartFromTwoViews(const View& a, const View& b,
@@ -102,31 +137,15 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   if (!H && !F) return {{}, "neither a homography nor a fundamental matrix fits the matches"};
   const double score_H = H ? H->score : 0;
   const double score_F = F ? F->score : 0;
-  const bool is_planar = score_H > kPlanarShare * (score_H + score_F);
-  const TwoViewModel& model = is_planar ? *H : *F;
-
-  std::vector<Candidate> candidates;
-  for (const Pose& T_b_a : Motions(model, is_planar, camera)) {
-    candidates.push_back(Test(T_b_a, pairs, matches, model, camera));
-  }
-  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
-    return l.start.p_a.size() > r.start.p_a.size();
-  });
-  const Candidate& best = candidates[0];
-  const auto num_points = static_cast<int>(best.start.p_a.size());
-  const int needed = std::max(options.min_points, model.num_inliers / 2);
-  if (num_points < needed) return {{}, Needed(num_points, "points triangulated", needed)};
-  if (best.parallax_deg < options.min_parallax_deg) {
-    return {{}, TooLittleParallax(best.parallax_deg, options.min_parallax_deg)};
-  }
-  StartAttempt attempt;
-  for (Candidate& candidate : candidates) {
-    if (static_cast<double>(candidate.start.p_a.size()) < kClearShare * num_points) break;
-    candidate.start.is_planar = is_planar;
-    attempt.candidates.push_back(std::move(candidate.start));
-  }
-  return attempt;
+  const Shared shared{pairs, matches, camera, options,
+                      std::max(H ? H->num_inliers : 0, F ? F->num_inliers : 0)};
+  if (score_H > kPlanarShare * (score_H + score_F)) return StartFromModel(shared, *H, true);
+  StartAttempt attempt = StartFromModel(shared, *F, false);
+  if (!attempt.candidates.empty() || !H) return attempt;
+  // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
+  // that of no motion.
+  StartAttempt over_plane = StartFromModel(shared, *H, true);
+  return over_plane.candidates.empty() ? attempt : over_plane;
 }
 
 }  // namespace mono3d::tracking

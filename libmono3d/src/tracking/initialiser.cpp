@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "tracking/motion_choice.h"
+#include "tracking/image_shift.h"
 
 namespace mono3d::tracking {
 namespace {
 
 constexpr std::size_t kMaxViews = 16;
 constexpr std::size_t kMaxBetween = 3;  // views that help to choose a motion
+constexpr int kMaxLevel = 3;            // coarser ones are too vague for a start
 
 }  // namespace
 
@@ -28,23 +29,23 @@ std::optional<MapStart> Initialiser::Add(View view, std::string& reason) {
     return view.frame.timestamp_s - old.frame.timestamp_s > options_.max_wait_s;
   });
   reason = "first view taken, waiting for parallax";
-  // Views that share too little with the newest one will share less with the next.
-  while (!views_.empty()) {
-    const auto num_matches = static_cast<int>(Match(views_.front(), view).size());
-    if (num_matches >= options_.min_matches) break;
-    reason = std::to_string(num_matches) + " matches, " + std::to_string(options_.min_matches) +
-             " needed";
-    views_.erase(views_.begin());
+  std::size_t oldest = FirstThatShares(view, reason);
+  // Views that share too little with the newest one will share less with the next; one of them may
+  // still tell two motions apart.
+  if (oldest > 1) {
+    views_.erase(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(oldest - 1));
+    oldest = 1;
   }
   // The second try: half as old, so better matched, where the first has parallax but no clear
   // motion.
   std::vector<std::size_t> tries;
-  if (!views_.empty()) tries.push_back(0);
-  if (views_.size() > 3) tries.push_back(views_.size() / 2);
+  const std::size_t num_sharing = views_.size() - oldest;
+  if (num_sharing > 0) tries.push_back(oldest);
+  if (num_sharing > 3) tries.push_back(oldest + num_sharing / 2);
   for (const std::size_t first : tries) {
     std::string this_reason;
     std::optional<TwoViewStart> motion = Try(first, view, this_reason);
-    if (first == 0) reason = this_reason;
+    if (first == oldest) reason = this_reason;
     if (!motion) continue;
     MapStart start;
     start.first = std::move(views_[first]);
@@ -57,6 +58,20 @@ std::optional<MapStart> Initialiser::Add(View view, std::string& reason) {
   return std::nullopt;
 }
 
+// The number of the oldest view that shares enough with the newest one, as many as there are where
+// none does.
+std::size_t Initialiser::FirstThatShares(const View& view, std::string& reason) const {
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const bool is_last = i + 1 == views_.size();
+    const auto num_matches =
+        static_cast<int>((is_last ? Match(views_[i], view) : MatchNear(views_[i], view)).size());
+    if (num_matches >= options_.min_matches) return i;
+    reason = std::to_string(num_matches) + " matches, " + std::to_string(options_.min_matches) +
+             " needed";
+  }
+  return views_.size();
+}
+
 std::optional<TwoViewStart> Initialiser::Try(std::size_t first, const View& view,
                                              std::string& reason) const {
   const View& a = views_[first];
@@ -67,24 +82,43 @@ std::optional<TwoViewStart> Initialiser::Try(std::size_t first, const View& view
     if (attempt.candidates.empty()) return std::nullopt;
     return std::move(attempt.candidates.front());
   }
-  std::vector<BetweenView> between;
-  const std::size_t num_between = views_.size() - first - 1;
-  const std::size_t num_used = std::min(num_between, kMaxBetween);
-  for (std::size_t i = 0; i < num_used; ++i) {
-    const View& middle = views_[first + (i + 1) * (num_between + 1) / (num_used + 1)];
-    const double duration_s = view.frame.timestamp_s - a.frame.timestamp_s;
-    const double progress =
-        duration_s > 0 ? (middle.frame.timestamp_s - a.frame.timestamp_s) / duration_s : 0.5;
-    between.push_back({&middle, progress, Match(a, middle)});
-  }
-  std::optional<TwoViewStart> motion = ChooseMotion(attempt.candidates, a, view, between, camera);
+  std::optional<TwoViewStart> motion =
+      ChooseMotion(attempt.candidates, a, view, Witnesses(first, view), camera);
   if (!motion) reason = "two motions explain the views equally well";
   return motion;
 }
 
+// Views between the two of a start, or the one before them where there is none between.
+std::vector<BetweenView> Initialiser::Witnesses(std::size_t first, const View& view) const {
+  const View& a = views_[first];
+  const double duration_s = view.frame.timestamp_s - a.frame.timestamp_s;
+  std::vector<BetweenView> witnesses;
+  const auto add = [&](const View& witness) {
+    const double progress =
+        duration_s > 0 ? (witness.frame.timestamp_s - a.frame.timestamp_s) / duration_s : 0.5;
+    witnesses.push_back({&witness, progress, Match(a, witness)});
+  };
+  const std::size_t num_between = views_.size() - first - 1;
+  const std::size_t num_used = std::min(num_between, kMaxBetween);
+  for (std::size_t i = 0; i < num_used; ++i) {
+    add(views_[first + (i + 1) * (num_between + 1) / (num_used + 1)]);
+  }
+  if (num_used == 0 && first > 0) add(views_[first - 1]);
+  return witnesses;
+}
+
+std::vector<FeatureMatch> Initialiser::MatchNear(const View& a, const View& b) const {
+  return MatchNearby(a, b, {options_.search_radius_share * b.frame.camera.width, kMaxLevel});
+}
+
+// Near where they were, or else where most of the image has gone.
 std::vector<FeatureMatch> Initialiser::Match(const View& a, const View& b) const {
-  constexpr int kMaxLevel = 3;  // coarser ones are too vague for a start
-  return MatchNearby(a, b, options_.search_radius_share * b.frame.camera.width, kMaxLevel);
+  std::vector<FeatureMatch> matches = MatchNear(a, b);
+  if (static_cast<int>(matches.size()) >= options_.min_matches) return matches;
+  const auto shift_px = CommonShift(a, std::vector<char>(a.features.size(), 1), b, kMaxLevel);
+  if (!shift_px) return matches;
+  return MatchNearby(a, b,
+                     {options_.search_radius_share * b.frame.camera.width, kMaxLevel, *shift_px});
 }
 
 void Initialiser::Keep(View view) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tracking/initialisation.h"
+#include "tracking/motion_choice.h"
 
 namespace mono3d::tracking {
 
@@ -19,8 +20,9 @@ struct MapStart {
 };
 
 // Waits, over the views of a video, for two from which a map can start. It keeps views of the past,
-// the older the sparser, and tries the oldest that still shares enough with the newest: that has
-// the most parallax.
+// the older the sparser, and tries the oldest that still shares enough with the newest within the
+// search radius: that has the most parallax. Where the image moves further than that from one view
+// to the next, it tries the last one, at the shift that most of the image shares.
 class Initialiser {
  public:
   Initialiser(const InitialisationOptions& options, int seed) : options_(options), seed_(seed) {}
@@ -30,6 +32,9 @@ class Initialiser {
 
  private:
   std::optional<TwoViewStart> Try(std::size_t first, const View& view, std::string& reason) const;
+  std::size_t FirstThatShares(const View& view, std::string& reason) const;
+  std::vector<BetweenView> Witnesses(std::size_t first, const View& view) const;
+  std::vector<FeatureMatch> MatchNear(const View& a, const View& b) const;
   std::vector<FeatureMatch> Match(const View& a, const View& b) const;
   void Keep(View view);
 

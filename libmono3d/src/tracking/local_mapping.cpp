@@ -185,7 +185,10 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
     const ScopedStageTimer timer(times, "tracking/point_creation");
     CullPoints(map);
     RenewPatches(map, keyframe);
+    constexpr std::size_t kFewPoints = 100;  // with the images before
+    const bool is_far = map.Depths(map.keyframe(keyframe).view).size() < kFewPoints;
     CreatePoints(map, keyframe, options);
+    if (is_far) CreatePointsByPatches(map, keyframe, options);
     turn.Breathe();
     FusePoints(map, keyframe, options);
   }

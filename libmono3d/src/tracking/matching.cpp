@@ -165,17 +165,16 @@ std::vector<FeatureMatch> MatchDescriptors(const View& a, const std::vector<char
   return MutualMatches(a, b, nearest, kRatio, kFarDistance);
 }
 
-std::vector<FeatureMatch> MatchNearby(const View& a, const View& b, double radius_px,
-                                      int max_level) {
+std::vector<FeatureMatch> MatchNearby(const View& a, const View& b, const Window& window) {
   constexpr double kNearbyRatio = 0.9;  // the window has ruled most others out already
   std::vector<Nearest> nearest(a.features.size());
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < a.features.size(); ++i) {
     const Feature& feature = a.features[i];
-    if (feature.level > max_level) continue;
+    if (feature.level > window.max_level) continue;
     found.clear();
-    b.grid.Find(feature.pixel, radius_px, std::max(0, feature.level - 1),
-                std::min(max_level, feature.level + 1), found);
+    b.grid.Find(feature.pixel + window.shift_px, window.radius_px, std::max(0, feature.level - 1),
+                std::min(window.max_level, feature.level + 1), found);
     for (const std::size_t j : found) {
       nearest[i].Offer(j, Distance(feature.descriptor, b.features[j].descriptor), 0);
     }

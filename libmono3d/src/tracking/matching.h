@@ -61,8 +61,15 @@ std::optional<ProjectedPoint> ProjectMapPoint(const Map& map, PointId point, con
 std::vector<FeatureMatch> MatchDescriptors(const View& a, const std::vector<char>& use_a,
                                            const View& b, const std::vector<char>& use_b);
 
-// The same for two images a short time apart: within `radius_px`, levels up to `max_level`.
-std::vector<FeatureMatch> MatchNearby(const View& a, const View& b, double radius_px,
-                                      int max_level);
+// Where a feature is looked for in another image: on levels up to `max_level`, within `radius_px`
+// (a square) of where it was, moved by `shift_px`.
+struct Window {
+  double radius_px = 0;
+  int max_level = 0;
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
+};
+
+// The same for two images a short time apart.
+std::vector<FeatureMatch> MatchNearby(const View& a, const View& b, const Window& window);
 
 }  // namespace mono3d::tracking

@@ -10,17 +10,17 @@
 
 namespace mono3d::tracking {
 
-// A view taken between the two of a start.
+// A view taken between the two of a start, or before them.
 struct BetweenView {
   const View* view = nullptr;
   double progress = 0;                // 0 at the first view, 1 at the second
   std::vector<FeatureMatch> matches;  // with the first view
 };
 
-// Which of several motions holds for the views between as well. The points are found in all views
+// Which of several motions holds for further views as well. The points are found in all views
 // by their patches, each motion is adjusted over all of them (bundle adjustment), and one must
 // leave less error than the others beyond what chance explains (Vuong 1989). Nothing when none
-// does, or when no view between sees enough of the points.
+// does, or when no such view sees enough of the points.
 std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
                                          const CameraModel& camera);

@@ -78,11 +78,27 @@ void OrbTracker::AddFeatures(View& view) const {
     known.push_back(view.features[i]);
     points.push_back(view.points[i]);
   }
-  const int num_features = options_.features.num_features * (has_map_ ? 1 : 2);
+  const int num_features =
+      options_.features.num_features * (has_map_ && !SharesLittle(view) ? 1 : 2);
   view.features = ExtractFeatures(view.octaves[0], options_.features, num_features, known);
   view.grid = FeatureGrid(view.features, view.frame.camera.width, view.frame.camera.height);
   view.points = std::move(points);
   view.points.resize(view.features.size());
+}
+
+// Between few images a second, does the camera leave more than half of what it saw? Of what is left
+// the third image shows a part again, and on that its pose must rest.
+bool OrbTracker::SharesLittle(const View& view) const {
+  if (!has_map_ || !previous_ || lost_since_s_) return false;
+  int num_before = 0;
+  int num_in_view = 0;
+  for (const std::optional<PointId>& point : previous_->points) {
+    if (!point || !map().point(*point).alive) continue;
+    ++num_before;
+    const Eigen::Vector3d p_cam = view.T_cam_world * map().point(*point).p_world;
+    if (p_cam.z() > 0 && map().camera().Contains(map().camera().Project(p_cam))) ++num_in_view;
+  }
+  return 2 * num_in_view < num_before;
 }
 
 TrackingResult OrbTracker::Initialise(View view) {
@@ -111,15 +127,15 @@ TrackingResult OrbTracker::Initialise(View view) {
 // Directly where the prediction holds, else by features.
 PoseResult OrbTracker::FindPose(View& view) {
   const ScopedStageTimer timer(times_, "tracking/frame_tracking");
-  // Fewer points than this share of the previous view's: the prediction was wrong.
+  // Fewer than this share of the previous view's points that should show: the prediction was
+  // wrong.
   constexpr double kMinKeptShare = 0.4;
   PoseResult pose;
   if (!lost_since_s_) {
     view.T_cam_world = PredictPose(view.frame.timestamp_s);
     pose = TrackDirectly(map(), *previous_, view);
-    const double num_previous = static_cast<double>(map().Depths(*previous_).size());
     if (pose.num_inliers >= options_.min_inliers &&
-        pose.num_inliers >= kMinKeptShare * num_previous) {
+        pose.num_inliers >= kMinKeptShare * CountExpected(map(), *previous_, view)) {
       return pose;
     }
   }
@@ -127,14 +143,15 @@ PoseResult OrbTracker::FindPose(View& view) {
 }
 
 PoseResult OrbTracker::FindPoseByFeatures(View& view) {
+  constexpr int kMinForPatches = 10;  // a pose that rests on fewer is a guess
   view.points.clear();
   view.features.clear();
+  if (!lost_since_s_) view.T_cam_world = PredictPose(view.frame.timestamp_s);
   AddFeatures(view);
   PoseResult pose;
   if (lost_since_s_) {
     pose = Recover(view);
   } else {
-    view.T_cam_world = PredictPose(view.frame.timestamp_s);
     pose = TrackFromPrevious(map(), *previous_, view);
     if (pose.num_inliers < 10) {
       view.T_cam_world = PreviousPose();
@@ -146,10 +163,10 @@ PoseResult OrbTracker::FindPoseByFeatures(View& view) {
       if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
     }
   }
-  return pose.num_inliers < options_.min_inliers ? pose : Sharpen(view, pose);
+  return pose.num_inliers < kMinForPatches ? pose : Sharpen(view, pose);
 }
 
-// The patches know better where the points are.
+// The patches know better where the points are, and find those that are no corners here.
 PoseResult OrbTracker::Sharpen(View& view, const PoseResult& pose) {
   View sharpened = view;
   const PoseResult by_patches = TrackPatches(map(), view, sharpened);

@@ -40,6 +40,7 @@ class OrbTracker final : public Tracker {
  private:
   View MakeView(const Frame& frame) const;
   void AddFeatures(View& view) const;
+  bool SharesLittle(const View& view) const;
   TrackingResult Initialise(View view);
   std::vector<TrajectoryEntry> StartMap(const MapStart& start);
   std::vector<TrajectoryEntry> TrackBacklog(const std::vector<Frame>& frames, bool may_insert);

@@ -7,14 +7,28 @@
 #include <algorithm>
 #include <utility>
 
-#include "tracking/direct_tracking.h"
 #include "tracking/local_mapping.h"
 #include "tracking/loop_closing.h"
 #include "tracking/map_joining.h"
 #include "tracking/map_start.h"
 #include "tracking/orb_tracker.h"
+#include "tracking/point_creation.h"
 
 namespace mono3d::tracking {
+namespace {
+
+// By how much the points of a start move from its first image to the second: the median, in px.
+double ImageMotion(const MapStart& start) {
+  std::vector<float> lengths;
+  for (const FeatureMatch& match : start.motion.matches) {
+    lengths.push_back(static_cast<float>(
+        (start.second.features[match.feature_b].pixel - start.first.features[match.feature_a].pixel)
+            .norm()));
+  }
+  return Median(std::move(lengths));
+}
+
+}  // namespace
 
 // Then the frames that came before get their poses after all: those between the two views, and
 // those before the first, backwards, for which the map grows as it does forwards.
@@ -23,6 +37,11 @@ std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
   maps_.push_back(
       std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
   FillMap(start, map());
+  // On what a third image far away shows of both, the pairs of the start alone are few.
+  if (ImageMotion(start) > options_.initialisation.search_radius_share * camera_->width) {
+    CreatePoints(map(), 1, options_.mapping);
+    CreatePointsByPatches(map(), 1, options_.mapping);
+  }
   places_.emplace_back();
   for (const KeyframeId id : {0, 1})
     places_[current_].Add(id, FeaturesWithPoints(map().keyframe(id).view));
@@ -30,6 +49,8 @@ std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
   reference_ = 0;
   newest_ = 0;
   const View first = map().keyframe(0).view;
+  velocity_ = map().T_cam_world(1) * first.T_cam_world.Inverse();
+  velocity_duration_s_ = start.second.frame.timestamp_s - first.frame.timestamp_s;
   Remember(first);
   std::vector<TrajectoryEntry> recovered = {ToEntry(records_.back(), map())};
   const auto add = [&](const std::vector<TrajectoryEntry>& entries) {
@@ -55,20 +76,14 @@ std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& 
   const std::optional<View> from = previous_;
   const std::size_t from_record = previous_record_;
   const KeyframeId from_reference = reference_;
-  velocity_.reset();
+  const std::optional<Pose> from_velocity = velocity_;
+  const double from_duration_s = velocity_duration_s_;
   std::vector<TrajectoryEntry> tracked;
   int num_failures = 0;
   for (const Frame& frame : frames) {
     if (num_failures > kMaxFailures) break;
     View view = MakeView(frame);
-    view.T_cam_world = PredictPose(frame.timestamp_s);
-    PoseResult pose = TrackDirectly(map(), *previous_, view);
-    if (pose.num_inliers < options_.min_inliers) {
-      // Few images a second: too far for the patches.
-      AddFeatures(view);
-      pose = Recover(view);
-      if (pose.num_inliers >= options_.min_inliers) pose = Sharpen(view, pose);
-    }
+    const PoseResult pose = FindPose(view);
     ++num_failures;
     if (pose.num_inliers < options_.min_inliers) continue;
     num_failures = 0;
@@ -83,7 +98,8 @@ std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& 
   previous_ = from;
   previous_record_ = from_record;
   reference_ = from_reference;
-  velocity_.reset();
+  velocity_ = from_velocity;
+  velocity_duration_s_ = from_duration_s;
   return tracked;
 }
 

@@ -3,6 +3,8 @@
 
 #include "tracking/point_creation.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -143,6 +145,88 @@ int CreateWithNeighbour(const Pair& pair) {
   return num_created;
 }
 
+// Depths around a pixel: on a plane the inverse depth is affine in the pixel.
+class LocalSurface {
+ public:
+  LocalSurface(const Map& map, const View& view)
+      : grid_(view.features, map.camera().width, map.camera().height,
+              [&](std::size_t i) { return view.points[i].has_value(); }),
+        radius_px_(kRadiusShare * map.camera().width),
+        max_level_(map.scales().num_levels() - 1) {
+    for (std::size_t i = 0; i < view.features.size(); ++i) {
+      double inverse_depth = 0;
+      if (view.points[i]) {
+        inverse_depth = 1 / (view.T_cam_world * map.point(*view.points[i]).p_world).z();
+      }
+      known_.emplace_back(view.features[i].pixel.x(), view.features[i].pixel.y(), inverse_depth);
+    }
+  }
+
+  // Least squares over the points near; nothing where they are too few or in one line.
+  std::optional<double> DepthAt(const Eigen::Vector2d& pixel,
+                                std::vector<std::size_t>& near) const {
+    constexpr std::size_t kMinPoints = 6;
+    constexpr double kMinSpread = 1e-3;  // of the smallest eigenvalue by the largest
+    near.clear();
+    grid_.Find(pixel, radius_px_, 0, max_level_, near);
+    if (near.size() < kMinPoints) return std::nullopt;
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const std::size_t i : near) {
+      const Eigen::Vector2d from = (known_[i].head<2>() - pixel) / radius_px_;
+      const Eigen::Vector3d row(from.x(), from.y(), 1);
+      normal += row * row.transpose();
+      right += known_[i].z() * row;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+    if (solver.eigenvalues()[0] < kMinSpread * solver.eigenvalues()[2]) return std::nullopt;
+    const double inverse_depth = normal.ldlt().solve(right).z();
+    if (!(inverse_depth > 0)) return std::nullopt;
+    return 1 / inverse_depth;
+  }
+
+ private:
+  static constexpr double kRadiusShare = 0.1;  // of the image width
+  FeatureGrid grid_;
+  double radius_px_;
+  int max_level_;
+  std::vector<Eigen::Vector3d> known_;  // pixel and inverse depth of each feature with a point
+};
+
+// The point of feature `i` of a, from about where it is: its patch is looked for in b.
+bool CreateByPatch(const Pair& pair, std::size_t i, const Eigen::Vector3d& guess_a) {
+  Map& map = pair.map;
+  const Eigen::Vector3d guess_b = pair.T_b_a * guess_a;
+  if (guess_b.z() <= 0 || !map.camera().Contains(map.camera().Project(guess_b))) return false;
+  const Feature in_a = pair.view_a().features[i];
+  const Pose T_world_a = pair.view_a().T_cam_world.Inverse();
+  const PointId point = map.AddPoint(T_world_a * guess_a);
+  map.AddObservation(point, {pair.a, i});
+  map.UpdatePoint(point);
+  const auto locate = [&]() -> std::optional<Feature> {
+    if (!TakePatchOf(map, point, pair.a, in_a)) return std::nullopt;
+    std::optional<Feature> found =
+        FindPatch(map, point, pair.view_b(), map.camera().Project(guess_b));
+    // The surface may be another than expected, the line may not.
+    if (!found || SquaredEpipolarDistance(pair.F, in_a.pixel, found->pixel) > kChi2OneDof) {
+      return std::nullopt;
+    }
+    return found;
+  };
+  const std::optional<Feature> in_b = locate();
+  const std::optional<Eigen::Vector3d> p_a =
+      in_b ? TriangulateChecked(pair, in_a, *in_b) : std::nullopt;
+  if (!p_a) {
+    map.RemovePoint(point);
+    return false;
+  }
+  map.point(point).p_world = T_world_a * *p_a;
+  map.keyframe(pair.a).view.features[i].sigma_px = in_b->sigma_px;
+  map.AddObservation(point, pair.b, *in_b);
+  map.UpdatePoint(point);
+  return true;
+}
+
 void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
   const View& view = map.keyframe(target).view;
   std::vector<ProjectedPoint> projected;
@@ -213,6 +297,32 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
                              [&](std::size_t i) { return !b.points[i].has_value(); });
     num_created +=
         CreateWithNeighbour({map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b});
+  }
+  return num_created;
+}
+
+int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
+  const std::vector<Covisible> neighbours = Neighbours(map, keyframe, 1);
+  if (neighbours.empty()) return 0;
+  const KeyframeId neighbour = neighbours.front().keyframe;
+  const View& a = map.keyframe(keyframe).view;
+  const View& b = map.keyframe(neighbour).view;
+  const Pose T_b_a = b.T_cam_world * a.T_cam_world.Inverse();
+  const double median = Median(map.Depths(a));
+  if (T_b_a.translation().norm() < options.min_baseline_share * median) return 0;
+  const Eigen::Matrix3d K = map.camera().Matrix();
+  const FeatureGrid unused;
+  const Pair pair{map, keyframe, neighbour, T_b_a, FundamentalFromMotion(T_b_a, K, K),
+                  0.0, median,   unused};
+  const LocalSurface surface(map, a);
+  std::vector<std::size_t> near;
+  int num_created = 0;
+  for (std::size_t i = 0; i < a.features.size(); ++i) {
+    if (a.points[i]) continue;
+    const std::optional<double> depth = surface.DepthAt(a.features[i].pixel, near);
+    if (!depth) continue;
+    const Eigen::Vector3d guess_a = *depth * map.camera().Unproject(a.features[i].pixel);
+    num_created += CreateByPatch(pair, i, guess_a) ? 1 : 0;
   }
   return num_created;
 }

@@ -13,6 +13,11 @@ namespace mono3d::tracking {
 // Returns the number of new points.
 int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
+// The same for features that are no corners in the other image: where the depths around one, as if
+// on a plane, let the closest neighbour expect it, its patch is looked for there. For keyframes so
+// far apart that little is common to three of them.
+int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
+
 // Points of the keyframe and of its neighbours that show at the same feature become one, or gain
 // the observation they lacked.
 void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
