@@ -45,20 +45,21 @@ struct Accumulator {
 
 float HuberWeight(float residual) { return min(1.0, kHuber / max(abs(residual), 1e-12)); }
 
-void Add(inout Accumulator sums, Row7 row, float weight) {
-  const vec4 a = weight * row.head;
-  const vec4 b = weight * row.tail;
-  sums.head[0] += a.x * row.head;
-  sums.head[1] += a.y * row.head;
-  sums.head[2] += a.z * row.head;
-  sums.head[3] += a.w * row.head;
-  sums.tail[0] += a.x * row.tail;
-  sums.tail[1] += a.y * row.tail;
-  sums.tail[2] += a.z * row.tail;
-  sums.tail[3] += a.w * row.tail;
-  sums.tail[4] += b.x * row.tail;
-  sums.tail[5] += b.y * row.tail;
-  sums.tail[6] += b.z * row.tail;
+// Two residuals at once, so that the sums are read and written once.
+void Add(inout Accumulator sums, Row7 depth, float depth_weight, Row7 light, float light_weight) {
+  const vec4 a = depth_weight * depth.head, b = depth_weight * depth.tail;
+  const vec4 c = light_weight * light.head, d = light_weight * light.tail;
+  sums.head[0] += a.x * depth.head + c.x * light.head;
+  sums.head[1] += a.y * depth.head + c.y * light.head;
+  sums.head[2] += a.z * depth.head + c.z * light.head;
+  sums.head[3] += a.w * depth.head + c.w * light.head;
+  sums.tail[0] += a.x * depth.tail + c.x * light.tail;
+  sums.tail[1] += a.y * depth.tail + c.y * light.tail;
+  sums.tail[2] += a.z * depth.tail + c.z * light.tail;
+  sums.tail[3] += a.w * depth.tail + c.w * light.tail;
+  sums.tail[4] += b.x * depth.tail + d.x * light.tail;
+  sums.tail[5] += b.y * depth.tail + d.y * light.tail;
+  sums.tail[6] += b.z * depth.tail + d.z * light.tail;
 }
 
 // Grey value and its change per pixel of the full image, by hand from the four pixels around.
@@ -82,13 +83,16 @@ bool SampleGrey(vec2 pixel, out vec3 value_gradient) {
 
 float SurfelGrey(uint rgb10) { return dot(UnpackColour(rgb10), vec3(0.299, 0.587, 0.114)) / 4.0; }
 
-void AddLight(inout Accumulator sums, vec3 p_cam, uint rgb10) {
+// The grey residual and its weight, 0 where there is none to compare.
+Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
+  weight = 0.0;
+  const Row7 none = Row7(vec4(0.0), vec4(0.0));
   vec3 seen;
-  if (!SampleGrey(Project(p_cam), seen)) return;
+  if (!SampleGrey(Project(p_cam), seen)) return none;
   const float of_surfel = SurfelGrey(rgb10);
   sums.light.yzw += vec3(1.0, seen.x, of_surfel);
   sums.light2.xy += vec2(seen.x * seen.x, of_surfel * of_surfel);
-  if (params.grey_gain <= 0.0) return;
+  if (params.grey_gain <= 0.0) return none;
   const float shift = params.grey_shift_px;
   const float sigma = sqrt(params.grey_noise * params.grey_noise +
                            shift * shift * dot(seen.yz, seen.yz));
@@ -96,10 +100,9 @@ void AddLight(inout Accumulator sums, vec3 p_cam, uint rgb10) {
       (seen.x - params.grey_gain * of_surfel - params.grey_bias) / sigma;
   const vec2 g = seen.yz * vec2(params.fx, params.fy) / (p_cam.z * sigma);
   const vec3 by_point = vec3(g, -dot(g, p_cam.xy) / p_cam.z);
-  const float weight = HuberWeight(residual);
-  Add(sums, Row7(vec4(cross(p_cam, by_point), by_point.x), vec4(by_point.yz, 0.0, residual)),
-      weight);
+  weight = HuberWeight(residual);
   sums.light.x += weight * residual * residual;
+  return Row7(vec4(cross(p_cam, by_point), by_point.x), vec4(by_point.yz, 0.0, residual));
 }
 
 void AddSurfel(inout Accumulator sums, uint i) {
@@ -139,9 +142,11 @@ void AddSurfel(inout Accumulator sums, uint i) {
   const vec3 by_rotation = scale * cross(p_cam, n);
   const vec3 by_point = scale * n;
   const float by_scale = -scale * measured_depth * Dot(n, pixel_ray);
-  Add(sums, Row7(vec4(by_rotation, by_point.x), vec4(by_point.yz, by_scale, residual)), weight);
   sums.depth.xy += vec2(weight * residual * residual, 1.0);
-  AddLight(sums, p_cam, imageLoad(history, int(i)).x);
+  float light_weight;
+  const Row7 light = Light(sums, p_cam, imageLoad(history, int(i)).x, light_weight);
+  Add(sums, Row7(vec4(by_rotation, by_point.x), vec4(by_point.yz, by_scale, residual)), weight,
+      light, light_weight);
 }
 
 void main() {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core.hpp>
 
 #include "bench/fusion_bench_scene.h"
 #include "mono3d/core/error.h"
@@ -50,14 +51,21 @@ std::int64_t Build(const FusionBenchOptions& options, int num_timed, Model& mode
   return num_new;
 }
 
+double ImageDistance_px(const DepthMap& map, const Pose& a, const Pose& b) {
+  const Pose between = a.Inverse() * b;
+  return map.camera.fx * (RotationLog(between.rotation()).norm() +
+                          between.translation().norm() / cv::mean(map.depth, map.depth > 0)[0]);
+}
+
 // Right and wrong poses in turn.
 void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult& result) {
-  std::vector<double> right_cpu_ms, wrong_cpu_ms;
+  std::vector<double> right_cpu_ms, wrong_cpu_ms, found_error_px, num_evaluations;
   StageDifferences right, wrong;
   double sum_surfels = 0;
   for (int i = 0; i < 2 * options.num_repeats; ++i) {
     const bool is_wrong = i % 2 == 1;
     DepthMap map = NextMap(options, model);
+    const Pose truth = map.T_world_cam;
     if (is_wrong) map = Misplaced(map, options.error_px, i);
     sum_surfels += static_cast<double>(model.surfels->num_surfels());
     StageDifferences& stages = is_wrong ? wrong : right;
@@ -67,10 +75,15 @@ void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult
     (is_wrong ? wrong_cpu_ms : right_cpu_ms).push_back(ProcessCpuMs() - start_ms);
     stages.Add(model.times.Snapshot());
     if (fused.status != FusionStatus::kFused) ++result.num_rejected;
+    if (!is_wrong) continue;
+    found_error_px.push_back(ImageDistance_px(map, truth, fused.T_world_cam));
+    num_evaluations.push_back(fused.registration.num_iterations);
   }
   result.num_surfels = std::llround(sum_surfels / (2 * options.num_repeats));
   result.right_cpu_ms = SpreadOf(right_cpu_ms);
   result.wrong_cpu_ms = SpreadOf(wrong_cpu_ms);
+  result.found_error_px = SpreadOf(found_error_px);
+  result.num_evaluations = SpreadOf(num_evaluations);
   result.right = right.Stages();
   result.wrong = wrong.Stages();
 }
@@ -172,7 +185,11 @@ std::vector<Table> ToTables(const FusionBenchResult& result) {
   Table wrong = StageTable("One whose pose is wrong", result.wrong);
   AddCpu(wrong, result.wrong_cpu_ms);
   wrong.notes = {count(result.num_new) + " surfels are new with each map; " +
-                 std::to_string(result.num_rejected) + " maps were refused. Stages are timed by " +
+                 std::to_string(result.num_rejected) +
+                 " maps were refused. The pose was found to " +
+                 FormatFixed(result.found_error_px.median, 3) + " px in " +
+                 FormatFixed(result.num_evaluations.median, 0) +
+                 " evaluations (median). Stages are timed by " +
                  "the device's clock: on a CPU device busy with other programs they look slower " +
                  "than they are."};
   Table correction = StageTable(
@@ -198,6 +215,8 @@ Json ToJson(const FusionBenchResult& result) {
           {"refused_maps", result.num_rejected},
           {"map_cpu", ToJson(result.right_cpu_ms)},
           {"map_stages", ToJson(result.right)},
+          {"found_error_px", ToJson(result.found_error_px)},
+          {"evaluations", ToJson(result.num_evaluations)},
           {"wrong_map_cpu", ToJson(result.wrong_cpu_ms)},
           {"wrong_map_stages", ToJson(result.wrong)},
           {"correction",

@@ -31,6 +31,8 @@ struct FusionBenchResult {
   int num_rejected = 0;            // timed maps that the model refused
   Spread right_cpu_ms;             // process CPU of a map whose pose the model confirms
   Spread wrong_cpu_ms;             // of one whose pose it has to find
+  Spread found_error_px;           // from the true pose, as motion in the image, where it did
+  Spread num_evaluations;          // of the registration there
   std::vector<StageSpread> right;  // device time of the stages of these
   std::vector<StageSpread> wrong;
   // A whole loop is closed: 5 degrees and 3 % of scale between its ends.

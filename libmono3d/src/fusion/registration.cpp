@@ -18,11 +18,22 @@
 namespace mono3d {
 namespace {
 
-constexpr int kMaxIterationsPerLevel = 6;
-// A step that moves the image by less ends a level, in pixels of that level.
-constexpr double kSmallStep_px = 0.01;
-// To judge a pose, a quarter of the surfels is enough that finding one takes.
+// To judge a pose, or to come near it, a quarter of the surfels is enough that finding it takes.
 constexpr std::uint32_t kLookStride = 4;
+
+// Steps on one level, over every `stride`-th of the surfels that it looks at.
+struct Pass {
+  int level;
+  std::uint32_t stride;
+};
+constexpr std::array<Pass, 4> kPasses = {{{2, 1}, {1, 1}, {0, kLookStride}, {0, 1}}};
+constexpr int kMaxStepsPerPass = 6;
+// A step that moves the image by less ends a pass, in pixels of its level: the next pass may well
+// start farther away.
+constexpr double kNearStep_px = 0.1;
+// The last step of all changes residuals by less, in sigmas: a hundredth of a pixel where matching
+// errs by half a one. Turning and moving together may go on for long without any of them noticing.
+constexpr double kSmallMisfit = 0.02;
 // Root mean square of residuals in sigmas that is no reason for a closer look: 1, half as much
 // again.
 constexpr double kExpectedResidual = 1.5;
@@ -169,10 +180,11 @@ RegistrationEvidence Registrar::Judge(const Target& target, const RegistrationPr
 Registrar::Look Registrar::Converge(const Target& target, const RegistrationProblem& problem,
                                     int& num_evaluations) {
   Look look{problem.predicted, {}, 1};
-  for (int level = kNumLevels - 1; level >= 0; --level) {
-    for (int iteration = 0; iteration < kMaxIterationsPerLevel; ++iteration) {
+  for (const Pass& pass : kPasses) {
+    for (int i = 0; i < kMaxStepsPerPass; ++i) {
       RegisterParams params = MakeRegisterParams(problem, look.view, target.surfels.size(),
-                                                 target.blocks.size(), level);
+                                                 target.blocks.size(), pass.level);
+      params.stride *= pass.stride;
       if (target.with_grey(problem.map)) SetExposure(params, look.system);
       look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.blocks,
                              target.times);
@@ -180,7 +192,11 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
       ++num_evaluations;
       const Vector7d step = Solve(problem, look.system, look.view, params.stride);
       Move(look.view, step);
-      if (std::ldexp(ImageMotion(problem, step), -level) < kSmallStep_px) break;
+      const bool is_last_pass = &pass == &kPasses.back();
+      if (is_last_pass ? Misfit(look.system, step) < kSmallMisfit
+                       : std::ldexp(ImageMotion(problem, step), -pass.level) < kNearStep_px) {
+        break;
+      }
     }
   }
   return look;

@@ -16,8 +16,9 @@ namespace mono3d {
 namespace {
 
 // Of those that may be in view, an evaluation looks at no more surfels than this on the finest
-// level; four times fewer are enough on each coarser one.
-constexpr std::uint32_t kMaxSamples = 131'072;
+// level; four times fewer are enough on each coarser one. Of 768x448 pixels that is a dozen to each
+// independent measurement (kPixelsPerMeasurement).
+constexpr std::uint32_t kMaxSamples = 65'536;
 
 Vector7d PriorInformation(const RegistrationProblem& problem) {
   const RegistrationOptions& options = problem.options.registration;
