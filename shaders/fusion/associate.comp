@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 
 // Each surfel looks up the pixel onto which it falls and asks what that pixel says of it: seen
 // there (the pixel confirms it), seen through (the surface is behind it), hidden (the surface is
@@ -27,21 +28,18 @@ uint EvidenceAgainst(ivec2 pixel, float inverse_depth, float weight, bool faces_
   bool seen_through = true;
   bool hidden = !faces_away;
   float confidence = 1.0;
-  for (int dv = -1; dv <= 1; ++dv) {
-    for (int du = -1; du <= 1; ++du) {
-      const ivec2 at = pixel + ivec2(du, dv);
-      const float z = DepthAt(at);
-      if (z <= 0.0) return kUnseen;
-      const float measured = 1.0 / z;
-      const float limit =
-          params.free_space_sigmas * JointSigma(measured, inverse_depth, weight);
-      precise float in_front = inverse_depth - measured;
-      seen_through = seen_through && in_front > limit;
-      hidden = hidden && -in_front > limit;
-      if (!seen_through && !hidden) return kUnseen;
-      confidence =
-          min(confidence, imageLoad(candidate, at.y * int(params.width_px) + at.x).w);
-    }
+  // A device that runs branches for lanes which do not take them leaves a loop that none takes.
+  [[dont_unroll]] for (int k = 0; k < 9; ++k) {
+    const ivec2 at = pixel + ivec2(k % 3, k / 3) - 1;
+    const float z = DepthAt(at);
+    if (z <= 0.0) return kUnseen;
+    const float measured = 1.0 / z;
+    const float limit = params.free_space_sigmas * JointSigma(measured, inverse_depth, weight);
+    precise float in_front = inverse_depth - measured;
+    seen_through = seen_through && in_front > limit;
+    hidden = hidden && -in_front > limit;
+    if (!seen_through && !hidden) return kUnseen;
+    confidence = min(confidence, imageLoad(candidate, at.y * int(params.width_px) + at.x).w);
   }
   precise float steps = confidence * 255.0;
   return (seen_through ? kSeenThrough : kHidden) | uint(steps + 0.5);

@@ -10,21 +10,15 @@
 layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
 layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
-layout(binding = 3, r32ui) uniform readonly uimageBuffer selected;  // 32 pixels a word
-layout(binding = 4, r32ui) uniform readonly uimageBuffer num_before;  // selected before the word
-layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 7, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 3, r32ui) uniform readonly uimageBuffer new_pixels;  // in their order
+layout(binding = 4, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 6, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
-  const uint i = ItemIndex();
-  if (i >= params.width_px * params.height_px) return;
-  const uint word = imageLoad(selected, int(i >> 5)).x;
-  const uint bit = 1u << (i & 31u);
-  if ((word & bit) == 0u) return;
-  const uint slot =
-      params.num_surfels + imageLoad(num_before, int(i >> 5)).x + uint(bitCount(word & (bit - 1u)));
-
+  if (ItemIndex() >= params.num_new) return;
+  const uint i = imageLoad(new_pixels, int(ItemIndex())).x;
+  const uint slot = params.num_surfels + ItemIndex();
   const float z = imageLoad(depth, int(i)).x;
   const vec4 normal = imageLoad(candidate, int(i));
   const vec3 ray = Ray(vec2(float(i % params.width_px), float(i / params.width_px)));

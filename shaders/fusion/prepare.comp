@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 
 // The candidate of each pixel: its normal and its confidence. Where the depth map has no normal, a
 // plane is fitted to the inverse depths around, which are affine in the pixel on a plane
@@ -26,8 +27,9 @@ vec3 FittedNormal(ivec2 pixel, float inverse_depth, vec3 ray) {
   const ivec2 last = ivec2(int(params.width_px), int(params.height_px)) - 1;
   float n = 0.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0;
   float sw = 0.0, suw = 0.0, svw = 0.0;
-  for (int dv = -kNormalRadiusPx; dv <= kNormalRadiusPx; ++dv) {
-    for (int du = -kNormalRadiusPx; du <= kNormalRadiusPx; ++du) {
+  // A device that runs branches for lanes which do not take them leaves a loop that none takes.
+  [[dont_unroll]] for (int dv = -kNormalRadiusPx; dv <= kNormalRadiusPx; ++dv) {
+    [[dont_unroll]] for (int du = -kNormalRadiusPx; du <= kNormalRadiusPx; ++du) {
       const ivec2 at = pixel + ivec2(du, dv);
       const ivec2 inside = clamp(at, ivec2(0), last);
       const float z = imageLoad(depth, inside.y * int(params.width_px) + inside.x).x;

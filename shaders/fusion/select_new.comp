@@ -22,10 +22,18 @@ bool SameSurface(uint surfel, float inverse_depth, float expected, float measure
          Dot(DirectionToCamera(surfel_normal.xyz), n_cam) >= params.min_normal_cosine;
 }
 
+// One coordinate of the ray through the centre of a cell.
+float CellRay(int cell, float centre, float focal) {
+  precise float at = (float(cell) + 0.5) / float(kIndexCellsPerPixel) - 0.5;
+  precise float coordinate = (at - centre) / focal;
+  return coordinate;
+}
+
 bool Covered(ivec2 pixel, vec3 n_cam, float measured) {
   const int cells = int(kIndexCellsPerPixel);
   const ivec2 size = ivec2(int(params.width_px), int(params.height_px)) * cells;
-  const vec3 ray = Ray(vec2(pixel));
+  // TangentPlaneInverseDepth, of which most is the same for all cells of a row.
+  precise float at_measurement = Dot(n_cam, Ray(vec2(pixel)));
   float best = 3.4e38;
   uint best_cell = kNoSurfel;
   float best_expected = 0.0, best_inverse_depth = 0.0;
@@ -33,21 +41,24 @@ bool Covered(ivec2 pixel, vec3 n_cam, float measured) {
   // pixel: a surfel within one pixel covers this one, so surfels stay no closer than the pixels of
   // the finest view need.
   const int margin = cells * int(params.merge_radius_px) - 1;
-  for (int dv = -margin; dv < cells + margin; ++dv) {
-    for (int du = -margin; du < cells + margin; ++du) {
-      const ivec2 cell = pixel * cells + ivec2(du, dv);
-      const ivec2 inside = clamp(cell, ivec2(0), size - 1);
-      const uint depth_bits = imageLoad(index_map, 2 * (inside.y * size.x + inside.x) + 1).x;
-      if (depth_bits == kNoSurfel || inside != cell) continue;
+  const ivec2 first = max(pixel * cells - margin, ivec2(0));
+  const ivec2 last = min(pixel * cells + cells + margin, size) - 1;
+  for (int v = first.y; v <= last.y; ++v) {
+    const float y = CellRay(v, params.cy, params.fy);
+    precise float along_y = n_cam.y * y;
+    for (int u = first.x; u <= last.x; ++u) {
+      const uint depth_bits = imageLoad(index_map, 2 * (v * size.x + u) + 1).x;
       precise float inverse_depth = 1.0 / uintBitsToFloat(depth_bits);
-      // From the centre of the cell, in pixels.
-      precise vec2 at = (vec2(cell) + 0.5) / float(cells) - 0.5;
-      const float expected = TangentPlaneInverseDepth(n_cam, ray, measured, Ray(at));
+      precise float along_ray = n_cam.x * CellRay(u, params.cx, params.fx) + along_y + n_cam.z;
+      precise float on_plane = measured * (along_ray / at_measurement);
+      const float expected =
+          at_measurement > -1e-3 || along_ray > -1e-3 ? measured : on_plane;
       precise float difference = abs(inverse_depth - expected);
-      if (difference < best) {
-        best = difference, best_cell = uint(inside.y * size.x + inside.x);
-        best_expected = expected, best_inverse_depth = inverse_depth;
-      }
+      const bool is_better = depth_bits != kNoSurfel && difference < best;
+      best = is_better ? difference : best;
+      best_cell = is_better ? uint(v * size.x + u) : best_cell;
+      best_expected = is_better ? expected : best_expected;
+      best_inverse_depth = is_better ? inverse_depth : best_inverse_depth;
     }
   }
   if (best_cell == kNoSurfel) return false;

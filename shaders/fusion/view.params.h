@@ -24,6 +24,7 @@ float max_slope_per_px;  // relative change of depth from pixel to pixel on the 
 uint first_surfel;       // the slots before it are left alone by associate and free_space
 uint is_past;            // 1: a map of the past, which speaks of new surfels but removes none
 uint num_surfels;        // slots in use before this map
+uint num_new;            // pixels that become a surfel, as insert is told
 uint merge_radius_px;    // surfels stay so far apart; more than 1 where the model is too large
 uint map_index;          // 0 for the first map of the model
 MONO3D_PARAMS_END

@@ -11,12 +11,13 @@ namespace {
 // Runs everything up to the insertion, without the changes to the surfels that are there.
 Surfels RunInsert(StageScene& scene) {
   scene.RunSelectNew();
-  const Selection selection = CountSelected(scene.DeviceSelected());
-  scene.storage.Reserve(scene.recorder, scene.storage.size() + selection.num_selected);
-  scene.buffers.num_before.Upload(std::span<const std::uint32_t>(selection.num_before));
+  const std::vector<std::uint32_t> pixels = ListSelected(scene.DeviceSelected());
+  scene.buffers.new_pixels.Upload(std::span<const std::uint32_t>(pixels));
+  scene.view.num_new = static_cast<std::uint32_t>(pixels.size());
+  scene.storage.Reserve(scene.recorder, scene.storage.size() + scene.view.num_new);
   scene.stages.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
   scene.recorder.Submit();
-  scene.storage.Update(selection.num_selected, 0);
+  scene.storage.Update(scene.view.num_new, 0);
   return scene.storage.Download();
 }
 

@@ -10,14 +10,12 @@ namespace {
 
 const Eigen::Vector3f kTowardsCamera(0, 0, -1);
 
-TEST(CountSelected, CountsTheBitsBeforeEachWord) {
-  const std::vector<std::uint32_t> mask = {0b1011, 0, 0xFFFFFFFF, 0x80000000};
-  const Selection selection = CountSelected(mask);
-  EXPECT_EQ(selection.num_before, (std::vector<std::uint32_t>{0, 3, 3, 35}));
-  EXPECT_EQ(selection.num_selected, 36U);
+TEST(ListSelected, NumbersTheBitsThatAreSet) {
+  const std::vector<std::uint32_t> mask = {0b1011, 0, 0x80000001};
+  EXPECT_EQ(ListSelected(mask), (std::vector<std::uint32_t>{0, 1, 3, 64, 95}));
 }
 
-TEST(CountSelected, TakesNothingForNothing) { EXPECT_EQ(CountSelected({}).num_selected, 0U); }
+TEST(ListSelected, TakesNothingForNothing) { EXPECT_TRUE(ListSelected({}).empty()); }
 
 TEST(SelectNew, TakesEveryPixelForAnEmptyModel) {
   DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
@@ -64,10 +62,10 @@ TEST(SelectNew, EqualsReferenceBitForBit) {
     const auto expected = reference::SelectNew(scene.view, scene.packed, scene.DeviceCandidates(),
                                                scene.DeviceIndexMap(), scene.surfels);
     EXPECT_EQ(scene.DeviceSelected(), expected) << width << "x" << height;
-    const std::uint32_t num_selected = CountSelected(expected).num_selected;
+    const std::size_t num_selected = ListSelected(expected).size();
     if (width == 96) {
       EXPECT_GT(num_selected, 0U);
-      EXPECT_LT(num_selected, scene.packed.num_candidates / 2);
+      EXPECT_LT(num_selected, static_cast<std::size_t>(scene.packed.num_candidates) / 2);
     }
   }
 }

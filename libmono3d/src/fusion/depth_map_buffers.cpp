@@ -24,33 +24,31 @@ std::span<const T> AsSpan(const std::vector<T>& values) {
 PackedDepthMap Pack(const DepthMap& map) {
   PackedDepthMap packed;
   const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
-  packed.depth.reserve(num_pixels);
-  packed.normal_confidence.reserve(num_pixels);
-  packed.colour.reserve(num_pixels);
+  packed.depth.resize(num_pixels);
+  packed.normal_confidence.resize(num_pixels);
+  packed.colour.resize(num_pixels, kGrey);
+  std::size_t i = 0;
   for (int y = 0; y < map.camera.height; ++y) {
     const auto* depth = map.depth.ptr<float>(y);
     const auto* confidences = map.confidence.empty() ? nullptr : map.confidence.ptr<float>(y);
     const auto* normals = map.normal.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
     const auto* colours = map.bgr.empty() ? nullptr : map.bgr.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < map.camera.width; ++x) {
+    for (int x = 0; x < map.camera.width; ++x, ++i) {
       const float z = depth[x];
       float confidence = confidences == nullptr ? 1.0F : confidences[x];
       // Written so that NaN fails.
       const bool is_candidate = std::isfinite(z) && z > 0 && confidence > 0;
       confidence = is_candidate ? std::min(confidence, 1.0F) : 0.0F;
-      packed.depth.push_back(is_candidate ? z : 0.0F);
+      packed.depth[i] = is_candidate ? z : 0.0F;
       packed.num_candidates += is_candidate ? 1 : 0;
       cv::Vec3f n(0, 0, 0);
       if (normals != nullptr) n = normals[x];
       if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
-      packed.normal_confidence.push_back({n[0], n[1], n[2], confidence});
-      std::uint32_t colour = kGrey;
-      if (colours != nullptr) {
-        const cv::Vec3b& bgr = colours[x];
-        colour = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
-                 static_cast<std::uint32_t>(bgr[0] << 16);
-      }
-      packed.colour.push_back(colour);
+      packed.normal_confidence[i] = {n[0], n[1], n[2], confidence};
+      if (colours == nullptr) continue;
+      const cv::Vec3b& bgr = colours[x];
+      packed.colour[i] = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
+                         static_cast<std::uint32_t>(bgr[0] << 16);
     }
   }
   return packed;
@@ -67,7 +65,7 @@ DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int widt
   candidate = Buffer(device, pixels * 16, "fusion/candidate");
   index_map = Buffer(device, cells * 8, "fusion/index_map");
   selected = Buffer(device, words * 4, "fusion/selected");
-  num_before = Buffer(device, words * 4, "fusion/num_before");
+  new_pixels = Buffer(device, pixels * 4, "fusion/new_pixels");
   num_removed = Buffer(device, 4, "fusion/num_removed");
 }
 
@@ -75,6 +73,12 @@ void DepthMapBuffers::Upload(const PackedDepthMap& map) {
   depth.Upload(AsSpan(map.depth));
   normal_confidence.Upload(AsSpan(map.normal_confidence));
   colour.Upload(AsSpan(map.colour));
+}
+
+void DepthMapBuffers::ScaleDepth(float scale, PackedDepthMap& map) {
+  if (scale == 1) return;
+  for (float& z : map.depth) z *= scale;
+  depth.Upload(AsSpan(map.depth));
 }
 
 }  // namespace mono3d

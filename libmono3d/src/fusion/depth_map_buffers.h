@@ -34,7 +34,7 @@ struct DepthMapBuffers {
   Buffer candidate;          // 4 floats per pixel: unit normal in the camera frame, confidence
   Buffer index_map;          // 2 uints per cell: number of the surfel, bits of its depth
   Buffer selected;           // bit per pixel: becomes a surfel
-  Buffer num_before;         // uint per word of `selected`
+  Buffer new_pixels;         // uint per pixel: numbers of those selected, as far as there are
   Buffer num_removed;        // one uint
 
   DepthMapBuffers() = default;
@@ -42,6 +42,8 @@ struct DepthMapBuffers {
 
   std::size_t num_pixels() const { return depth.size_bytes() / sizeof(float); }
   void Upload(const PackedDepthMap& map);  // of the size given to the constructor
+  // Multiplies the depths of `map` and of what was uploaded of it. Normals stay what they are.
+  void ScaleDepth(float scale, PackedDepthMap& map);
 };
 
 }  // namespace mono3d

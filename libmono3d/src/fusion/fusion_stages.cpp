@@ -97,9 +97,9 @@ void FusionStages::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
 void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
                           const SurfelStorage& surfels) const {
   recorder.Dispatch(insert_,
-                    {map.depth, map.candidate, map.colour, map.selected, map.num_before,
+                    {map.depth, map.candidate, map.colour, map.new_pixels,
                      surfels.position_radius(), surfels.normal_weight(), surfels.history()},
-                    params, GridFor(insert_, map.num_pixels()));
+                    params, GridFor(insert_, params.num_new));
 }
 
 }  // namespace mono3d

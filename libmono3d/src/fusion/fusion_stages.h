@@ -43,7 +43,7 @@ class FusionStages {
   // adds those that it removes to the one uint of num_removed.
   void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
                       const SurfelStorage& surfels, const BlockList& blocks) const;
-  // Reads depth, candidate, colour, selected, num_before; writes new surfels from slot
+  // Reads depth, candidate, colour, params.num_new of new_pixels; writes new surfels from slot
   // params.num_surfels on, for which there must be room.
   void Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
               const SurfelStorage& surfels) const;

@@ -7,14 +7,15 @@
 
 namespace mono3d {
 
-Selection CountSelected(std::span<const std::uint32_t> mask) {
-  Selection selection;
-  selection.num_before.reserve(mask.size());
-  for (const std::uint32_t word : mask) {
-    selection.num_before.push_back(selection.num_selected);
-    selection.num_selected += static_cast<std::uint32_t>(std::popcount(word));
+std::vector<std::uint32_t> ListSelected(std::span<const std::uint32_t> mask) {
+  std::vector<std::uint32_t> pixels;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    for (std::uint32_t left = mask[i]; left != 0; left &= left - 1) {
+      pixels.push_back(static_cast<std::uint32_t>(32 * i) +
+                       static_cast<std::uint32_t>(std::countr_zero(left)));
+    }
   }
-  return selection;
+  return pixels;
 }
 
 }  // namespace mono3d

@@ -9,14 +9,9 @@
 
 namespace mono3d {
 
-// Where the selected pixels go: each keeps its place in the order of the pixels, so that the same
-// input gives the same model whatever order the device works in.
-struct Selection {
-  std::vector<std::uint32_t> num_before;  // per word: bits set in the words before it
-  std::uint32_t num_selected = 0;
-};
-
-// Counts a bit mask of 32 pixels a word.
-Selection CountSelected(std::span<const std::uint32_t> mask);
+// The pixels whose bit is set in a mask of 32 pixels a word, in their order: each has its place
+// among the new surfels, so that the same input gives the same model whatever order the device
+// works in.
+std::vector<std::uint32_t> ListSelected(std::span<const std::uint32_t> mask);
 
 }  // namespace mono3d

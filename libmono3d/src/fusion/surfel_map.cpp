@@ -52,7 +52,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps)
     return Rejected(map, "model is full: it has the most depth maps it can count");
-  const PackedDepthMap packed = Pack(map);
+  PackedDepthMap packed = Pack(map);
   if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
 
   Upload(map, packed);
@@ -64,25 +64,28 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
     return result;
   }
   const DepthMap placed = Placed(map, registration.view);
-  if (registration.view.depth_scale != 1 || placement.join) Upload(placed, Pack(placed));
+  if (placement.join) {
+    Upload(placed, Pack(placed));
+  } else {
+    buffers_.ScaleDepth(static_cast<float>(registration.view.depth_scale), packed);
+  }
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
-  Selection selection = Associate(ViewOf(placed), placement.patch);
-  while (!MakeRoom(selection.num_selected) && Coarsen())
-    selection = Associate(ViewOf(placed), placement.patch);
-  if (surfels_.max_size() - surfels_.size() < selection.num_selected) {
+  std::uint32_t num_new = Associate(ViewOf(placed), placement.patch);
+  while (!MakeRoom(num_new) && Coarsen()) num_new = Associate(ViewOf(placed), placement.patch);
+  if (surfels_.max_size() - surfels_.size() < num_new) {
     return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
-                             std::to_string(selection.num_selected) + " new ones, room for " +
+                             std::to_string(num_new) + " new ones, room for " +
                              std::to_string(surfels_.max_size()));
   }
   AddView({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
            ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
            ScaleOfKeyframe(map.keyframe_id) * registration.view.depth_scale, MedianDepth(placed),
            placement.patch});
-  const std::uint32_t num_removed = Update(ViewOf(placed), selection);
+  const std::uint32_t num_removed = Update(ViewOf(placed), num_new);
   past_views_.Push(device_, placed, buffers_);
   surfels_.BeginDepthMap(num_depth_maps_);
-  surfels_.Update(selection.num_selected, num_removed);
+  surfels_.Update(num_new, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
   map_id_ = map.map_id;
   tracker_is_astray_ = registration.evidence.moved;
@@ -93,8 +96,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   result.T_world_cam = placed.T_world_cam;
   result.scale = registration.view.depth_scale;
   result.registration = registration.evidence;
-  result.num_merged = packed.num_candidates - selection.num_selected;
-  result.num_inserted = selection.num_selected;
+  result.num_merged = packed.num_candidates - num_new;
+  result.num_inserted = num_new;
   result.num_removed = num_removed;
   result.num_surfels = num_surfels();
   result.starts_patch = placement.starts_patch;
@@ -173,9 +176,10 @@ void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) 
   stages_.Prepare(recorder_, ViewOf(map), buffers_);
 }
 
-// What the depth map says of each surfel, and which of its pixels are new. Leaves the model alone.
+// What the depth map says of each surfel, and which of its pixels are new: returns how many, and
+// leaves them in buffers_.new_pixels. Leaves the model alone.
 // Of the surfels those of one patch: another one may be off, and must not be drawn to it.
-Selection VulkanSurfelMap::Associate(const ViewParams& params, int patch) {
+std::uint32_t VulkanSurfelMap::Associate(const ViewParams& params, int patch) {
   FindVisible({&params, 1}, kViewMargin_px);
   if (num_patches() > 1) {
     visible_.Set(device_, BlocksOfPatch(visible_.numbers(), views_, surfels_.first_slots(), patch));
@@ -185,22 +189,21 @@ Selection VulkanSurfelMap::Associate(const ViewParams& params, int patch) {
   stages_.SelectNew(recorder_, params, buffers_, surfels_);
   recorder_.Submit(times_);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
-  if (merge_radius_px_ > 1) {
-    KeepEveryPixel(merge_radius_px_, params.width_px, selected);
-    buffers_.selected.Upload(std::span<const std::uint32_t>(selected));
-  }
-  return CountSelected(selected);
+  if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
+  const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
+  buffers_.new_pixels.Upload(std::span(new_pixels));
+  return static_cast<std::uint32_t>(new_pixels.size());
 }
 
 // Returns the number of surfels removed.
-std::uint32_t VulkanSurfelMap::Update(const ViewParams& params, const Selection& selection) {
-  buffers_.num_before.Upload(std::span<const std::uint32_t>(selection.num_before));
+std::uint32_t VulkanSurfelMap::Update(ViewParams params, std::uint32_t num_new) {
+  params.num_new = num_new;
   stages_.Merge(recorder_, params, buffers_, surfels_, visible_);
   recorder_.Fill(buffers_.num_removed, 0);
   stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_, visible_);
   culler_.Bound(recorder_, visible_, params.num_surfels, surfels_);
   stages_.Insert(recorder_, params, buffers_, surfels_);
-  ReviewNew(params.num_surfels, params.num_surfels + selection.num_selected);
+  ReviewNew(params.num_surfels, params.num_surfels + num_new);
   recorder_.Submit(times_);
   return buffers_.num_removed.Download<std::uint32_t>().front();
 }

@@ -99,8 +99,8 @@ class VulkanSurfelMap : public RepairableMap {
   std::vector<MovedView> MovedViews() const;
   void MoveInto(const MapJoin& join);
   std::int64_t Append(VulkanSurfelMap& other);
-  Selection Associate(const ViewParams& params, int patch);
-  std::uint32_t Update(const ViewParams& params, const Selection& selection);
+  std::uint32_t Associate(const ViewParams& params, int patch);
+  std::uint32_t Update(ViewParams params, std::uint32_t num_new);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
   bool Coarsen();
