@@ -6,23 +6,15 @@
 #include <array>
 #include <cmath>
 #include <unordered_map>
+#include <vector>
+
+#include "geometry/cell_hash.h"
 
 namespace mono3d {
 namespace {
 
 // The octave of its radius, and the cell of the grid of that octave.
 using Cell = std::array<std::int64_t, 4>;
-
-struct CellHash {
-  std::size_t operator()(const Cell& cell) const {
-    std::uint64_t hash = 0;
-    for (const std::int64_t index : cell) {
-      hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9E3779B97F4A7C15ULL;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
 
 Cell CellOf(const Surfels::Float4& position_radius) {
   const double octave = std::round(std::log2(position_radius[3]));
@@ -38,16 +30,19 @@ Cell CellOf(const Surfels::Float4& position_radius) {
 }  // namespace
 
 Surfels Coarsened(const Surfels& surfels) {
-  std::unordered_map<Cell, std::size_t, CellHash> strongest_of;
+  std::unordered_map<Cell, std::size_t, CellHash<4>> strongest_of;
+  strongest_of.reserve(surfels.size() / 2);  // about a third remain
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     if (IsRemoved(surfels, i)) continue;
     const auto [entry, is_new] = strongest_of.try_emplace(CellOf(surfels.position_radius[i]), i);
     std::size_t& strongest = entry->second;
     if (surfels.normal_weight[i][3] > surfels.normal_weight[strongest][3]) strongest = i;
   }
+  std::vector<bool> is_kept(surfels.size());
+  for (const auto& [cell, strongest] : strongest_of) is_kept[strongest] = true;
   Surfels coarse;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
-    if (IsRemoved(surfels, i) || strongest_of.at(CellOf(surfels.position_radius[i])) != i) continue;
+    if (!is_kept[i]) continue;
     coarse.position_radius.push_back(surfels.position_radius[i]);
     coarse.position_radius.back()[3] *= 2;
     coarse.normal_weight.push_back(surfels.normal_weight[i]);

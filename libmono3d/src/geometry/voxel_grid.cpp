@@ -9,23 +9,13 @@
 #include <string>
 #include <unordered_map>
 
+#include "geometry/cell_hash.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
 
 using Cell = std::array<std::int64_t, 3>;
-
-struct CellHash {
-  std::size_t operator()(const Cell& cell) const {
-    std::uint64_t hash = 0;
-    for (const std::int64_t index : cell) {
-      hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9E3779B97F4A7C15ULL;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
 
 // Sums over the points of a cell.
 struct Sums {
@@ -87,7 +77,7 @@ void Add(Sums& sums, const PointCloud& cloud, std::size_t i) {
 
 PointCloud ThinToVoxels(const PointCloud& cloud, double voxel_su) {
   Require(cloud, voxel_su);
-  std::unordered_map<Cell, std::size_t, CellHash> place_of;
+  std::unordered_map<Cell, std::size_t, CellHash<3>> place_of;
   std::vector<Sums> cells;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const auto [entry, is_new] =
