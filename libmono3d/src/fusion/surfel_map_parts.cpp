@@ -161,6 +161,7 @@ std::int64_t VulkanSurfelMap::MergeAcross(const std::vector<bool>& is_other) {
   for (const std::size_t view : ViewsAcross(views_, is_other, kMaxMergingViews)) {
     num_merged += MergeOverlap(views_[view]);
   }
+  corrector_.EndMerging();
   surfels_.Compact();
   return num_merged;
 }
