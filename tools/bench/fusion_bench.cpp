@@ -88,6 +88,21 @@ void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult
   result.wrong = wrong.Stages();
 }
 
+void TimeFirstMap(const FusionBenchOptions& options, Model& model, FusionBenchResult& result) {
+  const DepthMap map = NextMap(options, model);
+  const double cpu_ms = ProcessCpuMs();
+  const double wall_ms = WallClockMs();
+  Add(map, model);
+  result.first_cpu_ms = ProcessCpuMs() - cpu_ms;
+  result.first_wall_ms = WallClockMs() - wall_ms;
+}
+
+void TimeExport(const Model& model, FusionBenchResult& result) {
+  const double cpu_ms = ProcessCpuMs();
+  result.num_exported = static_cast<std::int64_t>(model.surfels->Export(1).size());
+  result.export_cpu_ms = ProcessCpuMs() - cpu_ms;
+}
+
 void TimeCorrection(Model& model, FusionBenchResult& result) {
   std::vector<KeyframeCorrection> corrections;
   const Eigen::Vector3d turn =
@@ -167,8 +182,10 @@ FusionBenchResult BenchFusion(const FusionBenchOptions& options,
   result.height = options.height_px;
   {
     Model model(device, options.fusion);
+    TimeFirstMap(options, model, result);
     result.num_new = Build(options, 2 * options.num_repeats, model);
     TimeMaps(options, model, result);
+    TimeExport(model, result);
     TimeCorrection(model, result);
   }
   TimeCoarsening(options, device, result);
@@ -203,6 +220,11 @@ std::vector<Table> ToTables(const FusionBenchResult& result) {
   coarsening.rows = {{"the map for which it does", count(result.num_full), count(result.num_coarse),
                       FormatFixed(result.coarsening_cpu_ms, 0),
                       FormatFixed(result.coarsening_wall_ms, 0)}};
+  coarsening.notes = {"The first depth map of the process, into an empty model: " +
+                      FormatFixed(result.first_cpu_ms, 0) + " ms of processor time, " +
+                      FormatFixed(result.first_wall_ms, 0) + " ms passed. " +
+                      count(result.num_exported) + " surfels are exported in " +
+                      FormatFixed(result.export_cpu_ms, 0) + " ms of processor time."};
   return {right, wrong, correction, coarsening};
 }
 
@@ -219,6 +241,8 @@ Json ToJson(const FusionBenchResult& result) {
           {"evaluations", ToJson(result.num_evaluations)},
           {"wrong_map_cpu", ToJson(result.wrong_cpu_ms)},
           {"wrong_map_stages", ToJson(result.wrong)},
+          {"first_map", {{"cpu_ms", result.first_cpu_ms}, {"wall_ms", result.first_wall_ms}}},
+          {"export", {{"surfels", result.num_exported}, {"cpu_ms", result.export_cpu_ms}}},
           {"correction",
            {{"surfels", result.num_corrected},
             {"merged", result.num_merged},

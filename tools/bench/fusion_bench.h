@@ -35,6 +35,12 @@ struct FusionBenchResult {
   Spread num_evaluations;          // of the registration there
   std::vector<StageSpread> right;  // device time of the stages of these
   std::vector<StageSpread> wrong;
+  // The first depth map of the process, with all that is made once.
+  double first_cpu_ms = 0;
+  double first_wall_ms = 0;
+  // The model before it is corrected, as a point cloud.
+  std::int64_t num_exported = 0;
+  double export_cpu_ms = 0;
   // A whole loop is closed: 5 degrees and 3 % of scale between its ends.
   std::int64_t num_corrected = 0;  // surfels before
   std::int64_t num_merged = 0;

@@ -9,7 +9,16 @@ namespace mono3d {
 
 void KeptMaps::Add(KeptMap map) {
   maps_.push_back(std::move(map));
-  if (static_cast<int>(maps_.size()) > max_size_) maps_.pop_front();
+  const auto is_too_much = [&] {
+    return static_cast<int>(size()) > max_size_ || (size() > 1 && num_bytes() > max_bytes_);
+  };
+  while (is_too_much()) maps_.pop_front();
+}
+
+std::size_t KeptMaps::num_bytes() const {
+  std::size_t sum = 0;
+  for (const KeptMap& kept : maps_) sum += kept.map.num_bytes();
+  return sum;
 }
 
 std::optional<KeptMap> KeptMaps::TakeOldest() {

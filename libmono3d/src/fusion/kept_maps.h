@@ -25,9 +25,15 @@ struct KeptMap {
 // Depth maps that are kept, in a bounded number, at the tracker's poses of now.
 class KeptMaps {
  public:
-  explicit KeptMaps(int max_size) : max_size_(max_size) {}
+  // Some 97 maps of 768x448 or 3 of 4000x3000.
+  static constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
+
+  // Of maps of more than `max_bytes` together fewer are kept, one at least.
+  explicit KeptMaps(int max_size, std::size_t max_bytes = kMaxBytes)
+      : max_size_(max_size), max_bytes_(max_bytes) {}
 
   std::size_t size() const { return maps_.size(); }
+  std::size_t num_bytes() const;
   bool empty() const { return maps_.empty(); }
   // The oldest goes when there are too many.
   void Add(KeptMap map);
@@ -42,6 +48,7 @@ class KeptMaps {
 
  private:
   int max_size_;
+  std::size_t max_bytes_;
   std::deque<KeptMap> maps_;
 };
 

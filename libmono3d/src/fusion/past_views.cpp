@@ -4,7 +4,11 @@
 #include "fusion/past_views.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 
 namespace mono3d {
 namespace {
@@ -28,23 +32,28 @@ void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
   if (max_views_ == 0) return;
   const std::size_t depth_bytes = buffers.depth.size_bytes();
   const std::size_t candidate_bytes = buffers.candidate.size_bytes();
-  PastView view;
-  view.view = WithoutImages(map);
-  view.buffers.depth = std::move(buffers.depth);
-  view.buffers.candidate = std::move(buffers.candidate);
-  views_.push_back(std::move(view));
-
   const std::size_t room = std::max<std::size_t>(1, kMaxBytes / (depth_bytes + candidate_bytes));
   PastView oldest;
-  while (views_.size() > std::min(max_views_, room)) {
+  while (views_.size() >= std::min(max_views_, room)) {
     oldest = std::move(views_.front());
     views_.pop_front();
   }
-  const bool fits = oldest.buffers.depth.size_bytes() == depth_bytes;
-  buffers.depth =
-      fits ? std::move(oldest.buffers.depth) : Buffer(device, depth_bytes, "fusion/depth");
-  buffers.candidate = fits ? std::move(oldest.buffers.candidate)
-                           : Buffer(device, candidate_bytes, "fusion/candidate");
+  Buffer depth = std::move(oldest.buffers.depth);
+  Buffer candidate = std::move(oldest.buffers.candidate);
+  if (depth.size_bytes() != depth_bytes) {
+    try {
+      depth = Buffer(device, depth_bytes, "fusion/depth");
+      candidate = Buffer(device, candidate_bytes, "fusion/candidate");
+    } catch (const Error& error) {  // the device has no more memory
+      Log(LogLevel::kDebug, std::string("one past view less: ") + error.what());
+      return;
+    }
+  }
+  PastView view;
+  view.view = WithoutImages(map);
+  view.buffers.depth = std::exchange(buffers.depth, std::move(depth));
+  view.buffers.candidate = std::exchange(buffers.candidate, std::move(candidate));
+  views_.push_back(std::move(view));
 }
 
 }  // namespace mono3d

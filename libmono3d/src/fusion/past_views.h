@@ -28,7 +28,7 @@ class PastViews {
   void Clear() { views_.clear(); }
 
   // Takes depth and candidate out of `buffers`, which is given others, of undefined contents, for
-  // the next depth map.
+  // the next depth map. Where there is no memory for those it lets the depth map go.
   void Push(const std::shared_ptr<Device>& device, const DepthMap& map, DepthMapBuffers& buffers);
 
  private:

@@ -117,10 +117,7 @@ CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> co
     past_views_.Clear();  // they show the scene as it was
     corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
     surfels_.SetBounded(0);
-    for (const std::size_t view : ViewsOfOverlap(views_, motions, kMaxMergingViews)) {
-      result.num_merged += MergeOverlap(views_[view]);
-    }
-    corrector_.EndMerging();
+    result.num_merged = MergeOverlaps(ViewsOfOverlap(views_, motions, kMaxMergingViews));
     if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
     result.views = MovedViews();
   }
@@ -135,6 +132,18 @@ void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
   while (!views_.empty() && views_.back().is_break) views_.pop_back();
   num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
   tracker_is_astray_ = false;
+}
+
+// What these views show twice. Without memory for it things stay double.
+std::int64_t VulkanSurfelMap::MergeOverlaps(std::span<const std::size_t> views) {
+  std::int64_t num_merged = 0;
+  try {
+    for (const std::size_t view : views) num_merged += MergeOverlap(views_[view]);
+  } catch (const Error& error) {
+    Log(LogLevel::kWarning, std::string("overlapping parts are not merged: ") + error.what());
+  }
+  corrector_.EndMerging();
+  return num_merged;
 }
 
 std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {

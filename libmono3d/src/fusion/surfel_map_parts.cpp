@@ -157,11 +157,7 @@ void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const PatchRegistration&
 
 // What two parts both show. Returns the number of surfels that became one with another.
 std::int64_t VulkanSurfelMap::MergeAcross(const std::vector<bool>& is_other) {
-  std::int64_t num_merged = 0;
-  for (const std::size_t view : ViewsAcross(views_, is_other, kMaxMergingViews)) {
-    num_merged += MergeOverlap(views_[view]);
-  }
-  corrector_.EndMerging();
+  const std::int64_t num_merged = MergeOverlaps(ViewsAcross(views_, is_other, kMaxMergingViews));
   surfels_.Compact();
   return num_merged;
 }

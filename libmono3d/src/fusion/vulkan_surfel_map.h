@@ -106,6 +106,7 @@ class VulkanSurfelMap : public RepairableMap {
   bool Coarsen();
   void Resize(const CameraModel& camera);
   void FindVisible(std::span<const ViewParams> views, std::uint32_t margin_px);
+  std::int64_t MergeOverlaps(std::span<const std::size_t> views);
   std::uint32_t MergeOverlap(const FusedView& view);
 
   std::shared_ptr<Device> device_;

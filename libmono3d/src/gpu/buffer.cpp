@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "gpu/allocation_hook.h"
 #include "gpu/buffer_memory.h"
 
 namespace mono3d {
@@ -14,6 +15,11 @@ namespace {
 constexpr vk::BufferUsageFlags kUsage =
     vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eStorageTexelBuffer |
     vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst;
+
+AllocationHook& Hook() {
+  static AllocationHook hook;
+  return hook;
+}
 
 std::size_t RoundUp(std::size_t size_bytes) {
   return (size_bytes + kBufferGranularityBytes - 1) / kBufferGranularityBytes *
@@ -49,6 +55,8 @@ void CheckRange(const BufferMemory* memory, std::size_t size_bytes, std::size_t 
 
 }  // namespace
 
+void SetAllocationHook(AllocationHook hook) { Hook() = std::move(hook); }
+
 vk::BufferView TexelView(BufferMemory& memory, vk::Format format, std::size_t texel_bytes) {
   const auto found = memory.views.find(format);
   if (found != memory.views.end()) return *found->second;
@@ -67,6 +75,7 @@ vk::BufferView TexelView(BufferMemory& memory, vk::Format format, std::size_t te
 
 Buffer::Buffer(std::shared_ptr<Device> device, std::size_t size_bytes, std::string name) {
   CheckSize(*device, name, size_bytes);
+  if (Hook()) Hook()(size_bytes, name);
   auto memory = std::make_shared<BufferMemory>();
   memory->device = std::move(device);
   memory->name = std::move(name);

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "fusion/fusion_scene.h"
+#include "fusion/kept_maps.h"
+#include "fusion/past_views.h"
+#include "gpu/allocation_hook.h"
+#include "gpu/test_device.h"
+#include "mono3d/core/error.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+namespace {
+
+// A device without memory for larger buffers of one name, as long as it lives.
+class NoMemoryFor {
+ public:
+  explicit NoMemoryFor(std::string name, std::size_t max_bytes = 0) {
+    SetAllocationHook([this, name = std::move(name), max_bytes](std::size_t size_bytes,
+                                                                const std::string& buffer) {
+      if (buffer != name || size_bytes <= max_bytes) return;
+      ++num_refused_;
+      throw Error("no memory for " + buffer);
+    });
+  }
+  ~NoMemoryFor() { SetAllocationHook({}); }
+  NoMemoryFor(const NoMemoryFor&) = delete;
+  NoMemoryFor& operator=(const NoMemoryFor&) = delete;
+
+  int num_refused() const { return num_refused_; }
+
+ private:
+  int num_refused_ = 0;
+};
+
+// A wall 10 su away as a camera at x su to the side sees it.
+DepthMap WallMap(int width_px, int height_px, double x_su, int number) {
+  DepthMap map = PlaneMap(TestCamera(width_px, height_px),
+                          Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
+  map.keyframe_id = map.frame_index = number;
+  return map;
+}
+
+TEST(Memory, AModelThatCannotGrowBecomesCoarser) {
+  constexpr std::size_t kRoom = 65'536;  // what a model has from the start
+  const NoMemoryFor more_surfels("fusion/history", kRoom * 16);
+  const auto map = CreateSurfelMap(TestDevice());
+  for (int i = 0; i < 6; ++i) {
+    const FusionResult result = map->Integrate(WallMap(320, 220, 11.0 * i, i));
+    EXPECT_EQ(result.status, FusionStatus::kFused) << result.reason;
+    EXPECT_LE(result.num_surfels, static_cast<std::int64_t>(kRoom));
+    EXPECT_GT(result.num_surfels, 0);
+  }
+  EXPECT_EQ(more_surfels.num_refused(), 1);  // it does not ask again
+  // Every wall of 10 x 7 su is there: 6 of them at a 16th of their pixels or more.
+  EXPECT_GT(map->num_surfels(), 6 * 320 * 220 / 16 / 2);
+}
+
+TEST(Memory, DepthMapsThatCannotBeKeptAreFusedAllTheSame) {
+  const auto map = CreateSurfelMap(TestDevice());
+  ASSERT_EQ(map->Integrate(WallMap(48, 32, 0, 0)).status, FusionStatus::kFused);
+  const NoMemoryFor past_views("fusion/candidate");
+  for (int i = 1; i < 4; ++i) {
+    const FusionResult result = map->Integrate(WallMap(48, 32, 2.0 * i, i));
+    EXPECT_EQ(result.status, FusionStatus::kFused) << result.reason;
+    EXPECT_GT(result.num_inserted, 0);
+  }
+  EXPECT_EQ(past_views.num_refused(), 3);
+}
+
+TEST(Memory, ACorrectionThatCannotMergeMovesTheModelStill) {
+  SurfelMapOptions options;
+  options.registration.enabled = false;
+  const auto map = CreateSurfelMap(TestDevice(), options);
+  std::vector<KeyframeCorrection> corrections;
+  for (int i = 0; i < 6; ++i) {
+    const DepthMap view = WallMap(48, 32, 0.5 * i, i);
+    (void)map->Integrate(view);
+    const Eigen::Vector3d moved = view.T_world_cam.translation() + Eigen::Vector3d(0.5 * i, 0, 0);
+    corrections.push_back({i, 0, Pose(Eigen::Quaterniond::Identity(), moved), 1});
+  }
+  const std::int64_t num_before = map->num_surfels();
+  const NoMemoryFor merging("fusion/overlap_sums");
+  const CorrectionResult result = map->Correct(corrections);
+  EXPECT_EQ(merging.num_refused(), 1);
+  ASSERT_EQ(result.views.size(), 6U);
+  EXPECT_NEAR(result.views[5].T_world_cam.translation().x(), 5, 1e-6);
+  EXPECT_EQ(result.num_merged, 0);
+  EXPECT_EQ(map->num_surfels(), num_before);
+}
+
+TEST(Memory, OfKeptMapsIsBounded) {
+  const DepthMap map = WallMap(48, 32, 0, 0);
+  const std::size_t bytes = StoredDepthMap(map).num_bytes();
+  EXPECT_EQ(bytes, 48U * 32 * 5);  // depth and colour; normal and confidence would be 3 more
+  const auto kept_of = [&](int max_size, std::size_t max_bytes) {
+    KeptMaps kept(max_size, max_bytes);
+    for (int i = 0; i < 10; ++i) {
+      kept.Add({StoredDepthMap(WallMap(48, 32, 0, i))});
+      EXPECT_LE(kept.size(), static_cast<std::size_t>(max_size));
+    }
+    EXPECT_EQ(kept.TakeNewest()->map.frame.frame_index, 9);
+    return kept.size() + 1;
+  };
+  EXPECT_EQ(kept_of(4, 100 * bytes), 4U);
+  EXPECT_EQ(kept_of(8, 3 * bytes), 3U);
+  EXPECT_EQ(kept_of(8, bytes / 2), 1U);
+}
+
+TEST(Memory, OfPastViewsIsBounded) {
+  PastViews past(3);
+  DepthMapBuffers buffers(TestDevice(), 48, 32);
+  for (int i = 0; i < 8; ++i) past.Push(TestDevice(), WallMap(48, 32, 0, i), buffers);
+  ASSERT_EQ(past.views().size(), 3U);
+  EXPECT_EQ(past.views().front().view.frame_index, 5);
+  EXPECT_EQ(past.views().front().buffers.depth.size_bytes() +
+                past.views().front().buffers.candidate.size_bytes(),
+            48U * 32 * 20);
+}
+
+}  // namespace
+}  // namespace mono3d
