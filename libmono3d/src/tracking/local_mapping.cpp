@@ -4,6 +4,7 @@
 #include "tracking/local_mapping.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -74,6 +75,27 @@ MapBundle CollectAll(const Map& map) {
     if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
   }
   return Collect(map, adjusted, fixed);
+}
+
+// Where a single view, the first fixed one, holds all others, their scale is free: brings the sum
+// of their distances from it back to what it was.
+void RestoreScale(const std::vector<Pose>& before, BundleProblem& problem) {
+  const auto held = static_cast<std::size_t>(
+      std::find(problem.is_fixed.begin(), problem.is_fixed.end(), 1) - problem.is_fixed.begin());
+  const Eigen::Vector3d centre = problem.T_cam_world[held].Inverse().translation();
+  const auto sum_of_distances = [&](const std::vector<Pose>& poses) {
+    double sum = 0;
+    for (const Pose& pose : poses) sum += (pose.Inverse().translation() - centre).norm();
+    return sum;
+  };
+  const double factor = sum_of_distances(before) / sum_of_distances(problem.T_cam_world);
+  if (!std::isfinite(factor) || !(factor > 0)) return;
+  for (Pose& T_cam_world : problem.T_cam_world) {
+    const Eigen::Vector3d centre_cam = T_cam_world * centre;
+    T_cam_world =
+        Pose(T_cam_world.rotation(), factor * centre_cam - T_cam_world.rotation() * centre);
+  }
+  for (Eigen::Vector3d& p_world : problem.p_world) p_world = centre + factor * (p_world - centre);
 }
 
 // Keyframes that came while the adjustment was at work, placed by the map as it was before, move
@@ -246,15 +268,18 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
     if (static_cast<int>(fixed.size()) >= options.num_fixed_keyframes) break;
     if (is_adjusted[seeing.keyframe] == 0) fixed.push_back(seeing.keyframe);
   }
-  // Position, attitude and scale must be held by something: the two oldest, where all would move.
+  // Position and attitude must be held by something: the oldest, where all would move. Not by two:
+  // how they lie to each other is what a young map knows least.
   std::sort(adjusted.begin(), adjusted.end());
   const std::vector<KeyframeId> together = adjusted;
-  while (fixed.size() < 2 && adjusted.size() > 1) {
+  if (fixed.empty() && adjusted.size() > 1) {
     fixed.push_back(adjusted.front());
     adjusted.erase(adjusted.begin());
   }
   MapBundle bundle = Collect(map, adjusted, fixed);
+  const std::vector<Pose> before = bundle.problem.T_cam_world;
   const BundleReport report = AdjustCopy(bundle, {.min_gain = kLocalMinGain}, turn);
+  if (fixed.size() == 1) RestoreScale(before, bundle.problem);
   Apply(bundle, report, map);
   CountNewer(together, map);
 }
