@@ -51,10 +51,17 @@ std::int64_t Build(const FusionBenchOptions& options, int num_timed, Model& mode
   return num_new;
 }
 
+// Mean over the image of how far apart two poses see what one of them sees.
 double ImageDistance_px(const DepthMap& map, const Pose& a, const Pose& b) {
-  const Pose between = a.Inverse() * b;
-  return map.camera.fx * (RotationLog(between.rotation()).norm() +
-                          between.translation().norm() / cv::mean(map.depth, map.depth > 0)[0]);
+  const CameraModel& camera = map.camera;
+  const double depth_su = cv::mean(map.depth, map.depth > 0)[0];
+  double sum_px = 0;
+  for (int i = 0; i < 9; ++i) {
+    const Eigen::Vector2d pixel(0.5 * (i % 3) * camera.width, 0.5 * (i / 3) * camera.height);
+    const Eigen::Vector3d p = b.Inverse() * (a * (depth_su * camera.Unproject(pixel)));
+    sum_px += (camera.Project(p) - pixel).norm() / 9;
+  }
+  return sum_px;
 }
 
 // Right and wrong poses in turn.

@@ -31,15 +31,24 @@ constexpr int kMaxStepsPerPass = 6;
 // A step that moves the image by less ends a pass, in pixels of its level: the next pass may well
 // start farther away.
 constexpr double kNearStep_px = 0.1;
-// The last step of all changes residuals by less, in sigmas: a hundredth of a pixel where matching
-// errs by half a one. Turning and moving together may go on for long without any of them noticing.
-constexpr double kSmallMisfit = 0.02;
+// The last step of all is shorter than so many standard errors of the pose: the next one, a part of
+// it, would be lost in the noise.
+constexpr double kLastStepErrors = 1.5;
 // Root mean square of residuals in sigmas that is no reason for a closer look: 1, half as much
 // again.
 constexpr double kExpectedResidual = 1.5;
 // Surfels in view per pixel below which a pose that is not well known is so for want of overlap;
 // else for want of anything in the scene that could tell.
 constexpr double kLittleOverlap = 0.25;
+
+// Length of a step in standard errors of the pose that it leads to, root mean square over the
+// unknowns. Turning and moving together, which no residual notices, count nothing.
+double StandardErrors(const RegistrationSystem& system, const Vector7d& step,
+                      std::uint32_t stride) {
+  const double independent = std::min(1.0, stride / kPixelsPerMeasurement);
+  const double square = independent * step.dot(system.information * step);
+  return std::sqrt(std::max(0.0, square) / static_cast<double>(step.size()));
+}
 
 // A pose against the tracker's needs twice the evidence.
 RegistrationGateOptions Strict(const RegistrationGateOptions& gate) {
@@ -193,7 +202,7 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
       const Vector7d step = Solve(problem, look.system, look.view, params.stride);
       Move(look.view, step);
       const bool is_last_pass = &pass == &kPasses.back();
-      if (is_last_pass ? Misfit(look.system, step) < kSmallMisfit
+      if (is_last_pass ? StandardErrors(look.system, step, params.stride) < kLastStepErrors
                        : std::ldexp(ImageMotion(problem, step), -pass.level) < kNearStep_px) {
         break;
       }
