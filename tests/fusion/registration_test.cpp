@@ -90,6 +90,33 @@ TEST(Registration, StaysWithTheTrackerWhereNothingHoldsIt) {
   EXPECT_LT(ImageDistance_px(result.T_world_cam, second.T_world_cam), kTolerance_px);
 }
 
+// Of a pose that is too high over grey ground, and off along it, the model knows the height alone:
+// that is set right, and along the ground the prior holds the depth map where the tracker has it.
+TEST(Registration, DoesNotSlideAlongGreyGround) {
+  HouseScene bare;
+  bare.with_house = false;
+  bare.with_texture = false;
+  const auto view = [&](int x_su, const Vector3d& off_su) {
+    DepthMap map = HouseViewFrom(bare, PoseOver(x_su, 0));
+    map.depth_sigma_per_square_depth /= 5;  // of a baseline of half the distance
+    map.T_world_cam = Pose(map.T_world_cam.rotation(), map.T_world_cam.translation() + off_su);
+    return map;
+  };
+  const auto map = CreateSurfelMap(TestDevice(), Registered());
+  for (int x_su = 0; x_su < 3; ++x_su) (void)map->Integrate(view(x_su, {0, 0, 0}));
+  for (int x_su = 3; x_su < 9; ++x_su) {
+    const double sign = x_su % 2 == 0 ? 1 : -1;
+    const DepthMap off = view(x_su, {0.3 * sign, -0.2 * sign, 0.25});
+    const FusionResult result = map->Integrate(off);
+    ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+    const Vector3d moved = result.T_world_cam.translation() - off.T_world_cam.translation();
+    // In shares of the distance: a fifth of a pixel along the ground.
+    EXPECT_LT(std::hypot(moved.x(), moved.y()), 0.016) << moved.transpose();
+    EXPECT_NEAR(moved.z(), -0.25, 0.05);
+    EXPECT_GT(result.registration.uncertainty_px, 5);
+  }
+}
+
 TEST(Registration, DoesNotDependOnTheScaleOfTheWorld) {
   HouseScene large;
   large.world_scale = 1000;

@@ -33,7 +33,8 @@ std::string FormatProgress(const PipelineProgress& progress, std::optional<std::
                 static_cast<long long>(progress.num_surfels / 1000));
   text += rest.data();
   if (progress.health.state != HealthState::kGood) {
-    text += std::string("  model ") + ToString(progress.health.state);
+    text += std::string("  model ") + ToString(progress.health.state) + " (" +
+            progress.health.reason + ")";
   }
   if (num_frames && fps > 0) {
     const double eta_s = static_cast<double>(*num_frames - counts.num_frames) / fps;

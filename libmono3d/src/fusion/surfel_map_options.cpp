@@ -35,7 +35,7 @@ void RegistrationOptions::Visit(OptionVisitor& visit) {
 
 void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("min_overlap", min_overlap,
-        "surfels in view per pixel below which a depth map is fused at the tracker's pose");
+        "surfels in view per pixel below which a depth map starts a patch at the tracker's pose");
   visit("min_agreement", min_agreement, "share of them that must lie on its surface");
   visit("max_contradiction", max_contradiction, "share of them that it may see through");
   visit("max_residual", max_residual, "root mean square distance from the model, in sigmas");

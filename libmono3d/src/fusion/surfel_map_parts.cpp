@@ -215,8 +215,9 @@ void VulkanSurfelMap::MoveInto(const MapJoin& join) {
   (void)Correct(corrections);
 }
 
-// Makes another model in the same world, which is empty afterwards, a part of this one, of patches
-// of its own. Returns the number of surfels that were merged.
+// Makes another model in the same world, which is empty afterwards, a part of this one. Its patches
+// are further ones; but where as much of them lies upon this one as a depth map would have to show,
+// within the noise of both, two become one. Returns the number of surfels that were merged.
 std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   const int first_patch = views_.empty() ? 0 : Patches(views_).back() + 1;
   for (FusedView& view : other.views_) view.patch += first_patch;
@@ -238,7 +239,13 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   other.map_id_.reset();
   other.scale_of_keyframe_.clear();
   other.Rest();
-  return MergeAcross(is_other);
+  const std::int64_t num_merged = MergeAcross(is_other);
+  const CameraModel& camera = views_.back().camera;
+  const double needed = options_.gate.min_overlap * camera.width * camera.height;
+  if (first_patch == 1 && num_patches() == 2 && static_cast<double>(num_merged) >= needed) {
+    for (FusedView& view : views_) view.patch = views_.front().patch;
+  }
+  return num_merged;
 }
 
 void VulkanSurfelMap::Rest() {

@@ -17,8 +17,11 @@ struct RegistrationOptions {
   // Up to here the tracker's pose stands: the mean by which it misses the best one, in sigmas. A
   // quarter of a sigma may well be common to all pixels of a depth map.
   double max_misfit = 0.25;
-  double prior_px = 10;        // one sigma of a tracker that is wrong, as motion in the image
-  double prior_scale = 0.02;   // the same of the logarithm of its scale
+  // What the tracker knows, as a further term of the normal equations: one sigma of a tracker that
+  // is wrong, as motion in the image, of rotation and translation each, and of the logarithm of its
+  // scale. It holds the depth map where the scene does not: along flat ground that is all grey.
+  double prior_px = 10;
+  double prior_scale = 0.02;
   double grey_noise = 4;       // sigma of the difference of two views of one place, grey values
   double grey_shift_px = 0.3;  // a surfel has the colour of a pixel up to half a pixel away
 
@@ -28,7 +31,7 @@ struct RegistrationOptions {
 // When a registered depth map is not to be trusted, and not fused. One whose pose is not the
 // tracker's needs twice the evidence: it may have half of what is allowed against it.
 struct RegistrationGateOptions {
-  double min_overlap = 0.05;         // below it there is nothing to register with
+  double min_overlap = 0.05;         // below it there is nothing to register with: a patch starts
   double min_agreement = 0.5;        // rather more than less
   double max_contradiction = 0.2;    // outlines and moving things
   double max_residual = 2;           // in sigmas; 1 is expected
