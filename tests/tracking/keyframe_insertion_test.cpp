@@ -38,6 +38,20 @@ TEST(NeedsKeyframe, BeforeTheNextStepWouldTurnTooFar) {
   EXPECT_TRUE(NeedsKeyframe(evidence, {}));
 }
 
+TEST(NeedsKeyframe, NotForEveryImageWhereEverySecondIsNearEnough) {
+  InsertionEvidence evidence = Still();
+  evidence.is_last_previous = true;
+  evidence.T_current_previous = Turn(2.3);
+  evidence.T_current_last = Turn(2.3);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));  // 4.6 with the next frame
+  evidence.is_last_previous = false;
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  evidence.is_last_previous = true;
+  evidence.T_current_previous = Turn(2.5);
+  evidence.T_current_last = Turn(2.5);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));  // 5, as much as a bundle may have
+}
+
 TEST(NeedsKeyframe, BeforeTheNextStepWouldMoveTooFarAtAnyScale) {
   for (const double scale : {1.0, 1000.0}) {
     InsertionEvidence evidence = Still();

@@ -18,8 +18,15 @@ bool NeedsKeyframe(const InsertionEvidence& evidence, const KeyframeInsertionOpt
   // The next frame would be too far from the newest keyframe.
   const double rotation = degrees(evidence.T_current_last);
   const double baseline = baseline_share(evidence.T_current_last);
-  if (rotation + degrees(evidence.T_current_previous) > options.max_rotation_deg) return true;
-  if (baseline + baseline_share(evidence.T_current_previous) > options.max_baseline_share) {
+  // Where every image would be one, a little more spares every second: 4.8 degrees by default, of
+  // the 5 that a bundle may have between neighbours.
+  constexpr double kTolerance = 1.2;
+  const double tolerance = evidence.is_last_previous ? kTolerance : 1;
+  if (rotation + degrees(evidence.T_current_previous) > tolerance * options.max_rotation_deg) {
+    return true;
+  }
+  if (baseline + baseline_share(evidence.T_current_previous) >
+      tolerance * options.max_baseline_share) {
     return true;
   }
   // Points from two views with little parallax are vague; more views make a map of them.

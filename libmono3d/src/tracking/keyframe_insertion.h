@@ -10,12 +10,13 @@ namespace mono3d::tracking {
 
 // What is known when the question comes up.
 struct InsertionEvidence {
-  Pose T_current_last;           // from the newest keyframe to the current frame
-  Pose T_current_previous;       // from the frame before
-  double median_depth_su = 0;    // of the current frame
-  int num_inliers = 0;           // of the current frame
-  int num_reference_points = 0;  // of the reference keyframe
-  bool is_young = false;         // the map has too few keyframes to rely on its points
+  Pose T_current_last;            // from the newest keyframe to the current frame
+  Pose T_current_previous;        // from the frame before
+  double median_depth_su = 0;     // of the current frame
+  int num_inliers = 0;            // of the current frame
+  int num_reference_points = 0;   // of the reference keyframe
+  bool is_last_previous = false;  // the newest keyframe is the frame before
+  bool is_young = false;          // the map has too few keyframes to rely on its points
 };
 
 // Does the current frame bear enough new content to become a keyframe?

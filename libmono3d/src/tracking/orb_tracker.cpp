@@ -248,6 +248,8 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when
   const Pose T_newest = map().T_cam_world(newest_);
   evidence.T_current_last = view.T_cam_world * T_newest.Inverse();
   evidence.T_current_previous = velocity_.value_or(Pose());
+  evidence.is_last_previous =
+      previous_ && previous_->frame.index == map().keyframe(newest_).view.frame.index;
   evidence.median_depth_su = Median(map().Depths(view));
   evidence.num_inliers = pose.num_inliers;
   constexpr std::size_t kYoung = 5;  // keyframes
