@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
+#include "tracking/frame_tracking.h"
+#include "tracking/place_matching.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -67,6 +70,36 @@ TEST(Append, LeavesEveryImageAsItWas) {
         2 * (SmallMap(1).T_cam_world(keyframe - 3) * SmallMap(1).point(0).p_world);
     EXPECT_LT((p_cam - expected).norm(), kTolerance);
   }
+}
+
+// 18 of 25 features are where the points of the old map would show, the others 4 px beside: enough
+// for a rough pose, too few for a fine one.
+TEST(MatchPlace, IsNoneWhereTheFinePoseHasTooFewPoints) {
+  Map old_map(0, SmallCamera(), FeatureOptions{});
+  Map own_map(1, SmallCamera(), FeatureOptions{});
+  std::vector<Eigen::Vector2d> pixels;
+  for (int i = 0; i < 25; ++i) pixels.emplace_back(40 + 70 * (i % 5), 30 + 40 * (i / 5));
+  old_map.AddKeyframe(MakeView(SmallCamera(), pixels));
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double depth = 8 + static_cast<double>(i * 7 % 5);
+    const PointId point = old_map.AddPoint(depth * SmallCamera().Unproject(pixels[i]));
+    old_map.AddObservation(point, {0, i});
+  }
+  for (std::size_t i = 18; i < pixels.size(); ++i) {
+    const auto angle = static_cast<double>(2 * i);
+    pixels[i] += 4 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  }
+  own_map.AddKeyframe(MakeView(SmallCamera(), pixels));
+  // Numbers that the old map does not have.
+  for (int i = 0; i < 10000; ++i) own_map.AddPoint({0, 0, 1});
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    own_map.AddObservation(own_map.AddPoint(10 * SmallCamera().Unproject(pixels[i])), {0, i});
+  }
+  View view = own_map.keyframe(0).view;
+  const int num_inliers = Relocalise(old_map, 0, view, 1).num_inliers;
+  ASSERT_GE(num_inliers, kMinVotes);
+  ASSERT_LT(num_inliers, 20);
+  EXPECT_FALSE(MatchPlace(own_map, 0, old_map, 0, 1).has_value());
 }
 
 TEST(SimilarityOf, TakesTheKeyframeToWhereTheOtherMapHasIt) {

@@ -98,6 +98,18 @@ TEST(PlaceIndex, LeavesOutTheKeyframesThatAreNotAskedFor) {
   EXPECT_TRUE(index.Query(features, 5, {1, 1, 1, 1}).empty());  // longer than there are keyframes
 }
 
+TEST(PlaceIndex, PutsAKeyframeInPlaceOfWhatItHadOfIt) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> features = RandomFeatures(50, random);
+  PlaceIndex index;
+  index.Add(2, std::span(features).first(20));
+  index.Add(2, std::span(features).last(30));
+  EXPECT_EQ(index.num_entries(), 30U);
+  const std::vector<PlaceMatch> matches = index.Query(features, 5);
+  ASSERT_EQ(matches.size(), 1U);
+  EXPECT_EQ(matches[0].num_votes, 30);
+}
+
 TEST(PlaceIndex, ForgetsAKeyframeAndUsesItsRoomAgain) {
   std::mt19937_64 random(SeedFromTestName());
   const std::vector<Feature> first = RandomFeatures(50, random);

@@ -40,6 +40,7 @@ std::uint32_t PlaceIndex::Hash(const Descriptor& descriptor, std::size_t table) 
 }
 
 void PlaceIndex::Add(KeyframeId keyframe, std::span<const Feature> features) {
+  Remove(keyframe);
   if (entries_of_.size() <= keyframe) entries_of_.resize(keyframe + 1);
   for (const Feature& feature : features) {
     if (free_.empty()) {

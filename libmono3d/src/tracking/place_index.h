@@ -28,7 +28,8 @@ class PlaceIndex {
  public:
   PlaceIndex();
 
-  // Every keyframe once.
+  // In place of what was there of it: live, a map may be joined before its newest keyframes are
+  // mapped.
   void Add(KeyframeId keyframe, std::span<const Feature> features);
   // Forgets a keyframe; one that was never added is none. Its room goes to later ones.
   void Remove(KeyframeId keyframe);

@@ -73,6 +73,8 @@ std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Ma
                                      KeyframeId old_keyframe, int seed) {
   const View own = own_map.keyframe(keyframe).view;
   View found = own;
+  // Its points are numbers of another map; where too few match, none are put in their place.
+  std::fill(found.points.begin(), found.points.end(), std::nullopt);
   if (Relocalise(old_map, old_keyframe, found, seed).num_inliers < kMinVotes) return std::nullopt;
   View old = found;
   const PoseResult result = TrackPatches(old_map, found, old);
