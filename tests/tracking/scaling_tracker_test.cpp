@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/geometry/similarity.h"
 #include "tracking/tracking_world.h"
 
@@ -108,6 +109,26 @@ TEST(ScalingTracker, SmallImagesPassAsTheyAre) {
     EXPECT_EQ(a.num_inliers, b.num_inliers);
     EXPECT_EQ(a.reprojection_px, b.reprojection_px);
   }
+}
+
+TEST(ScalingTracker, CountsAndTellsOfKeyframesWhoseImageHasGone) {
+  int num_warnings = 0;
+  SetLogSink([&](LogLevel level, std::string_view message) {
+    const bool is_meant = message.find("no longer kept") != std::string_view::npos;
+    num_warnings += level == LogLevel::kWarning && is_meant ? 1 : 0;
+  });
+  ScalingTracker tracker(CreateTracker(), SmallCamera().width, 0);
+  std::size_t num_handed_out = 0;
+  for (const Frame& frame : LargeVillage().frames) {
+    num_handed_out += tracker.Track(frame).settled_keyframes.size();
+  }
+  num_handed_out += tracker.Finish().size();
+  SetLogSink({});
+  EXPECT_EQ(num_handed_out, 0U);
+  EXPECT_EQ(tracker.num_keyframes_without_image(),
+            static_cast<std::int64_t>(tracker.KeyframeTrajectory().size()));
+  EXPECT_GE(tracker.num_keyframes_without_image(), 3);
+  EXPECT_EQ(num_warnings, 1);
 }
 
 TEST(ScalingTracker, RefusesACameraThatChanges) {

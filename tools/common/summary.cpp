@@ -45,6 +45,10 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("unreadable images skipped %lld\n",
                 static_cast<long long>(record.num_skipped_images));
   }
+  if (counts.num_keyframes_without_image > 0) {
+    std::printf("keyframes left out, images no longer kept %lld\n",
+                static_cast<long long>(counts.num_keyframes_without_image));
+  }
   if (result.maps.size() > 1) {
     std::printf("tracking was lost and started again: %zu maps, the longest one is the model\n",
                 result.maps.size());

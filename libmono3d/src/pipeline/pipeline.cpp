@@ -118,6 +118,7 @@ void Pipeline::State::TakeLast() {
 
 PipelineCounts Pipeline::State::AllCounts(const ModelProgress& model) const {
   PipelineCounts all = counts;
+  all.num_keyframes_without_image = tracker->num_keyframes_without_image();
   AddModelCounts(model.counts, all);
   if (thread) all.num_dropped_bundles = thread->num_dropped();
   return all;

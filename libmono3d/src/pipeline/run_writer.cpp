@@ -102,6 +102,7 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"tracked", counts.num_tracked},
           {"recovered", counts.num_recovered},
           {"keyframes", counts.num_keyframes},
+          {"keyframes_without_image", counts.num_keyframes_without_image},
           {"bundles", counts.num_bundles},
           {"bundles_dropped", counts.num_dropped_bundles},
           {"depth_maps", counts.num_depth_maps},

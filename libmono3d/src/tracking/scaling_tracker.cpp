@@ -9,12 +9,10 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 
 namespace mono3d::tracking {
 namespace {
-
-// Forty images of 3840x2160.
-constexpr std::size_t kMaxKeptBytes = 1'000'000'000;
 
 std::size_t NumBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
 
@@ -38,8 +36,9 @@ std::optional<cv::Mat> KeptImages::Take(std::int64_t index) {
   return image;
 }
 
-ScalingTracker::ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px)
-    : tracker_(std::move(tracker)), max_side_px_(max_side_px), images_(kMaxKeptBytes) {}
+ScalingTracker::ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px,
+                               std::size_t max_kept_bytes)
+    : tracker_(std::move(tracker)), max_side_px_(max_side_px), images_(max_kept_bytes) {}
 
 bool ScalingTracker::IsLarge(const CameraModel& camera) const {
   return std::max(camera.width, camera.height) > max_side_px_;
@@ -81,7 +80,14 @@ void ScalingTracker::GiveImagesBack(std::vector<Keyframe>& keyframes) {
   if (!camera_) return;
   std::erase_if(keyframes, [&](Keyframe& keyframe) {
     std::optional<cv::Mat> image = images_.Take(keyframe.frame.index);
-    if (!image) return true;
+    if (!image) {
+      if (num_without_image_++ == 0) {
+        Log(LogLevel::kWarning, keyframe.frame.name +
+                                    ": a keyframe whose image is no longer kept is left out; it "
+                                    "was too long without a pose");
+      }
+      return true;
+    }
     keyframe.frame.bgr = *std::move(image);
     keyframe.frame.camera = *camera_;
     return false;

@@ -37,14 +37,18 @@ class KeptImages {
 // Tracks large images on smaller ones, whose longer side has `max_side_px` pixels, by another
 // tracker. Poses are those of the images given; keyframes have these images, and the sparse model
 // is in pixels of their camera. Frames that are small enough pass as they are. A keyframe whose
-// image had to go, of a start that took very long, is not handed out.
+// image had to go, of a start that took very long, is not handed out, but counted, with a warning
+// in the log for the first one.
 class ScalingTracker final : public Tracker {
  public:
-  ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px);
+  // Keeps 1 GB of images, forty of 3840x2160, unless told otherwise.
+  ScalingTracker(std::unique_ptr<Tracker> tracker, int max_side_px,
+                 std::size_t max_kept_bytes = 1'000'000'000);
 
   TrackingResult Track(const Frame& frame) override;
   std::vector<KeyframeCorrection> WaitForMapping() override { return tracker_->WaitForMapping(); }
   std::vector<Keyframe> Finish() override;
+  std::int64_t num_keyframes_without_image() const override { return num_without_image_; }
   std::vector<TrajectoryEntry> Trajectory() const override { return tracker_->Trajectory(); }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override {
     return tracker_->KeyframeTrajectory();
@@ -65,6 +69,7 @@ class ScalingTracker final : public Tracker {
   int max_side_px_;
   std::optional<CameraModel> camera_;  // of the images given
   KeptImages images_;                  // of frames that are or may become keyframes
+  std::int64_t num_without_image_ = 0;
 };
 
 }  // namespace mono3d::tracking

@@ -57,9 +57,10 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
 // What happened so far.
 struct PipelineCounts {
   std::int64_t num_frames = 0;
-  std::int64_t num_tracked = 0;    // when they came
-  std::int64_t num_recovered = 0;  // later: before a start, or during a loss
-  std::int64_t num_keyframes = 0;  // settled ones
+  std::int64_t num_tracked = 0;                  // when they came
+  std::int64_t num_recovered = 0;                // later: before a start, or during a loss
+  std::int64_t num_keyframes = 0;                // settled ones
+  std::int64_t num_keyframes_without_image = 0;  // they came to nothing; see Tracker
   std::int64_t num_bundles = 0;
   std::int64_t num_dropped_bundles = 0;  // of them, live: the depth stage was busy
   std::int64_t num_depth_maps = 0;

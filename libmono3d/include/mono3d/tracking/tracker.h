@@ -72,6 +72,9 @@ class Tracker {
   // WaitForMapping, or corrections may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
+  // Keyframes that settled so far but could not be handed out, as their images were no longer kept.
+  virtual std::int64_t num_keyframes_without_image() const { return 0; }
+
   // Every tracked frame by the final poses of its keyframes, in the order of flight.
   virtual std::vector<TrajectoryEntry> Trajectory() const = 0;
   // The keyframes alone.
