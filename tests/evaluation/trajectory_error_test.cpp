@@ -175,6 +175,26 @@ TEST(TrajectoryError, OfANearlyStraightFlightTakesTheRollFromTheOrientations) {
   EXPECT_LT(error.rotation_deg.max, 0.5);
 }
 
+TEST(TrajectoryError, OfANearlyStraightFlightBelievesTheOrientationsNoMoreThanThePositionsAllow) {
+  // Swaying by 1; the estimate errs by a hundredth: the positions are sure of the roll to a degree.
+  const auto compare = [](double roll_deg) {
+    std::vector<StampedPose> truth;
+    std::vector<StampedPose> estimate;
+    for (int i = 0; i < 80; ++i) {
+      const double sway = std::sin(0.7 * i);
+      truth.push_back({0.1 * i, Pose(Turn(30, {1, 2, 0}), Eigen::Vector3d(i, sway, 0))});
+      const Eigen::Vector3d wrong(0, 0, 0.01 * std::cos(1.9 * i));
+      estimate.push_back({0.1 * i, Pose(Turn(roll_deg, {1, 0, 0}) * Turn(30, {1, 2, 0}),
+                                        truth.back().T_world_cam.translation() + wrong)});
+    }
+    return CompareTrajectories(estimate, truth);
+  };
+  EXPECT_TRUE(compare(0.5).is_straight);
+  EXPECT_LT(compare(0.5).rotation_deg.max, 0.1);
+  EXPECT_FALSE(compare(5).is_straight);
+  EXPECT_GT(compare(5).rotation_deg.min, 4);
+}
+
 std::vector<std::pair<std::size_t, std::size_t>> Pairs(const std::vector<double>& estimate,
                                                        const std::vector<double>& truth) {
   std::vector<StampedPose> estimated_poses;

@@ -88,10 +88,27 @@ double RootMeanSquareError(const Similarity& S_truth_estimate, std::span<const P
   return std::sqrt(sum / static_cast<double>(estimate.size()));
 }
 
-// Do the positions leave the turn about their line open?
-bool IsStraight(const Spread& truth, double position_error) {
+// By how much the orientations scatter about the line under an alignment.
+double ScatterAboutAxis(std::span<const Pose> estimate, std::span<const Pose> truth,
+                        const Eigen::Quaterniond& R_truth_estimate, const Eigen::Vector3d& axis) {
+  double sum = 0;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const Eigen::Quaterniond left =
+        R_truth_estimate * estimate[i].rotation() * truth[i].rotation().conjugate();
+    sum += std::pow(axis.dot(RotationLog(left)), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(estimate.size()));
+}
+
+// Do the positions leave the turn about their line open, or know less of it than the orientations,
+// which do not contradict them? `turn`: what the orientations ask for.
+bool IsStraight(const Spread& truth, double position_error, double turn_rad, double scatter_rad) {
+  constexpr double kMaxSigmas = 3;
   if (truth.across < kStraight * truth.along) return true;
-  return truth.across < kBent * truth.along && position_error > kLooseTurn_rad * truth.across;
+  if (truth.across >= kBent * truth.along) return false;
+  const double loose_rad = position_error / truth.across;
+  if (loose_rad > kLooseTurn_rad) return true;
+  return scatter_rad < loose_rad && turn_rad < kMaxSigmas * loose_rad;
 }
 
 }  // namespace
@@ -102,10 +119,12 @@ TrajectoryAlignment AlignTrajectory(std::span<const Pose> estimate, std::span<co
   const Spread to = SpreadOf(truth, "true");
   const Similarity fit = FitSimilarity(Points(estimate), Points(truth));
   Eigen::Quaterniond rotation = fit.pose().rotation();
-  const bool is_straight = IsStraight(to, RootMeanSquareError(fit, estimate, truth));
-  if (is_straight) {
-    rotation = TurnFromOrientations(estimate, truth, rotation, to.direction) * rotation;
-  }
+  const Eigen::Quaterniond turn = TurnFromOrientations(estimate, truth, rotation, to.direction);
+  const bool is_straight =
+      IsStraight(to, RootMeanSquareError(fit, estimate, truth),
+                 turn.angularDistance(Eigen::Quaterniond::Identity()),
+                 ScatterAboutAxis(estimate, truth, turn * rotation, to.direction));
+  if (is_straight) rotation = turn * rotation;
   // Umeyama's rotation is the same with and without scale, and the means are brought together.
   const double scale = with_scale ? fit.scale() : 1;
   return {Similarity(scale, Pose(rotation, to.mean - scale * (rotation * from.mean))), is_straight};

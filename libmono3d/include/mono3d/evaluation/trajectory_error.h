@@ -55,8 +55,8 @@ struct TrajectoryError {
   ErrorStatistics relative_rotation_deg;
   // Do the true positions lie on a line, as far as position errors let one see (extent across below
   // a thousandth of that along; or below a twentieth, and errors above a thirtieth of the extent
-  // across)? Then they leave the rotation about it open, and the alignment takes it from the
-  // orientations.
+  // across, or else such that the positions tell less about the rotation about the line than the
+  // orientations do, and agree with them)? Then the alignment takes it from the orientations.
   bool is_straight = false;
 };
 
