@@ -161,6 +161,35 @@ TEST_F(Evaluate, RunPutsAllPartsIntoOneTableOneRecordAndOnePage) {
   }
 }
 
+TEST_F(Evaluate, TheModelIsJudgedByWhatFiveFramesSee) {
+  const CommandResult result = Run("run run sequence --no-report");
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("completeness of what 5 frames see"));
+  const Json surface = ReadJson("run/evaluation.json")["model"]["model"]["whole_surface"];
+  EXPECT_EQ(surface["views_are"], "true depth maps");
+  EXPECT_EQ(surface["views"], 3);
+  EXPECT_NEAR(surface["frames_per_view"], 5.0 / 3, kRounding);
+  EXPECT_EQ(surface["min_views"], 3) << "three views speak for five frames";
+  EXPECT_EQ(surface["added_points"], 0) << "pixels are 0.25 m apart, points 0.2 m";
+  EXPECT_GT(surface["seen_points"], 0);
+  EXPECT_LT(surface["seen_points"], surface["points"]);
+  EXPECT_EQ(surface["shares"][1]["completeness_of_seen"], 1);
+  EXPECT_EQ(surface["shares"][1]["f_score_of_seen"], 1);
+}
+
+TEST_F(Evaluate, WithoutTrueDepthMapsTheTrueCloudTellsWhatIsSeen) {
+  std::filesystem::remove_all(folder_ / "sequence/depth");
+  const CommandResult result = Run("run run sequence --no-report --mean-depth 10");
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  const Json surface = ReadJson("run/evaluation.json")["model"]["model"]["whole_surface"];
+  EXPECT_EQ(surface["views_are"], "rendered true cloud");
+  EXPECT_EQ(surface["views"], 5);
+  EXPECT_EQ(surface["min_views"], 5);
+  EXPECT_GT(surface["seen_points"], 0);
+  EXPECT_LT(surface["seen_points"], surface["points"]);
+  EXPECT_EQ(surface["shares"][1]["completeness_of_seen"], 1);
+}
+
 TEST_F(Evaluate, ThePageHoldsItsPicturesAndNeedsNoNetwork) {
   ASSERT_EQ(Run("run run sequence").exit_status, 0);
   const std::string page = ReadText(folder_ / "run/report.html");

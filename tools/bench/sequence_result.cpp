@@ -108,6 +108,11 @@ SequenceResult ReadSequenceResult(const std::string& name, const Json& run,
   result.model =
       ReadErrors(evaluation, "/model/model/error/estimate_to_truth_m", result.mean_depth_m);
   result.completeness = ReadCompleteness(evaluation);
+  const std::string surface = "/model/model/whole_surface";
+  result.surface_rmse =
+      Ratio(Number(evaluation, surface + "/estimate_to_truth_m/rmse"), result.mean_depth_m);
+  result.seen_completeness = Number(evaluation, surface + "/shares/1/completeness_of_seen");
+  result.seen_f_score = Number(evaluation, surface + "/shares/1/f_score_of_seen");
   result.wall_s = Number(run, "/times/wall_s");
   result.cpu_s = Number(run, "/times/cpu_s");
   result.frames_per_s = Ratio(frames, result.wall_s);
@@ -136,7 +141,7 @@ Json ToJson(const SequenceResult& result) {
   json["model_trajectory_of_mean_depth"] = ToJson(result.model_trajectory);
   json["final_trajectory_of_mean_depth"] = ToJson(result.final_trajectory);
   json["model_of_mean_depth"] = ToJson(result.model);
-  const std::array<std::pair<const char*, std::optional<double>>, 14> values = {
+  const std::array<std::pair<const char*, std::optional<double>>, 17> values = {
       {{"final_rotation_rmse_deg", result.final_rotation_rmse_deg},
        {"model_rotation_rmse_deg", result.model_rotation_rmse_deg},
        {"depth_rmse_of_mean_depth", result.depth_rmse},
@@ -145,6 +150,9 @@ Json ToJson(const SequenceResult& result) {
        {"delta_1.05", result.delta_105},
        {"density", result.density},
        {"model_completeness_at_1_percent", result.completeness},
+       {"model_surface_rmse_of_mean_depth", result.surface_rmse},
+       {"model_seen_completeness_at_1_percent", result.seen_completeness},
+       {"model_seen_f_score_at_1_percent", result.seen_f_score},
        {"frames_per_s", result.frames_per_s},
        {"cpu_ms_per_frame", result.cpu_ms_per_frame},
        {"ms_per_depth_map", result.ms_per_depth_map},

@@ -38,6 +38,11 @@ struct SequenceResult {
   std::optional<double> density;
   LengthErrors model;                  // point to nearest point of the truth
   std::optional<double> completeness;  // share of the truth within 1 % of the mean depth
+  // Against all of the true surface that the frames show; the latter two at 1 % of the mean depth,
+  // over what at least five frames see.
+  std::optional<double> surface_rmse;
+  std::optional<double> seen_completeness;
+  std::optional<double> seen_f_score;
   std::optional<double> frames_per_s;
   std::optional<double> cpu_ms_per_frame;
   std::optional<double> ms_per_depth_map;

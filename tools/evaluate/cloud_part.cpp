@@ -177,6 +177,7 @@ Json ToJson(const ModelEvaluation& model) {
   const ErrorStatistics& distances = model.cloud.error.estimate_to_truth;
   if (model.mean_depth_m) json["rmse_of_mean_depth"] = distances.rmse / *model.mean_depth_m;
   json["error"] = ToJson(model.cloud.error);
+  if (model.surface) json["whole_surface"] = tools::ToJson(*model.surface);
   json["error_at_start"] = ToJson(model.cloud.error_at_start);
   json["rigid"] = ToJson(model.cloud.rigid);
   json["with_scale"] = ToJson(model.cloud.with_scale);
@@ -188,6 +189,7 @@ Section ModelSection(const ModelEvaluation& model, bool with_pictures) {
   section.title = model.name == "model" ? "Model" : "Model, " + model.name;
   section.tables = {DistanceTable(model)};
   if (!model.cloud.error.shares.empty()) section.tables.push_back(ShareTable(model));
+  if (model.surface) section.tables.push_back(SurfaceTable(*model.surface, model.mean_depth_m));
   section.tables.push_back(RegistrationTable(model));
   if (with_pictures) section.figures = ModelFigures(model);
   return section;

@@ -95,6 +95,20 @@ void CompareDepthMaps(Comparison& comparison) {
       [&] { comparison.depth = EvaluateDepthMaps(pairs, comparison.arguments.depth, camera); });
 }
 
+// Against all that the sequence shows, where its true poses and its camera are known.
+void CompareSurfaces(Comparison& comparison) {
+  if (comparison.models.empty() || !comparison.mean_depth_m) return;
+  Try(comparison, "model, of what the frames see", [&] {
+    const SequenceSurface surface =
+        ReadSequenceSurface(comparison.sequence, comparison.truth, comparison.models[0].truth,
+                            comparison.arguments.depth);
+    const std::vector<double> thresholds_m = CloudThresholds(*comparison.mean_depth_m);
+    for (ModelEvaluation& model : comparison.models) {
+      model.surface = EvaluateSurface(model.cloud.estimate_in_truth, surface, thresholds_m);
+    }
+  });
+}
+
 void CompareModels(Comparison& comparison) {
   if (comparison.sequence.cloud.empty()) {
     comparison.left_out.emplace_back("model: the sequence has no cloud.ply");
@@ -146,6 +160,7 @@ Evaluation EvaluateRun(const RunArguments& arguments, bool with_pictures) {
   CompareTrajectoryFiles(comparison);
   CompareDepthMaps(comparison);
   CompareModels(comparison);
+  CompareSurfaces(comparison);
   if (comparison.trajectories.empty() && !comparison.depth && comparison.models.empty()) {
     throw Error(ErrorParts{.what = "nothing can be compared",
                            .where = arguments.run + " and " + arguments.sequence,

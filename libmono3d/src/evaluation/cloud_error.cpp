@@ -108,6 +108,7 @@ CloudError ComputeCloudError(const CloudSurface& estimate, const Similarity& S_t
   }
   error.estimate_distances_m = std::move(of_estimate.to_point);
   error.estimate_plane_distances_m = std::move(of_estimate.to_plane);
+  error.truth_distances_m = std::move(of_truth.to_point);
   return error;
 }
 

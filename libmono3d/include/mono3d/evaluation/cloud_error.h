@@ -43,6 +43,7 @@ struct CloudError {
   // The distances behind estimate_to_truth and estimate_to_truth_plane, in the estimate's order.
   std::vector<double> estimate_distances_m;
   std::vector<double> estimate_plane_distances_m;
+  std::vector<double> truth_distances_m;  // behind truth_to_estimate, in the truth's order
 };
 
 // The thresholds 0.5 %, 1 % and 2 % of the mean depth. Throws UsageError unless it is positive.
