@@ -3,12 +3,13 @@
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
 // what a depth map, its fusion and a tracked frame cost; and what each part of the depth stage
-// buys.
+// and of fusion buys.
 
 #include <cstdio>
 #include <filesystem>
 
 #include "bench/ablation_command.h"
+#include "bench/fusion_ablation_command.h"
 #include "bench/measurements.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
@@ -96,7 +97,7 @@ int main(int argc, char** argv) {
       "mono3d-bench",
       "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
       "or measures what a depth map, its fusion with a large model or a tracked frame costs,\n"
-      "or what each part of the depth stage buys.\n"
+      "or what each part of the depth stage or of fusion buys.\n"
       "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
       ToolKind::kPlain);
   tool.app().require_subcommand(1);
@@ -111,6 +112,10 @@ int main(int argc, char** argv) {
       *tool.app().add_subcommand("ablation", "what each part of the depth stage buys");
   AblationArguments ablation_arguments;
   AddAblationArguments(ablation, ablation_arguments);
+  CLI::App& fusion_ablation = *tool.app().add_subcommand(
+      "fusion-ablation", "what registration and confidence buy, on depth maps of one tracked run");
+  FusionAblationArguments fusion_ablation_arguments;
+  AddFusionAblationArguments(fusion_ablation, fusion_ablation_arguments);
   TrackingBenchOptions tracking_options;
   std::string tracking_json;
   AddTrackingArguments(tracking, tracking_options, tracking_json);
@@ -118,6 +123,7 @@ int main(int argc, char** argv) {
     if (depth.is_asked_for()) return depth.Run();
     if (fusion.is_asked_for()) return fusion.Run();
     if (ablation.parsed()) return RunAblation(ablation_arguments);
+    if (fusion_ablation.parsed()) return RunFusionAblation(fusion_ablation_arguments);
     if (tracking.parsed()) return RunTrackingBench(tracking_options, tracking_json);
     return RunBench(arguments);
   });

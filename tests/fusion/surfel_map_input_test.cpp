@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "fusion/fusion_scene.h"
 #include "gpu/test_device.h"
@@ -40,6 +42,50 @@ TEST(SurfelMapInput, RejectsAnEmptyDepthMap) {
   DepthMap without_confidence = SmallMap();
   without_confidence.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0));
   ExpectRejectedUntouched(*map, without_confidence, "no estimate");
+}
+
+TEST(SurfelMapInput, MakesNoSurfelsOfAnUncertainBorder) {
+  DepthMap depth_map = SmallMap();
+  depth_map.uncertain_border_px = 2;
+  const auto map = CreateSurfelMap(TestDevice());
+  EXPECT_EQ(map->Integrate(depth_map).num_inserted, 12 * 8);  // of 16 x 12 pixels
+  depth_map.uncertain_border_px = 6;
+  ExpectRejectedUntouched(*map, depth_map, "no estimate");
+}
+
+TEST(SurfelMapInput, AGrazingViewCountsLess) {
+  DepthMap depth_map = SmallMap();
+  const double angle_rad = 80 * std::numbers::pi / 180;
+  const cv::Vec3f normal(0, static_cast<float>(std::sin(angle_rad)),
+                         static_cast<float>(-std::cos(angle_rad)));
+  depth_map.normal = cv::Mat(12, 16, CV_32FC3, cv::Scalar(normal[0], normal[1], normal[2]));
+  depth_map.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0.5));
+  const auto map = CreateSurfelMap(TestDevice());
+  (void)map->Integrate(depth_map);
+  const PointCloud model = map->Export(1);
+  ASSERT_EQ(model.size(), 16U * 12U);
+  const double least_cosine = std::cos(75 * std::numbers::pi / 180);
+  const double kStep = 1.0 / 256;  // of the sum of confidences
+  for (int y = 0; y < 12; ++y) {
+    const Eigen::Vector3d ray = depth_map.camera.Unproject({8, y}).normalized();
+    const double share = -ray.dot(Eigen::Vector3d(normal[0], normal[1], normal[2])) / least_cosine;
+    const double sum = 0.5 * (share < 1 && share > 0 ? share * share : 1);
+    const double confidence = model.confidences[static_cast<std::size_t>(y * 16 + 8)];
+    EXPECT_NEAR(confidence / (1 - confidence), sum, kStep) << "row " << y;
+  }
+}
+
+TEST(SurfelMapInput, CountsEstimatesAlikeWithoutConfidence) {
+  DepthMap depth_map = SmallMap();
+  depth_map.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0.25));
+  for (const bool with_confidence : {true, false}) {
+    SurfelMapOptions options;
+    options.with_confidence = with_confidence;
+    const auto map = CreateSurfelMap(TestDevice(), options);
+    (void)map->Integrate(depth_map);
+    // s / (s + 1) of a single observation.
+    EXPECT_FLOAT_EQ(map->Export(1).confidences.front(), with_confidence ? 0.2F : 0.5F);
+  }
 }
 
 TEST(SurfelMapInput, RejectsADepthMapOfAnotherMap) {

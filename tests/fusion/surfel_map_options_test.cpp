@@ -71,7 +71,7 @@ TEST(SurfelMapOptions, ListsEveryField) {
           "retry.max_waiting", "retry.max_attempts", "retry.num_recent", "health.num_registrations",
           "health.min_registrations", "health.min_accepted_share", "health.good_accepted_share",
           "health.max_moved_share", "health.max_depth_residual", "health.max_scale_drift",
-          "num_reviews", "max_surfels"));
+          "with_confidence", "num_reviews", "max_surfels"));
 }
 
 }  // namespace

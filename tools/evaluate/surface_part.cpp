@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 
@@ -87,6 +88,17 @@ std::vector<ViewFile> ViewsOf(const SequenceFiles& sequence, std::span<const Sta
   return views;
 }
 
+std::optional<ConfidenceCalibration> CalibrationOf(const PointCloud& estimate,
+                                                   const std::vector<double>& distances_m) {
+  if (estimate.confidences.empty()) return std::nullopt;
+  cv::Mat errors(1, static_cast<int>(distances_m.size()), CV_32FC1);
+  cv::Mat confidences(1, static_cast<int>(distances_m.size()), CV_32FC1);
+  std::ranges::transform(distances_m, errors.ptr<float>(),
+                         [](double distance) { return static_cast<float>(distance); });
+  std::ranges::copy(estimate.confidences, confidences.ptr<float>());
+  return CalibrateConfidence(errors, confidences);
+}
+
 std::string HowSeen(const SequenceSurface& surface) {
   const std::string views = std::to_string(surface.num_all_views);
   return surface.is_rendered ? "in " + views + " frames, of which the true cloud was rendered"
@@ -133,6 +145,7 @@ SurfaceEvaluation EvaluateSurface(const PointCloud& estimate_in_truth,
   SurfaceEvaluation evaluation;
   evaluation.surface = surface;
   evaluation.error = ComputeCloudError(estimate_in_truth, surface.cloud, thresholds_m);
+  evaluation.confidence = CalibrationOf(estimate_in_truth, evaluation.error.estimate_distances_m);
   for (const CloudShares& all : evaluation.error.shares) {
     CloudShares seen;
     seen.threshold_m = all.threshold_m;
@@ -158,6 +171,14 @@ Json ToJson(const SurfaceEvaluation& evaluation) {
                {"seen_points", surface.num_seen},
                {"estimate_to_truth_m", ToJson(evaluation.error.estimate_to_truth)},
                {"estimate_to_truth_plane_m", ToJson(evaluation.error.estimate_to_truth_plane)}};
+  if (evaluation.confidence) {
+    const ConfidenceCalibration& confidence = *evaluation.confidence;
+    json["confidence"] = {
+        {"error_removed_by_worst_tenth", confidence.error_removed_by_worst_tenth},
+        {"error_removed_by_worst_tenth_oracle", confidence.error_removed_by_worst_tenth_oracle},
+        {"area_to_oracle", confidence.area_to_oracle},
+        {"random_area_to_oracle", confidence.random_area_to_oracle}};
+  }
   for (const CloudShares& seen : evaluation.seen) {
     json["shares"].push_back({{"threshold_m", seen.threshold_m},
                               {"accuracy", seen.accuracy},
@@ -191,6 +212,13 @@ Table SurfaceTable(const SurfaceEvaluation& evaluation, std::optional<double> me
           FormatPercent(static_cast<double>(surface.num_seen) /
                         static_cast<double>(surface.cloud.size())) +
           " of it, as found " + HowSeen(surface) + "."};
+  if (evaluation.confidence) {
+    const ConfidenceCalibration& confidence = *evaluation.confidence;
+    table.notes.push_back("With the least confident tenth of the model goes " +
+                          FormatPercent(confidence.error_removed_by_worst_tenth) +
+                          " of its mean distance, with the worst tenth " +
+                          FormatPercent(confidence.error_removed_by_worst_tenth_oracle) + ".");
+  }
   return table;
 }
 

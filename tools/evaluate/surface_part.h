@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "evaluate/evaluation.h"
 #include "evaluate/files.h"
 #include "mono3d/evaluation/cloud_error.h"
+#include "mono3d/evaluation/confidence_calibration.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/stamped_pose.h"
 
@@ -44,6 +46,8 @@ SequenceSurface ReadSequenceSurface(const SequenceFiles& sequence,
 struct SurfaceEvaluation {
   CloudError error;
   std::vector<CloudShares> seen;  // completeness and F-score over the points that enough views see
+  // Does the confidence of the model's points know how far they are off? Where they have one.
+  std::optional<ConfidenceCalibration> confidence;
   SequenceSurface surface;
 };
 SurfaceEvaluation EvaluateSurface(const PointCloud& estimate_in_truth,

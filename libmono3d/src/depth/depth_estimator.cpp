@@ -27,6 +27,9 @@
 namespace mono3d {
 namespace {
 
+// Half the width of the 9x7 census: nearer to the border the image cuts it.
+constexpr int kUncertainBorder_px = 4;
+
 // A range whose ends are less than this apart in the farthest camera shows nothing but noise.
 constexpr double kLeastMotionPx = 2;
 // Less of the reference in view of any source, halfway through the range and at its far end, is no
@@ -208,6 +211,7 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.timestamp_s = reference.frame.timestamp_s;
   map.map_id = reference.map_id;
   map.depth_sigma_per_square_depth = 1 / (camera.fx * largest_baseline_su);
+  map.uncertain_border_px = kUncertainBorder_px;
   return map;
 }
 

@@ -52,7 +52,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps)
     return Rejected(map, "model is full: it has the most depth maps it can count");
-  PackedDepthMap packed = Pack(map);
+  PackedDepthMap packed = Pack(map, options_.with_confidence);
   if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
 
   Upload(map, packed);
@@ -65,7 +65,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   const DepthMap placed = Placed(map, registration.view);
   if (placement.join) {
-    Upload(placed, Pack(placed));
+    Upload(placed, Pack(placed, options_.with_confidence));
   } else {
     buffers_.ScaleDepth(static_cast<float>(registration.view.depth_scale), packed);
   }

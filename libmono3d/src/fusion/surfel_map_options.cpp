@@ -86,6 +86,8 @@ void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("gate", gate);
   visit.Group("retry", retry);
   visit.Group("health", health);
+  visit("with_confidence", with_confidence,
+        "weigh the estimates of depth maps by their confidence; else all alike");
   visit("num_reviews", num_reviews, "past depth maps that review the surfels which a new one adds");
   visit("max_surfels", max_surfels, "size of the model beyond which depth maps are rejected");
 }

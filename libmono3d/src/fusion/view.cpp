@@ -10,10 +10,6 @@
 namespace mono3d {
 namespace {
 
-// The steepest surface of which a depth map shows more than its edge; tan of it is the change of
-// depth per unit of image plane.
-constexpr double kMaxSlantDeg = 75;
-
 double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 }  // namespace

@@ -11,6 +11,10 @@
 
 namespace mono3d {
 
+// The steepest surface of which a depth map shows more than its edge; tan of it is the change of
+// depth per unit of image plane.
+inline constexpr double kMaxSlantDeg = 75;
+
 // The parameters of all stages for one depth map that meets a model of `num_surfels` slots.
 ViewParams MakeViewParams(const DepthMap& map, const SurfelMapOptions& options,
                           std::uint32_t num_surfels, std::uint32_t map_index);

@@ -177,6 +177,8 @@ struct SurfelMapOptions {
   RegistrationGateOptions gate;
   RetryOptions retry;
   HealthOptions health;
+  // Off: every estimate of a depth map counts alike, whatever confidence the map gives it.
+  bool with_confidence = true;
   // So many past depth maps review the surfels that a new one adds.
   int num_reviews = 8;
   int max_surfels = 20'000'000;  // or as many as one buffer of the device holds, where that is less

@@ -28,6 +28,10 @@ struct DepthMap {
   // Depth error of one pixel of matching error, as a share of depth^2: sigma(z) = z^2 * this.
   // 1 / (f * baseline); 0 when not known.
   double depth_sigma_per_square_depth = 0;
+  // Estimates nearer to the image's border than this rest on windows that it cuts, and their
+  // confidence does not tell: no surface is made of them. 0 where the estimator knows no such
+  // border.
+  int uncertain_border_px = 0;
 };
 
 // Number of pixels with an estimate.

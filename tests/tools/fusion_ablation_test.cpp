@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The ablation of fusion, on two made-up depth maps of a wall.
+
+#include "bench/fusion_ablation.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <set>
+#include <variant>
+
+#include "bench/recorded_fusion.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d::tools {
+namespace {
+
+constexpr double kRounding = 1e-9;
+
+DepthMap Wall(std::int64_t keyframe, double x_su) {
+  DepthMap map;
+  map.camera.width = 48;
+  map.camera.height = 32;
+  map.camera.fx = map.camera.fy = 40;
+  map.camera.cx = 23.5;
+  map.camera.cy = 15.5;
+  map.depth = cv::Mat(32, 48, CV_32FC1, cv::Scalar(10));
+  map.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0));
+  map.keyframe_id = map.frame_index = keyframe;
+  map.timestamp_s = static_cast<double>(keyframe);
+  map.depth_sigma_per_square_depth = 0.01;
+  return map;
+}
+
+TEST(FusionVariants, AreValidAndNoTwoHaveOneName) {
+  std::set<std::string> names;
+  for (const FusionVariant& variant : FusionVariants({})) {
+    EXPECT_NO_THROW(variant.fusion.Validate()) << variant.name;
+    EXPECT_TRUE(names.insert(variant.name).second) << variant.name;
+  }
+  EXPECT_FALSE(FusionVariants({}).front().has_pose_errors);
+}
+
+TEST(FusionFigures, AreMeansButForTheCounts) {
+  FusionFigures one, other;
+  one = {.num_maps = 3, .num_fused = 2, .model_rmse = 0.001, .f_score = 0.9};
+  other = {.num_maps = 5, .num_fused = 5, .model_rmse = 0.003, .f_score = 1.0};
+  const FusionFigures mean = MeanFigures({one, other});
+  EXPECT_EQ(mean.num_maps, 8);
+  EXPECT_EQ(mean.num_fused, 7);
+  EXPECT_NEAR(mean.model_rmse, 0.002, kRounding);
+  EXPECT_NEAR(mean.f_score, 0.95, kRounding);
+}
+
+TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
+  std::vector<FusionEvent> events;
+  constexpr int kNumMaps = 300;
+  for (int i = 0; i < kNumMaps; ++i) events.emplace_back(Wall(i, 0));
+  events.emplace_back(std::vector<KeyframeCorrection>{{.id = 7}});
+  const std::vector<FusionEvent> worse = WithPoseErrors(events, 0.005);
+  double squares = 0;
+  for (int i = 0; i < kNumMaps; ++i) {
+    const auto& map = std::get<DepthMap>(worse[static_cast<std::size_t>(i)]);
+    squares += map.T_world_cam.translation().squaredNorm();
+    EXPECT_TRUE(map.T_world_cam.rotation().isApprox(Eigen::Quaterniond::Identity()));
+  }
+  // 0.5 % of 10 su; the mean of 900 squares scatters by 5 %, its root by half of that.
+  EXPECT_NEAR(std::sqrt(squares / kNumMaps), 0.05, 0.05 * 0.1);
+  const auto& corrected = std::get<std::vector<KeyframeCorrection>>(worse.back());
+  EXPECT_EQ(corrected.front().T_world_cam.translation(),
+            std::get<DepthMap>(worse[7]).T_world_cam.translation())
+      << "a correction is off as its depth map is";
+}
+
+TEST(RecordedFusion, IsFusedAgainWithItsCorrections) {
+  std::vector<FusionEvent> events = {Wall(0, 0), Wall(1, 0.5)};
+  KeyframeCorrection moved;
+  moved.id = 1;
+  moved.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.75, 0, 0));
+  events.emplace_back(std::vector<KeyframeCorrection>{moved});
+  const auto device = OpenDevice();
+  const auto model = CreateSurfelMap(device);
+  const FusedRun run = FuseAgain(events, *model, {});
+  EXPECT_EQ(run.num_maps, 2);
+  EXPECT_EQ(run.num_fused, 2);
+  ASSERT_EQ(run.poses.size(), 2U);
+  EXPECT_NEAR(run.poses[1].T_world_cam.translation().x(), 0.75, 1e-6);
+  EXPECT_GE(run.model.size(), 48U * 32U);
+}
+
+}  // namespace
+}  // namespace mono3d::tools
