@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <set>
 #include <variant>
@@ -45,8 +46,8 @@ TEST(FusionVariants, AreValidAndNoTwoHaveOneName) {
 
 TEST(FusionFigures, AreMeansButForTheCounts) {
   FusionFigures one, other;
-  one = {.num_maps = 3, .num_fused = 2, .model_rmse = 0.001, .f_score = 0.9};
-  other = {.num_maps = 5, .num_fused = 5, .model_rmse = 0.003, .f_score = 1.0};
+  one.num_maps = 3, one.num_fused = 2, one.model_rmse = 0.001, one.f_score = 0.9;
+  other.num_maps = 5, other.num_fused = 5, other.model_rmse = 0.003, other.f_score = 1.0;
   const FusionFigures mean = MeanFigures({one, other});
   EXPECT_EQ(mean.num_maps, 8);
   EXPECT_EQ(mean.num_fused, 7);
@@ -58,7 +59,9 @@ TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
   std::vector<FusionEvent> events;
   constexpr int kNumMaps = 300;
   for (int i = 0; i < kNumMaps; ++i) events.emplace_back(Wall(i, 0));
-  events.emplace_back(std::vector<KeyframeCorrection>{{.id = 7}});
+  KeyframeCorrection correction;
+  correction.id = 7;
+  events.emplace_back(std::vector<KeyframeCorrection>{correction});
   const std::vector<FusionEvent> worse = WithPoseErrors(events, 0.005);
   double squares = 0;
   for (int i = 0; i < kNumMaps; ++i) {
