@@ -48,6 +48,28 @@ TEST(Map, DropsAPointWithOneObservationLeft) {
   EXPECT_FALSE(map.keyframe(2).view.points[0].has_value());
 }
 
+TEST(Map, GivesANumberToANewPointOnlyOnceNobodyHoldsIt) {
+  Map map = ThreeKeyframes();
+  const PointId kept = AddSeen(map, 0, {0, 1});
+  const PointId gone = AddSeen(map, 1, {0, 1});
+  View previous = MakeView(SmallCamera(), {{50, 50}, {100, 50}});
+  previous.points = {kept, gone};
+  map.RemovePoint(gone);
+  map.RemovePoint(gone);  // is not there any more
+  map.ReuseReleased();
+  EXPECT_NE(AddSeen(map, 1, {0, 1}), gone);  // `previous` may still hold it
+  map.ReleaseRemoved(&previous);
+  EXPECT_EQ(previous.points[0], kept);
+  EXPECT_FALSE(previous.points[1].has_value());
+  EXPECT_NE(AddSeen(map, 2, {0, 1}), gone);  // and so may the mapping
+  map.ReuseReleased();
+  const PointId reused = AddSeen(map, 3, {0, 1});
+  EXPECT_EQ(reused, gone);
+  EXPECT_TRUE(map.point(reused).alive);
+  EXPECT_EQ(map.point(reused).observations.size(), 2U);
+  EXPECT_NE(AddSeen(map, 1, {2}), gone);  // once only
+}
+
 TEST(Map, MergesTheObservationsOfTwoPoints) {
   Map map = ThreeKeyframes();
   const PointId kept = AddSeen(map, 0, {0, 1});

@@ -205,6 +205,7 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
                      StageTimes* times, MappingTurn& turn) {
   {
     const ScopedStageTimer timer(times, "tracking/point_creation");
+    map.ReuseReleased();
     CullPoints(map);
     RenewPatches(map, keyframe);
     constexpr std::size_t kFewPoints = 100;  // with the images before

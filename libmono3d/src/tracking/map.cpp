@@ -29,8 +29,14 @@ PointId Map::AddPoint(const Eigen::Vector3d& p_world) {
   MapPoint point;
   point.p_world = p_world;
   point.created_at = keyframes_.empty() ? 0 : keyframes_.size() - 1;
-  points_.push_back(point);
-  return points_.size() - 1;
+  if (free_.empty()) {
+    points_.push_back(std::move(point));
+    return points_.size() - 1;
+  }
+  const PointId id = free_.back();
+  free_.pop_back();
+  points_[id] = std::move(point);
+  return id;
 }
 
 void Map::AddObservation(PointId point, const Observation& observation) {
@@ -59,11 +65,35 @@ void Map::RemoveObservation(PointId point, const Observation& observation) {
 
 void Map::RemovePoint(PointId point) {
   MapPoint& removed = points_[point];
+  if (!removed.alive) return;
   for (const Observation& observation : removed.observations) {
     keyframes_[observation.keyframe].view.points[observation.feature].reset();
   }
-  removed.observations.clear();
+  removed.observations = {};
   removed.alive = false;
+  removed_.push_back(point);
+}
+
+void Map::ReleaseRemoved(View* previous) {
+  if (previous != nullptr) {
+    for (std::optional<PointId>& point : previous->points) {
+      if (point && !points_[*point].alive) point.reset();
+    }
+  }
+  released_.insert(released_.end(), removed_.begin(), removed_.end());
+  removed_.clear();
+}
+
+void Map::ReuseReleased() {
+  free_.insert(free_.end(), released_.begin(), released_.end());
+  released_.clear();
+}
+
+// Those from `first` on.
+void Map::ListRemoved(PointId first) {
+  for (PointId id = first; id < points_.size(); ++id) {
+    if (!points_[id].alive) removed_.push_back(id);
+  }
 }
 
 void Map::MergePoints(PointId from, PointId to) {
@@ -237,8 +267,10 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
     }
     keyframes_.push_back(std::move(keyframe));
   }
+  ListRemoved(first_point);
   other.points_.clear();
   other.keyframes_.clear();
+  for (std::vector<PointId>* ids : {&other.removed_, &other.released_, &other.free_}) ids->clear();
 }
 
 void Map::Rescale(double factor) {

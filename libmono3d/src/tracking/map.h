@@ -21,7 +21,9 @@
 
 namespace mono3d::tracking {
 
-// Positions in the lists of a Map. They never change: what is removed only ceases to be alive.
+// Positions in the lists of a Map. They never change: what is removed only ceases to be alive. The
+// number of a removed point is given to a new one once nobody holds it (Map::ReleaseRemoved), so
+// that a map grows with the ground seen and not with the time spent over it.
 using PointId = std::size_t;
 using KeyframeId = std::size_t;
 
@@ -94,7 +96,9 @@ class Map {
         camera_(camera),
         scales_(options),
         points_(std::move(points)),
-        keyframes_(std::move(keyframes)) {}
+        keyframes_(std::move(keyframes)) {
+    ListRemoved(0);
+  }
 
   int id() const { return id_; }
   const CameraModel& camera() const { return camera_; }
@@ -116,6 +120,12 @@ class Map {
   // A point with fewer than two observations left goes.
   void RemoveObservation(PointId point, const Observation& observation);
   void RemovePoint(PointId point);
+  // Numbers of removed points come into use again after both of these calls, in this order.
+  // Tracking makes the first between two frames, when it holds no numbers but those of `previous`,
+  // of which the removed ones are taken away; mapping makes the second when it begins with a
+  // keyframe and holds none.
+  void ReleaseRemoved(View* previous);
+  void ReuseReleased();
   // Observations of `from` become those of `to`, where `to` has none in that keyframe.
   void MergePoints(PointId from, PointId to);
   // Fixes the keyframe to `anchor` and takes its observations away.
@@ -151,11 +161,18 @@ class Map {
   void Rescale(double factor);
 
  private:
+  void ListRemoved(PointId first);
+
   int id_;
   CameraModel camera_;
   PyramidScales scales_;
   std::vector<MapPoint> points_;
   std::vector<MapKeyframe> keyframes_;
+  // Numbers of points that are not alive: since the last ReleaseRemoved, until the next
+  // ReuseReleased, and to be used again.
+  std::vector<PointId> removed_;
+  std::vector<PointId> released_;
+  std::vector<PointId> free_;
 };
 
 }  // namespace mono3d::tracking

@@ -54,6 +54,7 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
   if (is_map_loaded_) JoinLoadedFrames(frame);
   // What has been mapped meanwhile has moved the last view, too.
   if (mapping_ && previous_) previous_->T_cam_world = PreviousPose();
+  if (has_map_) map().ReleaseRemoved(previous_ ? &*previous_ : nullptr);
   TrackingResult result = has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
   if (mapping_) HandOver(result);
