@@ -23,8 +23,8 @@ struct PackedDepthMap {
 };
 
 // What is no finite positive depth counts as no estimate; confidence is 1 where the map has none,
-// colour grey where it has no image. No estimate either where the map's border is uncertain. Grazing
-// views keep a part of their confidence. Without confidence every estimate has 1.
+// colour grey where it has no image. No estimate either where the map's border is uncertain.
+// Grazing views keep a part of their confidence. Without confidence every estimate has 1.
 PackedDepthMap Pack(const DepthMap& map, bool with_confidence = true);
 
 // The buffers of the size of a depth map: it and what the stages derive from it.
