@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "evaluation/cloud_surface.h"
+#include "geometry/cell_hash.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -19,16 +20,7 @@ constexpr double kReach = 2;  // in spacings, see the header
 // Only to tell a spacing; planes are not asked for.
 constexpr int kNormalNeighbours = 3;
 
-using Cell = std::array<std::int32_t, 3>;
-
-struct CellHash {
-  std::size_t operator()(const Cell& cell) const {
-    // Primes after Teschner et al. 2003.
-    return (static_cast<std::size_t>(cell[0]) * 73856093U) ^
-           (static_cast<std::size_t>(cell[1]) * 19349663U) ^
-           (static_cast<std::size_t>(cell[2]) * 83492791U);
-  }
-};
+using Cell = std::array<std::int64_t, 3>;
 
 // Which places have a point within reach, to the nearest cell of a grid whose edges are half of it:
 // a lookup for each of many million pixels.
@@ -55,13 +47,13 @@ class CoveredPlaces {
 
   Cell CellOf(const Eigen::Vector3d& p) const {
     const auto index = [this](double coordinate) {
-      return static_cast<std::int32_t>(std::floor(coordinate / edge_));
+      return static_cast<std::int64_t>(std::floor(coordinate / edge_));
     };
     return {index(p.x()), index(p.y()), index(p.z())};
   }
 
   double edge_;
-  std::unordered_set<Cell, CellHash> cells_;
+  std::unordered_set<Cell, CellHash<3>> cells_;
 };
 
 void RequireView(const TrueView& view) {
