@@ -72,31 +72,31 @@ void DepthEstimatorOptions::Validate() const {
     RequireOption(value >= least && value <= most, name,
                   std::to_string(least) + " to " + std::to_string(most), value);
   };
-  require_int(pyramid.level, 0, 6, "pyramid.level");
-  require_int(pyramid.num_levels, 0, 7, "pyramid.num_levels");
-  require_int(plane_sweep.max_planes, 16, 256, "plane_sweep.max_planes");
-  RequireOption(plane_sweep.min_depth_su >= 0, "plane_sweep.min_depth_su", "0 or more",
+  require_int(pyramid.level, 0, 6, "depth.pyramid.level");
+  require_int(pyramid.num_levels, 0, 7, "depth.pyramid.num_levels");
+  require_int(plane_sweep.max_planes, 16, 256, "depth.plane_sweep.max_planes");
+  RequireOption(plane_sweep.min_depth_su >= 0, "depth.plane_sweep.min_depth_su", "0 or more",
                 plane_sweep.min_depth_su);
   RequireOption(
       plane_sweep.max_depth_su == 0 || plane_sweep.max_depth_su > plane_sweep.min_depth_su,
-      "plane_sweep.max_depth_su", "0 or more than min_depth_su", plane_sweep.max_depth_su);
-  require_int(plane_sweep.side_tolerance, 0, 64, "plane_sweep.side_tolerance");
-  require_int(sgm.p1, 0, kLargestP2, "sgm.p1");
-  require_int(sgm.p2, sgm.p1, kLargestP2, "sgm.p2");
-  require_int(sgm.min_p2, sgm.p1, sgm.p2, "sgm.min_p2");
-  require_int(sgm.gradient, 1, 255, "sgm.gradient");
-  RequireOption(sgm.finest_paths == 4 || sgm.finest_paths == 8, "sgm.finest_paths", "4 or 8",
+      "depth.plane_sweep.max_depth_su", "0 or more than min_depth_su", plane_sweep.max_depth_su);
+  require_int(plane_sweep.side_tolerance, 0, 64, "depth.plane_sweep.side_tolerance");
+  require_int(sgm.p1, 0, kLargestP2, "depth.sgm.p1");
+  require_int(sgm.p2, sgm.p1, kLargestP2, "depth.sgm.p2");
+  require_int(sgm.min_p2, sgm.p1, sgm.p2, "depth.sgm.min_p2");
+  require_int(sgm.gradient, 1, 255, "depth.sgm.gradient");
+  RequireOption(sgm.finest_paths == 4 || sgm.finest_paths == 8, "depth.sgm.finest_paths", "4 or 8",
                 sgm.finest_paths);
-  require_int(winner_takes_all.max_cost, 0, 124, "winner_takes_all.max_cost");
+  require_int(winner_takes_all.max_cost, 0, 124, "depth.winner_takes_all.max_cost");
   RequireOption(winner_takes_all.min_uniqueness >= 0 && winner_takes_all.min_uniqueness < 1,
-                "winner_takes_all.min_uniqueness", "0 to less than 1",
+                "depth.winner_takes_all.min_uniqueness", "0 to less than 1",
                 winner_takes_all.min_uniqueness);
-  require_int(median.min_support, 0, 25, "median.min_support");
-  require_int(refinement.iterations, 0, 10, "refinement.iterations");
+  require_int(median.min_support, 0, 25, "depth.median.min_support");
+  require_int(refinement.iterations, 0, 10, "depth.refinement.iterations");
   require_int(refinement.min_views, 1, static_cast<int>(kLargestBundleSize) - 1,
-              "refinement.min_views");
-  RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "dog.min_response", "0 to 255",
-                dog.min_response);
+              "depth.refinement.min_views");
+  RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "depth.dog.min_response",
+                "0 to 255", dog.min_response);
 }
 
 }  // namespace mono3d

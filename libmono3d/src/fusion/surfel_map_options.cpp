@@ -56,10 +56,11 @@ void SurfelExportOptions::Visit(OptionVisitor& visit) {
 }
 
 void SurfelExportOptions::Validate() const {
-  RequireOption(min_observations >= 1, "export.min_observations", "1 or more", min_observations);
-  RequireOption(min_confidence >= 0 && min_confidence < 1, "export.min_confidence", "in [0, 1)",
-                min_confidence);
-  RequireOption(voxel_radii >= 0 && std::isfinite(voxel_radii), "export.voxel_radii", ">= 0",
+  RequireOption(min_observations >= 1, "fusion.export.min_observations", "1 or more",
+                min_observations);
+  RequireOption(min_confidence >= 0 && min_confidence < 1, "fusion.export.min_confidence",
+                "in [0, 1)", min_confidence);
+  RequireOption(voxel_radii >= 0 && std::isfinite(voxel_radii), "fusion.export.voxel_radii", ">= 0",
                 voxel_radii);
 }
 
@@ -94,45 +95,48 @@ void SurfelMapOptions::Visit(OptionVisitor& visit) {
 
 void SurfelMapOptions::Validate() const {
   const auto& a = association;
-  RequireOption(a.matching_error_px > 0, "association.matching_error_px", "> 0",
+  RequireOption(a.matching_error_px > 0, "fusion.association.matching_error_px", "> 0",
                 a.matching_error_px);
-  RequireOption(a.max_sigmas > 0, "association.max_sigmas", "> 0", a.max_sigmas);
+  RequireOption(a.max_sigmas > 0, "fusion.association.max_sigmas", "> 0", a.max_sigmas);
   RequireOption(a.max_normal_angle_deg > 0 && a.max_normal_angle_deg <= 180,
-                "association.max_normal_angle_deg", "in (0, 180]", a.max_normal_angle_deg);
-  RequireOption(free_space.min_sigmas >= a.max_sigmas, "free_space.min_sigmas",
+                "fusion.association.max_normal_angle_deg", "in (0, 180]", a.max_normal_angle_deg);
+  RequireOption(free_space.min_sigmas >= a.max_sigmas, "fusion.free_space.min_sigmas",
                 ">= association.max_sigmas", free_space.min_sigmas);
-  RequireOption(registration.max_misfit >= 0, "registration.max_misfit", ">= 0",
+  RequireOption(registration.max_misfit >= 0, "fusion.registration.max_misfit", ">= 0",
                 registration.max_misfit);
-  RequireOption(registration.prior_px > 0, "registration.prior_px", "> 0", registration.prior_px);
-  RequireOption(registration.prior_scale > 0, "registration.prior_scale", "> 0",
+  RequireOption(registration.prior_px > 0, "fusion.registration.prior_px", "> 0",
+                registration.prior_px);
+  RequireOption(registration.prior_scale > 0, "fusion.registration.prior_scale", "> 0",
                 registration.prior_scale);
-  RequireOption(registration.grey_noise > 0, "registration.grey_noise", "> 0",
+  RequireOption(registration.grey_noise > 0, "fusion.registration.grey_noise", "> 0",
                 registration.grey_noise);
-  RequireOption(registration.grey_shift_px >= 0, "registration.grey_shift_px", ">= 0",
+  RequireOption(registration.grey_shift_px >= 0, "fusion.registration.grey_shift_px", ">= 0",
                 registration.grey_shift_px);
-  RequireOption(gate.min_overlap > 0 && gate.min_overlap <= 1, "gate.min_overlap", "in (0, 1]",
-                gate.min_overlap);
-  RequireOption(gate.min_agreement >= 0 && gate.min_agreement <= 1, "gate.min_agreement",
+  RequireOption(gate.min_overlap > 0 && gate.min_overlap <= 1, "fusion.gate.min_overlap",
+                "in (0, 1]", gate.min_overlap);
+  RequireOption(gate.min_agreement >= 0 && gate.min_agreement <= 1, "fusion.gate.min_agreement",
                 "in [0, 1]", gate.min_agreement);
   RequireOption(gate.max_contradiction >= 0 && gate.max_contradiction <= 1,
-                "gate.max_contradiction", "in [0, 1]", gate.max_contradiction);
-  RequireOption(gate.max_residual > 0, "gate.max_residual", "> 0", gate.max_residual);
-  RequireOption(gate.max_grey_residual > 0, "gate.max_grey_residual", "> 0",
+                "fusion.gate.max_contradiction", "in [0, 1]", gate.max_contradiction);
+  RequireOption(gate.max_residual > 0, "fusion.gate.max_residual", "> 0", gate.max_residual);
+  RequireOption(gate.max_grey_residual > 0, "fusion.gate.max_grey_residual", "> 0",
                 gate.max_grey_residual);
-  RequireOption(gate.max_deviation_px > 0, "gate.max_deviation_px", "> 0", gate.max_deviation_px);
-  RequireOption(gate.max_scale_deviation > 0, "gate.max_scale_deviation", "> 0",
+  RequireOption(gate.max_deviation_px > 0, "fusion.gate.max_deviation_px", "> 0",
+                gate.max_deviation_px);
+  RequireOption(gate.max_scale_deviation > 0, "fusion.gate.max_scale_deviation", "> 0",
                 gate.max_scale_deviation);
-  RequireOption(gate.max_join_uncertainty_px > 0, "gate.max_join_uncertainty_px", "> 0",
+  RequireOption(gate.max_join_uncertainty_px > 0, "fusion.gate.max_join_uncertainty_px", "> 0",
                 gate.max_join_uncertainty_px);
-  RequireOption(num_reviews >= 0, "num_reviews", ">= 0", num_reviews);
-  RequireOption(retry.max_waiting >= 0, "retry.max_waiting", ">= 0", retry.max_waiting);
-  RequireOption(retry.max_attempts >= 1, "retry.max_attempts", ">= 1", retry.max_attempts);
-  RequireOption(retry.num_recent >= 0, "retry.num_recent", ">= 0", retry.num_recent);
-  RequireOption(health.num_registrations >= health.min_registrations, "health.num_registrations",
-                ">= health.min_registrations", health.num_registrations);
-  RequireOption(health.min_registrations >= 1, "health.min_registrations", ">= 1",
+  RequireOption(num_reviews >= 0, "fusion.num_reviews", ">= 0", num_reviews);
+  RequireOption(retry.max_waiting >= 0, "fusion.retry.max_waiting", ">= 0", retry.max_waiting);
+  RequireOption(retry.max_attempts >= 1, "fusion.retry.max_attempts", ">= 1", retry.max_attempts);
+  RequireOption(retry.num_recent >= 0, "fusion.retry.num_recent", ">= 0", retry.num_recent);
+  RequireOption(health.num_registrations >= health.min_registrations,
+                "fusion.health.num_registrations", ">= health.min_registrations",
+                health.num_registrations);
+  RequireOption(health.min_registrations >= 1, "fusion.health.min_registrations", ">= 1",
                 health.min_registrations);
-  RequireOption(max_surfels > 0, "max_surfels", "> 0", max_surfels);
+  RequireOption(max_surfels > 0, "fusion.max_surfels", "> 0", max_surfels);
 }
 
 }  // namespace mono3d
