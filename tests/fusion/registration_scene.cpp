@@ -132,7 +132,7 @@ DepthMap Misplaced(const DepthMap& map, const Eigen::Vector3d& rotation_rad,
                    const Eigen::Vector3d& translation_su, double scale) {
   DepthMap misplaced = map;
   misplaced.T_world_cam = map.T_world_cam * Pose(RotationExp(rotation_rad), translation_su);
-  misplaced.depth = map.depth / scale;
+  misplaced.depth = cv::Mat(map.depth / scale);
   misplaced.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth * scale;
   return misplaced;
 }

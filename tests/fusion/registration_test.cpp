@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "fusion/registration_scene.h"
 #include "gpu/test_device.h"
@@ -54,6 +55,21 @@ TEST(Registration, FindsPoseAndScale) {
   EXPECT_NEAR(result.scale, 1.02, kScaleTolerance);
   EXPECT_GT(result.registration.agreement, 0.9);
   EXPECT_GT(result.registration.deviation_px, 1);
+}
+
+TEST(Registration, LeavesTheDepthMapAsItWasHandedIn) {
+  const auto map = CreateSurfelMap(TestDevice(), Unbiased());
+  (void)map->Integrate(HouseView({}, 0));
+  // The third is looked for with the second's scale as well.
+  for (const double angle_deg : {4.0, 8.0}) {
+    const DepthMap view =
+        Misplaced(HouseView({}, angle_deg), {0.006, -0.008, 0.005}, {0.06, -0.05, 0.04}, 1.02);
+    const cv::Mat before = view.depth.clone();
+    const FusionResult result = map->Integrate(view);
+    ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+    ASSERT_NE(result.scale, 1);
+    EXPECT_EQ(cv::countNonZero(view.depth != before), 0) << angle_deg;
+  }
 }
 
 TEST(Registration, LeavesTheScaleAloneWhenAskedTo) {

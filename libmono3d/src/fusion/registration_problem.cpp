@@ -56,7 +56,8 @@ DepthMap Placed(const DepthMap& map, const RegisteredView& view) {
   DepthMap placed = map;
   placed.T_world_cam = view.T_world_cam;
   if (view.depth_scale == 1) return placed;
-  placed.depth = map.depth * view.depth_scale;
+  // An image of its own: an expression assigned as it is would be written into the caller's.
+  placed.depth = cv::Mat(map.depth * view.depth_scale);
   placed.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth / view.depth_scale;
   return placed;
 }
