@@ -2,8 +2,8 @@
 // Copyright the mono3d authors
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
-// what a depth map, its fusion and a tracked frame cost; and what each part of the depth stage
-// and of fusion buys.
+// what a depth map, its fusion and a tracked frame cost; how well places are known again; and what
+// each part of the depth stage and of fusion buys.
 
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +11,7 @@
 #include "bench/ablation_command.h"
 #include "bench/fusion_ablation_command.h"
 #include "bench/measurements.h"
+#include "bench/place_command.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
 #include "bench/tracking_command.h"
@@ -97,7 +98,7 @@ int main(int argc, char** argv) {
       "mono3d-bench",
       "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
       "or measures what a depth map, its fusion with a large model or a tracked frame costs,\n"
-      "or what each part of the depth stage or of fusion buys.\n"
+      "how well places are known again, or what each part of the depth stage or of fusion buys.\n"
       "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
       ToolKind::kPlain);
   tool.app().require_subcommand(1);
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
   AddSuiteArguments(suite, arguments);
   const DepthCommand depth(tool.app());
   const FusionCommand fusion(tool.app());
+  const PlaceCommand places(tool.app());
   CLI::App& ablation =
       *tool.app().add_subcommand("ablation", "what each part of the depth stage buys");
   AblationArguments ablation_arguments;
@@ -122,6 +124,7 @@ int main(int argc, char** argv) {
   return tool.Run(argc, argv, [&] {
     if (depth.is_asked_for()) return depth.Run();
     if (fusion.is_asked_for()) return fusion.Run();
+    if (places.is_asked_for()) return places.Run();
     if (ablation.parsed()) return RunAblation(ablation_arguments);
     if (fusion_ablation.parsed()) return RunFusionAblation(fusion_ablation_arguments);
     if (tracking.parsed()) return RunTrackingBench(tracking_options, tracking_json);

@@ -9,13 +9,20 @@
 
 namespace mono3d::tracking {
 
-std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,
-                                         const PlaceIndex& places_of_other, int seed) {
+std::vector<PlaceMatch> LikelyPlaces(const Map& map, KeyframeId keyframe, const Map& other,
+                                     const PlaceIndex& places_of_other) {
   constexpr std::size_t kMaxCandidates = 2;
   const std::vector<Feature> features = FeaturesWithPoints(map.keyframe(keyframe).view);
-  for (const PlaceMatch& match : places_of_other.Query(features, kMaxCandidates)) {
-    if (match.num_votes < kMinVotes) break;
-    if (!other.keyframe(match.keyframe).alive) continue;
+  std::vector<PlaceMatch> likely = places_of_other.Query(features, kMaxCandidates);
+  std::erase_if(likely, [&](const PlaceMatch& match) {
+    return match.num_votes < kMinVotes || !other.keyframe(match.keyframe).alive;
+  });
+  return likely;
+}
+
+std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,
+                                         const PlaceIndex& places_of_other, int seed) {
+  for (const PlaceMatch& match : LikelyPlaces(map, keyframe, other, places_of_other)) {
     std::optional<PlaceFound> found = MatchPlace(map, keyframe, other, match.keyframe, seed);
     if (found) return found;
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "mono3d/tracking/tracker.h"
 #include "tracking/map.h"
@@ -12,6 +13,10 @@
 #include "tracking/place_matching.h"
 
 namespace mono3d::tracking {
+
+// The keyframes of another map that look most like one of this map, most votes first.
+std::vector<PlaceMatch> LikelyPlaces(const Map& map, KeyframeId keyframe, const Map& other,
+                                     const PlaceIndex& places_of_other);
 
 // A place of one map that another one knows: the candidates of the other's index, checked.
 std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,

@@ -11,11 +11,10 @@ namespace {
 
 // The keyframes that look most like the view, then the newest.
 std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places, const View& view) {
-  constexpr std::size_t kMaxPlaces = 5;
   constexpr std::size_t kMaxCandidates = 8;
   std::vector<KeyframeId> candidates;
-  for (const PlaceMatch& place : places.Query(view.features, kMaxPlaces)) {
-    if (map.keyframe(place.keyframe).alive) candidates.push_back(place.keyframe);
+  for (const PlaceMatch& place : LikelyPlaces(map, places, view)) {
+    candidates.push_back(place.keyframe);
   }
   for (KeyframeId id = map.keyframes().size(); id-- > 0 && candidates.size() < kMaxCandidates;) {
     const bool is_listed = std::find(candidates.begin(), candidates.end(), id) != candidates.end();
@@ -25,6 +24,14 @@ std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places, con
 }
 
 }  // namespace
+
+std::vector<PlaceMatch> LikelyPlaces(const Map& map, const PlaceIndex& places, const View& view) {
+  constexpr std::size_t kMaxPlaces = 5;
+  std::vector<PlaceMatch> likely = places.Query(view.features, kMaxPlaces);
+  std::erase_if(likely,
+                [&](const PlaceMatch& place) { return !map.keyframe(place.keyframe).alive; });
+  return likely;
+}
 
 PoseResult RelocaliseInMap(Map& map, const PlaceIndex& places, View& view, int min_inliers,
                            int seed) {

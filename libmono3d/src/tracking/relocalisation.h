@@ -3,11 +3,16 @@
 
 #pragma once
 
+#include <vector>
+
 #include "tracking/frame_tracking.h"
 #include "tracking/map.h"
 #include "tracking/place_index.h"
 
 namespace mono3d::tracking {
+
+// The keyframes that look most like a view, most votes first.
+std::vector<PlaceMatch> LikelyPlaces(const Map& map, const PlaceIndex& places, const View& view);
 
 // Looks for a view all over a map, by its features alone: the places that look most like it, then
 // the newest keyframes. `view` gets pose and points when it works. A pose rests on 5/3 of
