@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -99,6 +100,10 @@ TEST(MatchPlace, IsNoneWhereTheFinePoseHasTooFewPoints) {
   const int num_inliers = Relocalise(old_map, 0, view, 1).num_inliers;
   ASSERT_GE(num_inliers, kMinVotes);
   ASSERT_LT(num_inliers, 20);
+  // A proposal that the view has taken over, in place of its 25 own points.
+  const auto num_points = std::count_if(view.points.begin(), view.points.end(),
+                                        [](const auto& point) { return point.has_value(); });
+  EXPECT_EQ(num_points, num_inliers);
   EXPECT_FALSE(MatchPlace(own_map, 0, old_map, 0, 1).has_value());
 }
 

@@ -17,6 +17,9 @@ namespace {
 
 // Below this the pose of a first match is not worth keeping.
 constexpr int kFewMatches = 20;
+// Of a place looked for by descriptors alone, from where much has come to look otherwise: that it
+// is the right one must show by what else of the map is found from there.
+constexpr int kFewOfPlace = 10;
 
 void ClearPoints(View& view) { view.points.assign(view.features.size(), std::nullopt); }
 
@@ -97,7 +100,7 @@ std::optional<PnpSolution> SolvePnp(const Map& map, const View& keyframe, const 
                           kRounds, kMaxError, 0.99, inliers, cv::SOLVEPNP_P3P)) {
     return std::nullopt;
   }
-  if (static_cast<int>(inliers.size()) < kFewMatches) return std::nullopt;
+  if (static_cast<int>(inliers.size()) < kFewOfPlace) return std::nullopt;
   PnpSolution solution;
   std::vector<cv::Point3d> fitting_points;
   std::vector<cv::Point2d> fitting_pixels;
@@ -146,7 +149,8 @@ PoseResult PoseFrom(const Map& map, const View& keyframe, const std::vector<Feat
   }
   attempt.T_cam_world = solution->T_cam_world;
   const PoseResult result = RefinePose(map, attempt);
-  if (result.num_inliers >= kFewMatches) view = std::move(attempt);
+  if (result.num_inliers < kFewOfPlace) return {};
+  view = std::move(attempt);
   return result;
 }
 
@@ -236,7 +240,12 @@ PoseResult Relocalise(const Map& map, KeyframeId id, View& view, int seed) {
   const PoseResult result =
       PoseFrom(map, keyframe, MatchDescriptors(keyframe, has_point, view, all), view, seed);
   if (result.num_inliers >= kFewMatches) return result;
-  return PoseFrom(map, keyframe, MatchByShift(map, keyframe, has_point, view), view, seed);
+  View shifted = view;
+  const PoseResult by_shift =
+      PoseFrom(map, keyframe, MatchByShift(map, keyframe, has_point, view), shifted, seed);
+  if (by_shift.num_inliers <= result.num_inliers) return result;
+  view = std::move(shifted);
+  return by_shift;
 }
 
 }  // namespace mono3d::tracking

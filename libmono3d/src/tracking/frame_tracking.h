@@ -33,7 +33,7 @@ PoseResult TrackLocalMap(Map& map, View& view);
 
 // Pose from nothing but descriptors: matches with a keyframe, those unlike all others or, where
 // they are too few, those near the shift that most of the image shares; PnP within RANSAC. `view`
-// gets pose and points only when it works.
+// gets pose and points only when it works, with ten points or more: a proposal, no proof.
 PoseResult Relocalise(const Map& map, KeyframeId keyframe, View& view, int seed);
 
 }  // namespace mono3d::tracking

@@ -11,7 +11,7 @@
 
 namespace mono3d::tracking {
 
-// Features that vote for a keyframe of the index, or hold the first pose by its points.
+// Features that vote for a keyframe of the index.
 inline constexpr int kMinVotes = 15;
 
 // A keyframe shows what an old one, of the same map or of another, has seen.
@@ -24,9 +24,9 @@ struct PlaceFound {
   std::vector<std::pair<PointId, PointId>> same;  // a point of the keyframe, and of the old one
 };
 
-// A pose by the old points alone, matched by descriptors (PnP within RANSAC) and found by their
-// patches, then one scale from the points that both sides have. Nothing unless 50 old points hold
-// the pose and 20 pairs of points the scale.
+// A pose by the old points alone, matched by descriptors (PnP within RANSAC, then all around) and
+// found by their patches, then one scale from the points that both sides have. Nothing unless 50
+// old points hold the pose and 20 pairs of points the scale.
 std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Map& old_map,
                                      KeyframeId old_keyframe, int seed);
 
