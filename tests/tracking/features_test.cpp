@@ -135,6 +135,44 @@ TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
   }
 }
 
+TEST(FeatureGrid, FindsAlongALineWhatALookAtAllFinds) {
+  std::mt19937 random(SeedFromTestName());
+  std::vector<Feature> features(500);
+  for (Feature& feature : features) {
+    feature.pixel = {Uniform(random, 0, kWidth - 1), Uniform(random, 0, kHeight - 1)};
+    feature.level = static_cast<int>(random() % 8);
+  }
+  const FeatureGrid grid(features, kWidth, kHeight);
+  std::size_t num_found = 0;
+  for (int i = 0; i < 300; ++i) {
+    Stripe stripe{{Uniform(random, -50, kWidth + 50), Uniform(random, -50, kHeight + 50)},
+                  {Uniform(random, -50, kWidth + 50), Uniform(random, -50, kHeight + 50)},
+                  Uniform(random, 1, 40),
+                  2,
+                  5};
+    if (i % 4 == 1) stripe.last.x() = stripe.first.x();
+    if (i % 4 == 2) stripe.last.y() = stripe.first.y();
+    if (i % 20 == 3) stripe.last = stripe.first;
+    const Eigen::Vector2d along = stripe.last - stripe.first;
+    const double length = along.norm();
+    const Eigen::Vector2d unit = length > 0 ? (along / length).eval() : Eigen::Vector2d(1, 0);
+    std::vector<std::size_t> found;
+    grid.FindAlong(stripe, found);
+    std::sort(found.begin(), found.end());
+    std::vector<std::size_t> expected;
+    for (std::size_t k = 0; k < features.size(); ++k) {
+      if (features[k].level < 2 || features[k].level > 5) continue;
+      const Eigen::Vector2d from = features[k].pixel - stripe.first;
+      const double at = unit.dot(from);
+      if ((from - at * unit).norm() > stripe.radius_px) continue;
+      if (at >= -stripe.radius_px && at <= length + stripe.radius_px) expected.push_back(k);
+    }
+    ASSERT_EQ(found, expected);
+    num_found += found.size();
+  }
+  EXPECT_GT(num_found, 1000U);
+}
+
 TEST(PyramidScales, PredictsTheLevelOfADistance) {
   FeatureOptions options;
   options.scale_factor = 2;

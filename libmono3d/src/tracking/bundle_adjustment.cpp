@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "tracking/dense_bundle.h"
@@ -99,22 +100,38 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   BundleObservation observation_;
 };
 
-double Chi2(const BundleProblem& problem, const BundleObservation& observation) {
-  const Eigen::Vector3d p_cam =
-      problem.T_cam_world[observation.view] * problem.p_world[observation.point];
-  if (p_cam.z() <= 0) return HUGE_VAL;
-  return (problem.camera.Project(p_cam) - observation.pixel).squaredNorm() /
-         (observation.sigma_px * observation.sigma_px);
+// Of each observation; infinite behind the camera.
+std::vector<double> Chi2(const BundleProblem& problem) {
+  std::vector<Eigen::Matrix3d> rotations;
+  for (const Pose& pose : problem.T_cam_world) {
+    rotations.push_back(pose.rotation().toRotationMatrix());
+  }
+  std::vector<double> chi2;
+  chi2.reserve(problem.observations.size());
+  for (const BundleObservation& observation : problem.observations) {
+    const Eigen::Vector3d p_cam = rotations[observation.view] * problem.p_world[observation.point] +
+                                  problem.T_cam_world[observation.view].translation();
+    const double squared = (problem.camera.Project(p_cam) - observation.pixel).squaredNorm();
+    chi2.push_back(p_cam.z() > 0 ? squared / (observation.sigma_px * observation.sigma_px)
+                                 : HUGE_VAL);
+  }
+  return chi2;
 }
 
-double RobustCost(const BundleProblem& problem) {
+double RobustCost(const std::vector<double>& of_observations) {
   double cost = 0;
-  for (const BundleObservation& observation : problem.observations) {
-    const double chi2 = Chi2(problem, observation);
+  for (const double chi2 : of_observations) {
     if (!std::isfinite(chi2)) continue;
     cost += chi2 <= kChi2TwoDof ? chi2 : 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
   }
   return cost;
+}
+
+std::vector<char> FindBeyond(const std::vector<double>& of_observations, double max_chi2) {
+  std::vector<char> is_beyond;
+  is_beyond.reserve(of_observations.size());
+  for (const double chi2 : of_observations) is_beyond.push_back(chi2 <= max_chi2 ? 0 : 1);
+  return is_beyond;
 }
 
 // Ends with the best that has been found.
@@ -185,36 +202,24 @@ void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool 
   }
 }
 
-std::vector<char> FindOutliers(const BundleProblem& problem) {
-  std::vector<char> is_outlier;
-  for (const BundleObservation& observation : problem.observations) {
-    is_outlier.push_back(Chi2(problem, observation) > kChi2TwoDof ? 1 : 0);
-  }
-  return is_outlier;
-}
-
-// Ceres refuses to start from a point behind a camera.
-std::vector<char> FindBehind(const BundleProblem& problem) {
-  std::vector<char> is_behind;
-  for (const BundleObservation& observation : problem.observations) {
-    is_behind.push_back(std::isfinite(Chi2(problem, observation)) ? 0 : 1);
-  }
-  return is_behind;
-}
-
 }  // namespace
 
 BundleReport AdjustBundle(BundleProblem& problem, const BundleOptions& options) {
   BundleReport report;
-  report.initial_cost = RobustCost(problem);
+  std::vector<double> chi2 = Chi2(problem);
+  report.initial_cost = RobustCost(chi2);
   if (options.num_robust_steps > 0) {
-    Minimise(problem, FindBehind(problem), true, options.num_robust_steps, options);
+    // Neither starts from a point behind a camera.
+    constexpr double kMaxFinite = std::numeric_limits<double>::max();
+    Minimise(problem, FindBeyond(chi2, kMaxFinite), true, options.num_robust_steps, options);
+    chi2 = Chi2(problem);
   }
   if (options.num_steps > 0 && !options.IsStopped()) {
-    Minimise(problem, FindOutliers(problem), false, options.num_steps, options);
+    Minimise(problem, FindBeyond(chi2, kChi2TwoDof), false, options.num_steps, options);
+    chi2 = Chi2(problem);
   }
-  report.is_outlier = FindOutliers(problem);
-  report.final_cost = RobustCost(problem);
+  report.is_outlier = FindBeyond(chi2, kChi2TwoDof);
+  report.final_cost = RobustCost(chi2);
   return report;
 }
 

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace mono3d::tracking {
 namespace {
@@ -310,6 +312,43 @@ void FeatureGrid::Find(const Eigen::Vector2d& pixel, double radius_px, int min_l
       if (std::abs(entry.pixel.x() - centre.x()) > radius) continue;
       if (std::abs(entry.pixel.y() - centre.y()) > radius) continue;
       found.push_back(entry.index);
+    }
+  }
+}
+
+void FeatureGrid::FindAlong(const Stripe& stripe, std::vector<std::size_t>& found) const {
+  const auto cell_of = [](double coordinate, int count) {
+    return std::clamp(static_cast<int>(std::floor(coordinate / kCell)), 0, count - 1);
+  };
+  Eigen::Vector2d upper = stripe.first;
+  Eigen::Vector2d lower = stripe.last;
+  if (lower.y() < upper.y()) std::swap(upper, lower);
+  const Eigen::Vector2d along = lower - upper;
+  const double length = along.norm();
+  const Eigen::Vector2d direction = length > 0 ? (along / length).eval() : Eigen::Vector2d(1, 0);
+  const double radius = stripe.radius_px;
+  const double reach = std::numbers::sqrt2 * radius;  // of its corners from its ends
+  // The part of the line at a height from `top` to `bottom`, as shares of its length.
+  const auto share_at = [&](double y) {
+    return along.y() > 0 ? std::clamp((y - upper.y()) / along.y(), 0.0, 1.0) : 0.0;
+  };
+  const int last_row = cell_of(lower.y() + reach, num_rows_);
+  for (int row = cell_of(upper.y() - reach, num_rows_); row <= last_row; ++row) {
+    const double x_top = upper.x() + share_at(row * kCell - reach) * along.x();
+    const double bottom = (row + 1) * kCell + reach;
+    const double x_bottom = upper.x() + (along.y() > 0 ? share_at(bottom) : 1.0) * along.x();
+    const int first_column = cell_of(std::min(x_top, x_bottom) - reach, num_columns_);
+    const int last_column = cell_of(std::max(x_top, x_bottom) + reach, num_columns_);
+    const auto first_cell = static_cast<std::size_t>(row * num_columns_ + first_column);
+    const std::size_t end =
+        first_of_cell_[first_cell + static_cast<std::size_t>(last_column - first_column) + 1];
+    for (std::size_t i = first_of_cell_[first_cell]; i < end; ++i) {
+      const Entry& entry = entries_[i];
+      if (entry.level < stripe.min_level || entry.level > stripe.max_level) continue;
+      const Eigen::Vector2d from = entry.pixel.cast<double>() - upper;
+      if (std::abs(direction.x() * from.y() - direction.y() * from.x()) > radius) continue;
+      const double at = direction.dot(from);
+      if (at >= -radius && at <= length + radius) found.push_back(entry.index);
     }
   }
 }

@@ -46,6 +46,16 @@ class PyramidScales {
   std::vector<double> scales_;
 };
 
+// What lies within `radius_px` of the straight line between two pixels, on levels min_level to
+// max_level.
+struct Stripe {
+  Eigen::Vector2d first;
+  Eigen::Vector2d last;
+  double radius_px = 0;
+  int min_level = 0;
+  int max_level = 0;
+};
+
 // Indices of features by image cell, for windowed search.
 class FeatureGrid {
  public:
@@ -58,6 +68,8 @@ class FeatureGrid {
   // Appends the features of levels min_level to max_level within `radius_px` (a square) of `pixel`.
   void Find(const Eigen::Vector2d& pixel, double radius_px, int min_level, int max_level,
             std::vector<std::size_t>& found) const;
+  // Appends the features of a stripe, row of cells by row of cells.
+  void FindAlong(const Stripe& stripe, std::vector<std::size_t>& found) const;
 
  private:
   struct Entry {

@@ -21,12 +21,14 @@ constexpr int kFinestOctave = 1;
 // Six for the motion, then contrast and brightness.
 using Vector8f = Eigen::Matrix<float, 8, 1>;
 using Matrix8f = Eigen::Matrix<float, 8, 8>;
+using Matrix48f = Eigen::Matrix<float, 4, 8>;
 
-// The surroundings of a point in image a, and how they change with the unknowns.
+// The surroundings of a point in image a, and how they change with the unknowns: all pixels of it
+// move alike, so the Jacobian of each is a row of four times a matrix of the point.
 struct Surroundings {
   Eigen::Vector3d p_a;
-  std::array<float, kNumPixels> grey{};
-  std::array<Vector8f, kNumPixels> jacobian;
+  std::array<Eigen::Vector4f, kNumPixels> row;  // gradient x, y; grey value; 1
+  Matrix48f by_unknowns = Matrix48f::Zero();
 };
 
 bool Contains(const cv::Mat& image, const Eigen::Vector2f& at) {
@@ -34,6 +36,33 @@ bool Contains(const cv::Mat& image, const Eigen::Vector2f& at) {
   return at.x() >= kMargin && at.y() >= kMargin &&
          at.x() < static_cast<float>(image.cols) - kMargin - 1 &&
          at.y() < static_cast<float>(image.rows) - kMargin - 1;
+}
+
+using Square = std::array<Eigen::Vector4f, kSide>;
+
+// Brightness of the pixels around `at`, row by row: they lie alike between those of the image,
+// which must contain them.
+Square Sample(const cv::Mat& image, const Eigen::Vector2f& at) {
+  const float left = at.x() + kFirst;
+  const float top = at.y() + kFirst;
+  const auto column = static_cast<int>(left);
+  const auto row = static_cast<int>(top);
+  const float u = left - static_cast<float>(column);
+  const float v = top - static_cast<float>(row);
+  const auto between_columns = [&](int y) -> Eigen::Vector4f {
+    const std::uint8_t* from = image.ptr<std::uint8_t>(row + y) + column;
+    const Eigen::Vector4f here(from[0], from[1], from[2], from[3]);
+    const Eigen::Vector4f next(from[1], from[2], from[3], from[4]);
+    return (1 - u) * here + u * next;
+  };
+  Square sampled;
+  Eigen::Vector4f above = between_columns(0);
+  for (int y = 0; y < kSide; ++y) {
+    const Eigen::Vector4f below = between_columns(y + 1);
+    sampled[static_cast<std::size_t>(y)] = (1 - v) * above + v * below;
+    above = below;
+  }
+  return sampled;
 }
 
 std::vector<Surroundings> Prepare(const CameraModel& camera, const cv::Mat& image, float shrink,
@@ -45,19 +74,19 @@ std::vector<Surroundings> Prepare(const CameraModel& camera, const cv::Mat& imag
     if (!Contains(image, at)) continue;
     Surroundings& seen = all.emplace_back();
     seen.p_a = point.p_a;
-    const Eigen::Matrix<float, 2, 6> by_motion =
+    seen.by_unknowns.topLeftCorner<2, 6>() =
         shrink * ProjectionJacobian(camera, point.p_a, point.p_a).cast<float>();
-    for (int i = 0; i < kNumPixels; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const float x = at.x() + kFirst + static_cast<float>(i % kSide);
-      const float y = at.y() + kFirst + static_cast<float>(i / kSide);
-      seen.grey[k] = Interpolate(image, x, y);
-      const Eigen::RowVector2f gradient(
-          0.5F * (Interpolate(image, x + 1, y) - Interpolate(image, x - 1, y)),
-          0.5F * (Interpolate(image, x, y + 1) - Interpolate(image, x, y - 1)));
-      seen.jacobian[k].head<6>().noalias() = (gradient * by_motion).transpose();
-      seen.jacobian[k][6] = seen.grey[k];
-      seen.jacobian[k][7] = 1;
+    seen.by_unknowns.bottomRightCorner<2, 2>().setIdentity();
+    const Square grey = Sample(image, at);
+    const Square left = Sample(image, at - Eigen::Vector2f(1, 0));
+    const Square right = Sample(image, at + Eigen::Vector2f(1, 0));
+    const Square above = Sample(image, at - Eigen::Vector2f(0, 1));
+    const Square below = Sample(image, at + Eigen::Vector2f(0, 1));
+    for (std::size_t y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        seen.row[kSide * y + static_cast<std::size_t>(x)] = {
+            0.5F * (right[y][x] - left[y][x]), 0.5F * (below[y][x] - above[y][x]), grey[y][x], 1};
+      }
     }
   }
   return all;
@@ -85,20 +114,24 @@ Normal Linearise(const CameraModel& camera, const cv::Mat& image, float shrink,
     if (p_b.z() <= 0) continue;
     const Eigen::Vector2f at = shrink * camera.Project(p_b).cast<float>();
     if (!Contains(image, at)) continue;
+    Eigen::Matrix4f squares = Eigen::Matrix4f::Zero();
+    Eigen::Vector4f errors = Eigen::Vector4f::Zero();
+    const Square found = Sample(image, at);
     for (int i = 0; i < kNumPixels; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const float found = Interpolate(image, at.x() + kFirst + static_cast<float>(i % kSide),
-                                      at.y() + kFirst + static_cast<float>(i / kSide));
-      const float error = found - (1 + estimate.contrast) * seen.grey[k] - estimate.brightness;
+      const Eigen::Vector4f& row = seen.row[static_cast<std::size_t>(i)];
+      const float grey = found[static_cast<std::size_t>(i / kSide)][i % kSide];
+      const float error = grey - (1 + estimate.contrast) * row[2] - estimate.brightness;
       const float size = std::abs(error);
       const float weight = size <= kHuber ? 1 : kHuber / size;
       normal.cost += size <= kHuber ? 0.5F * error * error : kHuber * (size - 0.5F * kHuber);
-      const Vector8f& J = seen.jacobian[k];
-      for (int column = 0; column < 8; ++column) {
-        normal.hessian.col(column) += (weight * J[column]) * J;
+      for (int column = 0; column < 4; ++column) {
+        squares.col(column) += (weight * row[column]) * row;
       }
-      normal.gradient += (weight * error) * J;
+      errors += (weight * error) * row;
     }
+    const Matrix48f weighted = squares.lazyProduct(seen.by_unknowns);
+    normal.hessian += seen.by_unknowns.transpose().lazyProduct(weighted);
+    normal.gradient += seen.by_unknowns.transpose().lazyProduct(errors);
     normal.num_pixels += kNumPixels;
   }
   if (normal.num_pixels > 0) normal.cost /= normal.num_pixels;

@@ -15,28 +15,41 @@ constexpr int kSide = 2 * kHalf + 1;
 constexpr int kNumPixels = kSide * kSide;
 constexpr int kBorderedSide = kSide + 2;  // for the gradients
 
-using Pixels = std::array<float, kNumPixels>;
+// A row of the window and what follows up to a multiple of four: the processor's vectors. What
+// follows counts nothing: it is zero in the template.
+constexpr int kRowLength = 12;
+using Row = Eigen::Array<float, kRowLength, 1>;
+using Pixels = std::array<Row, kSide>;
+
+// Ones for the window, zeros for what follows.
+Row InWindow() {
+  Row row = Row::Zero();
+  row.head<kSide>().setOnes();
+  return row;
+}
 
 // The patch as the other image should show it, zero mean, with its gradients (zero mean too).
 struct Template {
-  Pixels value{};
-  Pixels by_x{};
-  Pixels by_y{};
+  Pixels value;
+  Pixels by_x;
+  Pixels by_y;
   float norm = 0;  // of `value`
   Eigen::Matrix2f inverse_hessian;
 };
 
+float Product(const Pixels& a, const Pixels& b) {
+  Row sum = Row::Zero();
+  for (std::size_t y = 0; y < kSide; ++y) sum += a[y] * b[y];
+  return sum.sum();
+}
+
 // Subtracts the mean and returns the norm of what remains.
 float Centre(Pixels& pixels) {
-  float sum = 0;
-  for (const float p : pixels) sum += p;
-  const float mean = sum / kNumPixels;
-  float squares = 0;
-  for (float& p : pixels) {
-    p -= mean;
-    squares += p * p;
-  }
-  return std::sqrt(squares);
+  Row sum = Row::Zero();
+  for (const Row& row : pixels) sum += row;
+  const Row mean = sum.sum() / kNumPixels * InWindow();
+  for (Row& row : pixels) row -= mean;
+  return std::sqrt(Product(pixels, pixels));
 }
 
 // Samples the patch at the pixels of the target octave. `step`: patch pixels per target pixel.
@@ -62,24 +75,25 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
   }
   Template result;
   for (std::size_t row = 0; row < kSide; ++row) {
-    for (std::size_t column = 0; column < kSide; ++column) {
-      const std::size_t to = row * kSide + column;
-      const float* from = &bordered[(row + 1) * kBorderedSide + column + 1];
-      result.value[to] = from[0];
-      result.by_x[to] = 0.5F * (from[1] - from[-1]);
-      result.by_y[to] = 0.5F * (from[kBorderedSide] - *(from - kBorderedSide));
+    result.value[row].setZero();
+    result.by_x[row].setZero();
+    result.by_y[row].setZero();
+    for (int column = 0; column < kSide; ++column) {
+      const float* from =
+          &bordered[(row + 1) * kBorderedSide + static_cast<std::size_t>(column) + 1];
+      result.value[row][column] = from[0];
+      result.by_x[row][column] = 0.5F * (from[1] - from[-1]);
+      result.by_y[row][column] = 0.5F * (from[kBorderedSide] - *(from - kBorderedSide));
     }
   }
   result.norm = Centre(result.value);
   Centre(result.by_x);
   Centre(result.by_y);
-  Eigen::Matrix2f hessian = Eigen::Matrix2f::Zero();
-  for (std::size_t i = 0; i < kNumPixels; ++i) {
-    hessian(0, 0) += result.by_x[i] * result.by_x[i];
-    hessian(0, 1) += result.by_x[i] * result.by_y[i];
-    hessian(1, 1) += result.by_y[i] * result.by_y[i];
-  }
+  Eigen::Matrix2f hessian;
+  hessian(0, 0) = Product(result.by_x, result.by_x);
+  hessian(0, 1) = Product(result.by_x, result.by_y);
   hessian(1, 0) = hessian(0, 1);
+  hessian(1, 1) = Product(result.by_y, result.by_y);
   // Noise of two grey values must leave the position sure to a quarter of a pixel.
   constexpr float kMinEigenvalue = 64;
   const float half_trace = 0.5F * hessian.trace();
@@ -99,18 +113,26 @@ bool Sample(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   if (column + kSide >= image.cols || row + kSide >= image.rows) return false;
   const float u = left - static_cast<float>(column);
   const float v = top - static_cast<float>(row);
-  const float w00 = (1 - u) * (1 - v);
-  const float w01 = u * (1 - v);
-  const float w10 = (1 - u) * v;
-  const float w11 = u * v;
-  std::size_t next = 0;
+  const Row in_window = InWindow();
+  const Row w00 = (1 - u) * (1 - v) * in_window;
+  const Row w01 = u * (1 - v) * in_window;
+  const Row w10 = (1 - u) * v * in_window;
+  const Row w11 = u * v * in_window;
+  std::array<float, kRowLength + 1> above{};
+  std::array<float, kRowLength + 1> below{};
+  const auto read = [&](int y) {
+    const std::uint8_t* from = image.ptr<std::uint8_t>(row + y) + column;
+    for (std::size_t x = 0; x <= kSide; ++x) below[x] = static_cast<float>(from[x]);
+  };
+  read(0);
   for (int y = 0; y < kSide; ++y) {
-    const std::uint8_t* above = image.ptr<std::uint8_t>(row + y) + column;
-    const std::uint8_t* below = above + image.step[0];
-    for (int x = 0; x < kSide; ++x) {
-      pixels[next++] = w00 * static_cast<float>(above[x]) + w01 * static_cast<float>(above[x + 1]) +
-                       w10 * static_cast<float>(below[x]) + w11 * static_cast<float>(below[x + 1]);
-    }
+    above = below;
+    read(y + 1);
+    const Eigen::Map<const Row> a0(above.data());
+    const Eigen::Map<const Row> a1(above.data() + 1);
+    const Eigen::Map<const Row> b0(below.data());
+    const Eigen::Map<const Row> b1(below.data() + 1);
+    pixels[static_cast<std::size_t>(y)] = w00 * a0 + w01 * a1 + w10 * b0 + w11 * b1;
   }
   return true;
 }
@@ -174,6 +196,8 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
   const cv::Mat& image = octaves[static_cast<std::size_t>(octave)];
   const Eigen::Vector2f start = (start_px / size).cast<float>();
   Eigen::Vector2f at = start;
+  const Eigen::Vector2f by_value(Product(to_find->by_x, to_find->value),
+                                 Product(to_find->by_y, to_find->value));
   Pixels pixels;
   constexpr int kMaxSteps = 12;
   constexpr float kSettled = 0.01F;  // px
@@ -181,20 +205,16 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
     if (!Sample(image, at, pixels)) return std::nullopt;
     const float norm = Centre(pixels);
     if (norm < 1) return std::nullopt;
+    // All have zero mean, and what the template would give is the same in each step.
     const float gain = to_find->norm / norm;
-    Eigen::Vector2f gradient = Eigen::Vector2f::Zero();
-    float product = 0;
-    for (std::size_t k = 0; k < kNumPixels; ++k) {
-      const float difference = gain * pixels[k] - to_find->value[k];
-      gradient.x() += to_find->by_x[k] * difference;
-      gradient.y() += to_find->by_y[k] * difference;
-      product += to_find->value[k] * pixels[k];
-    }
+    const Eigen::Vector2f gradient(gain * Product(to_find->by_x, pixels) - by_value.x(),
+                                   gain * Product(to_find->by_y, pixels) - by_value.y());
     const Eigen::Vector2f move = to_find->inverse_hessian * gradient;
     at -= move;
     if (!((at - start).squaredNorm() <= max_move * max_move)) return std::nullopt;
     if (move.squaredNorm() < kSettled * kSettled) {
-      return PatchPosition{size * at.cast<double>(), octave, product / (norm * to_find->norm)};
+      return PatchPosition{size * at.cast<double>(), octave,
+                           Product(to_find->value, pixels) / (norm * to_find->norm)};
     }
   }
   return std::nullopt;

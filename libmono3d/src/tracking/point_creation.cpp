@@ -53,17 +53,14 @@ std::optional<std::size_t> SearchEpipolarLine(const Pair& pair, std::size_t i,
   if (near_b.z() <= 0 || far_b.z() <= 0) return std::nullopt;
   const Eigen::Vector2d first = camera.Project(near_b);
   const Eigen::Vector2d last = camera.Project(far_b);
-  // Squares of this half width, side by side along the line.
-  constexpr double kHalfWidth = 16;
-  const int num_squares = static_cast<int>(std::ceil((last - first).norm() / (2 * kHalfWidth))) + 1;
-  constexpr int kMaxSquares = 100;  // a line longer than the image says that the depths are off
-  if (num_squares > kMaxSquares) return std::nullopt;
+  // A line longer than the images says that the depths are off.
+  const double length = (last - first).norm();
+  if (!(length <= 2.0 * (camera.width + camera.height))) return std::nullopt;
+  const PyramidScales& scales = pair.map.scales();
+  const int max_level = std::min(feature.level + 1, scales.num_levels() - 1);
+  const double radius = std::sqrt(kChi2OneDof * scales.Variance(max_level));
   found.clear();
-  for (int k = 0; k < num_squares; ++k) {
-    const double share = num_squares == 1 ? 0.5 : static_cast<double>(k) / (num_squares - 1);
-    pair.free_b.Find(first + share * (last - first), kHalfWidth, feature.level - 1,
-                     feature.level + 1, found);
-  }
+  pair.free_b.FindAlong({first, last, radius, feature.level - 1, max_level}, found);
   std::optional<std::size_t> best;
   int best_distance = kCloseDistance + 1;
   for (const std::size_t j : found) {

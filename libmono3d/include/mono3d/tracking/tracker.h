@@ -130,10 +130,10 @@ struct KeyframeInsertionOptions {
 };
 
 struct LocalMappingOptions {
-  int num_neighbours = 6;            // keyframes that new points are triangulated with
+  int num_neighbours = 4;            // keyframes that new points are triangulated with
   double min_baseline_share = 0.01;  // of the median depth, for triangulation
   int num_adjusted_keyframes = 10;   // in a local bundle adjustment, at most
-  int num_fixed_keyframes = 10;      // further ones that see the same points
+  int num_fixed_keyframes = 5;       // further ones that see the same points
   double max_redundant_share = 0.9;  // of a keyframe's points seen by three others: culled
 
   void Visit(OptionVisitor& visit);
