@@ -53,6 +53,60 @@ TEST(MeshFile, HoldsVerticesAndFaces) {
   std::filesystem::remove(path);
 }
 
+TEST(MeshFile, ReadsBackWhatItWrote) {
+  const std::filesystem::path path = FileOfThisTest();
+  TriangleMesh mesh = OneTriangle();
+  mesh.triangles.push_back({2, 1, 0});
+  WriteMeshPly(path, mesh);
+  const TriangleMesh read = ReadMeshPly(path);
+  EXPECT_EQ(read.vertices, mesh.vertices);
+  EXPECT_EQ(read.normals, mesh.normals);
+  EXPECT_EQ(read.colours, mesh.colours);
+  EXPECT_EQ(read.triangles, mesh.triangles);
+  std::filesystem::remove(path);
+}
+
+// Three vertices without more, and one face, as other programs write them.
+void WriteMesh(const std::filesystem::path& path, const std::string& face_properties,
+               const std::string& face) {
+  std::ofstream file(path, std::ios::binary);
+  file << "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+          "property float y\nproperty float z\nelement face 1\n"
+       << face_properties << "end_header\n"
+       << std::string(3 * 3 * sizeof(float), '\0') << face;
+}
+
+TEST(MeshFile, ReadsTheFormsOfOthers) {
+  const std::filesystem::path path = FileOfThisTest();
+  WriteMesh(path, "property list ushort uchar vertex_index\n", std::string("\3\0\0\2\1", 5));
+  const TriangleMesh mesh = ReadMeshPly(path);
+  EXPECT_EQ(mesh.vertices.size(), 3U);
+  EXPECT_TRUE(mesh.normals.empty());
+  EXPECT_THAT(mesh.triangles, ::testing::ElementsAre(std::array<std::uint32_t, 3>{0, 2, 1}));
+  std::filesystem::remove(path);
+}
+
+TEST(MeshFile, RefusesWhatIsNoTriangles) {
+  const std::filesystem::path path = FileOfThisTest();
+  const std::string list = "property list uchar uchar vertex_indices\n";
+  const auto refuses = [&](const std::string& properties, const std::string& face,
+                           const std::string& expected) {
+    WriteMesh(path, properties, face);
+    try {
+      static_cast<void>(ReadMeshPly(path));
+      ADD_FAILURE() << expected;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(expected));
+    }
+  };
+  refuses(list, std::string("\4\0\1\2\0", 5), "3 corners each");
+  refuses(list, std::string("\3\0\1\3", 4), "one of 3 vertices");
+  refuses(list, std::string("\3\0\1", 3), "1 triangles");
+  refuses(list + "property uchar flags\n", std::string("\3\0\1\2\0", 5), "vertex_indices alone");
+  refuses("property uchar flags\n", std::string("\0", 1), "vertex_indices alone");
+  std::filesystem::remove(path);
+}
+
 TEST(MeshFile, RefusesUnevenLists) {
   TriangleMesh mesh = OneTriangle();
   mesh.normals.pop_back();

@@ -26,25 +26,6 @@ Json ToJson(const CloudRegistration& registration) {
   return json;
 }
 
-Json ToJson(const CloudError& error) {
-  Json json = {{"estimate_to_truth_m", tools::ToJson(error.estimate_to_truth)},
-               {"truth_to_estimate_m", tools::ToJson(error.truth_to_estimate)},
-               {"estimate_to_truth_plane_m", tools::ToJson(error.estimate_to_truth_plane)},
-               {"truth_to_estimate_plane_m", tools::ToJson(error.truth_to_estimate_plane)},
-               {"estimate_spacing_m", error.estimate_spacing_m},
-               {"truth_spacing_m", error.truth_spacing_m}};
-  for (const CloudShares& shares : error.shares) {
-    json["shares"].push_back({{"threshold_m", shares.threshold_m},
-                              {"accuracy", shares.accuracy},
-                              {"completeness", shares.completeness},
-                              {"f_score", shares.f_score},
-                              {"accuracy_to_plane", shares.accuracy_to_plane},
-                              {"completeness_to_plane", shares.completeness_to_plane},
-                              {"f_score_to_plane", shares.f_score_to_plane}});
-  }
-  return json;
-}
-
 std::vector<std::string> DistanceRow(const std::string& name, const ErrorStatistics& distances,
                                      std::optional<double> mean_depth_m) {
   return {name,
@@ -176,9 +157,10 @@ Json ToJson(const ModelEvaluation& model) {
                {"true_points", model.truth.size()}};
   const ErrorStatistics& distances = model.cloud.error.estimate_to_truth;
   if (model.mean_depth_m) json["rmse_of_mean_depth"] = distances.rmse / *model.mean_depth_m;
-  json["error"] = ToJson(model.cloud.error);
+  json["error"] = tools::ToJson(model.cloud.error);
   if (model.surface) json["whole_surface"] = tools::ToJson(*model.surface);
-  json["error_at_start"] = ToJson(model.cloud.error_at_start);
+  if (model.mesh) json["mesh"] = tools::ToJson(*model.mesh);
+  json["error_at_start"] = tools::ToJson(model.cloud.error_at_start);
   json["rigid"] = ToJson(model.cloud.rigid);
   json["with_scale"] = ToJson(model.cloud.with_scale);
   return json;
@@ -190,6 +172,13 @@ Section ModelSection(const ModelEvaluation& model, bool with_pictures) {
   section.tables = {DistanceTable(model)};
   if (!model.cloud.error.shares.empty()) section.tables.push_back(ShareTable(model));
   if (model.surface) section.tables.push_back(SurfaceTable(*model.surface, model.mean_depth_m));
+  if (model.mesh) {
+    for (Table& table :
+         MeshTables(*model.mesh, {model.cloud.estimate_in_truth, model.cloud.error, model.surface},
+                    model.mean_depth_m)) {
+      section.tables.push_back(std::move(table));
+    }
+  }
   section.tables.push_back(RegistrationTable(model));
   if (with_pictures) section.figures = ModelFigures(model);
   return section;

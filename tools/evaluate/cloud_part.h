@@ -8,6 +8,7 @@
 #include <string>
 
 #include "evaluate/evaluation.h"
+#include "evaluate/mesh_part.h"
 #include "evaluate/surface_part.h"
 #include "mono3d/evaluation/cloud_evaluation.h"
 #include "mono3d/evaluation/trajectory_error.h"
@@ -21,6 +22,7 @@ struct ModelEvaluation {
   PointCloud truth;
   std::optional<double> mean_depth_m;
   std::optional<SurfaceEvaluation> surface;  // where more is known than the true cloud
+  std::optional<MeshEvaluation> mesh;        // where the run made one
   bool start_is_known = true;  // from the trajectories; else the clouds were taken as they lie
 };
 

@@ -34,6 +34,25 @@ Json ToJson(const ErrorStatistics& statistics) {
           {"max", statistics.max}};
 }
 
+Json ToJson(const CloudError& error) {
+  Json json = {{"estimate_to_truth_m", ToJson(error.estimate_to_truth)},
+               {"truth_to_estimate_m", ToJson(error.truth_to_estimate)},
+               {"estimate_to_truth_plane_m", ToJson(error.estimate_to_truth_plane)},
+               {"truth_to_estimate_plane_m", ToJson(error.truth_to_estimate_plane)},
+               {"estimate_spacing_m", error.estimate_spacing_m},
+               {"truth_spacing_m", error.truth_spacing_m}};
+  for (const CloudShares& shares : error.shares) {
+    json["shares"].push_back({{"threshold_m", shares.threshold_m},
+                              {"accuracy", shares.accuracy},
+                              {"completeness", shares.completeness},
+                              {"f_score", shares.f_score},
+                              {"accuracy_to_plane", shares.accuracy_to_plane},
+                              {"completeness_to_plane", shares.completeness_to_plane},
+                              {"f_score_to_plane", shares.f_score_to_plane}});
+  }
+  return json;
+}
+
 Json ToJson(const Similarity& similarity) {
   const Eigen::Vector3d& translation = similarity.pose().translation();
   const Eigen::Quaterniond& rotation = similarity.pose().rotation();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "mono3d/evaluation/cloud_error.h"
 #include "mono3d/evaluation/error_statistics.h"
 #include "mono3d/geometry/similarity.h"
 #include "report/page.h"
@@ -36,6 +37,7 @@ void WriteEvaluation(const Evaluation& evaluation, const EvaluationOutput& outpu
 Json RecordOf(const std::string& command, const std::string& estimate, const std::string& truth);
 
 Json ToJson(const ErrorStatistics& statistics);
+Json ToJson(const CloudError& error);
 // Scale, rotation as quaternion (x, y, z, w) and translation.
 Json ToJson(const Similarity& similarity);
 

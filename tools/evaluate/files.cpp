@@ -53,8 +53,12 @@ RunMapFiles FindMapFiles(const std::filesystem::path& folder, const std::string&
   const auto find = [&](const char* stem, const char* extension) {
     return FileOrNothing(folder / (stem + suffix + extension));
   };
-  return {suffix, find("trajectory", ".txt"), find("trajectory_online", ".txt"),
-          find("model_trajectory", ".txt"), find("model", ".ply")};
+  return {suffix,
+          find("trajectory", ".txt"),
+          find("trajectory_online", ".txt"),
+          find("model_trajectory", ".txt"),
+          find("model", ".ply"),
+          find("mesh", ".ply")};
 }
 
 bool IsEmpty(const RunMapFiles& map) {

@@ -33,6 +33,7 @@ struct RunMapFiles {
   std::filesystem::path trajectory_online;
   std::filesystem::path model_trajectory;
   std::filesystem::path model;
+  std::filesystem::path mesh;
 };
 
 // What mono3d-reconstruct wrote into a folder.

@@ -105,8 +105,19 @@ void CompareSurfaces(Comparison& comparison) {
     const std::vector<double> thresholds_m = CloudThresholds(*comparison.mean_depth_m);
     for (ModelEvaluation& model : comparison.models) {
       model.surface = EvaluateSurface(model.cloud.estimate_in_truth, surface, thresholds_m);
+      if (!model.mesh) continue;
+      model.mesh->surface = EvaluateSurface(model.mesh->samples_in_truth, surface, thresholds_m);
     }
   });
+}
+
+// To the last one of the models, of which it was made.
+void AddMesh(Comparison& comparison, const std::filesystem::path& mesh) {
+  ModelEvaluation& model = comparison.models.back();
+  std::vector<double> thresholds_m;
+  if (model.mean_depth_m) thresholds_m = CloudThresholds(*model.mean_depth_m);
+  model.mesh = EvaluateMesh(mesh, model.cloud.estimate_in_truth, model.cloud.S_truth_estimate,
+                            model.truth, thresholds_m);
 }
 
 void CompareModels(Comparison& comparison) {
@@ -132,6 +143,8 @@ void CompareModels(Comparison& comparison) {
     Try(comparison, name, [&] {
       comparison.models.push_back(EvaluateModel(name, map.model, comparison.sequence.cloud,
                                                 S_truth_estimate, comparison.mean_depth_m));
+      if (map.mesh.empty()) return;
+      Try(comparison, NameOf(map, "mesh"), [&] { AddMesh(comparison, map.mesh); });
     });
   }
 }

@@ -6,10 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <unordered_map>
 
+#include "geometry/mesh_pieces.h"
 #include "geometry/surfel_grid.h"
 #include "mono3d/core/error.h"
 
@@ -151,29 +151,9 @@ class Marcher {
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_of_edge_;
 };
 
-// The lowest vertex of the piece to which each vertex belongs (union-find).
-std::vector<std::uint32_t> PieceOfVertices(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    for (const std::uint32_t other : {b, c}) {
-      const std::uint32_t one = root(a);
-      const std::uint32_t two = root(other);
-      parent[std::max(one, two)] = std::min(one, two);
-    }
-  }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-  return parent;
-}
-
-TriangleMesh WithoutSmallPieces(const TriangleMesh& mesh, int min_triangles) {
-  const std::vector<std::uint32_t> piece = PieceOfVertices(mesh);
-  std::vector<int> num_triangles(mesh.vertices.size(), 0);
-  for (const auto& triangle : mesh.triangles) ++num_triangles[piece[triangle[0]]];
+TriangleMesh WithoutSmallPieces(const TriangleMesh& mesh, std::size_t min_triangles) {
+  const std::vector<std::uint32_t> piece = FindPieces(mesh);
+  const std::vector<std::size_t> num_triangles = CountTrianglesOfPieces(mesh, piece);
   TriangleMesh kept;
   std::vector<std::uint32_t> new_index(mesh.vertices.size(), 0);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -208,7 +188,7 @@ TriangleMesh MeshSurfels(const PointCloud& surfels, const MeshOptions& options) 
   Require(surfels);
   const SurfelGrid grid(surfels, options.voxel_radii * MedianRadius(surfels));
   const TriangleMesh mesh = Marcher(grid, !surfels.colours.empty()).March();
-  return WithoutSmallPieces(mesh, options.min_triangles);
+  return WithoutSmallPieces(mesh, static_cast<std::size_t>(options.min_triangles));
 }
 
 }  // namespace mono3d

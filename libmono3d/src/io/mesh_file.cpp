@@ -5,9 +5,15 @@
 
 #include <bit>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "io/ply_header.h"
+#include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
+#include "mono3d/io/ply_file.h"
 
 namespace mono3d {
 namespace {
@@ -25,6 +31,41 @@ void WriteWhenFull(AtomicFile& file, std::string& block) {
   if (block.size() < kBlockBytes) return;
   file.Write(block);
   block.clear();
+}
+
+[[noreturn]] void ThrowBadFaces(const std::filesystem::path& path, const std::string& expected,
+                                const std::string& found) {
+  throw Error(ErrorParts{
+      .what = "bad faces of a mesh", .where = path, .expected = expected, .found = found});
+}
+
+// `bytes`: those behind the vertices.
+std::vector<std::array<std::uint32_t, 3>> ParseTriangles(const std::filesystem::path& path,
+                                                         std::string_view bytes,
+                                                         const PlyFaces& faces,
+                                                         std::size_t num_vertices) {
+  const std::size_t count_bytes = PlyScalarBytes(faces.count_type);
+  const std::size_t vertex_bytes = PlyScalarBytes(faces.vertex_type);
+  const std::size_t available = bytes.size() / (count_bytes + 3 * vertex_bytes);
+  if (available < faces.count) {
+    ThrowBadFaces(path, std::to_string(faces.count) + " triangles", std::to_string(available));
+  }
+  std::vector<std::array<std::uint32_t, 3>> triangles(faces.count);
+  const char* data = bytes.data();
+  for (auto& triangle : triangles) {
+    const double num_corners = ReadPlyScalar(faces.count_type, data);
+    if (num_corners != 3) ThrowBadFaces(path, "3 corners each", ToText(num_corners));
+    data += count_bytes;
+    for (std::uint32_t& corner : triangle) {
+      const double vertex = ReadPlyScalar(faces.vertex_type, data);
+      if (!(vertex >= 0 && vertex < static_cast<double>(num_vertices))) {
+        ThrowBadFaces(path, "one of " + std::to_string(num_vertices) + " vertices", ToText(vertex));
+      }
+      corner = static_cast<std::uint32_t>(vertex);
+      data += vertex_bytes;
+    }
+  }
+  return triangles;
 }
 
 }  // namespace
@@ -62,6 +103,23 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh) {
   }
   file.Write(block);
   file.Commit();
+}
+
+TriangleMesh ReadMeshPly(const std::filesystem::path& path) {
+  PointCloud vertices = ReadPly(path);
+  TriangleMesh mesh;
+  mesh.vertices = std::move(vertices.points);
+  mesh.normals = std::move(vertices.normals);
+  mesh.colours = std::move(vertices.colours);
+  const std::string bytes = ReadBytes(path);
+  const PlyHeader header = ParsePlyHeader(path, bytes);
+  if (!header.faces) {
+    ThrowBadFaces(path, "faces with a list vertex_indices alone, behind the vertices", "none");
+  }
+  const std::size_t begin = header.num_bytes + header.num_vertices * header.VertexBytes();
+  mesh.triangles = ParseTriangles(path, std::string_view(bytes).substr(begin), *header.faces,
+                                  mesh.vertices.size());
+  return mesh;
 }
 
 }  // namespace mono3d

@@ -51,24 +51,60 @@ double Read(const char* data) {
                          .found = std::string(found.substr(0, 80))});
 }
 
+std::optional<PlyScalar> FindType(std::string_view name) {
+  for (const TypeName& known : kTypeNames) {
+    if (known.name == name) return known.type;
+  }
+  return std::nullopt;
+}
+
 PlyProperty ParseProperty(const std::vector<std::string_view>& words, std::string_view line,
                           const std::string& where) {
   if (words.size() == 3) {
-    for (const TypeName& known : kTypeNames) {
-      if (known.name == words[1]) return {std::string(words[2]), known.type};
-    }
+    if (const auto type = FindType(words[1])) return {std::string(words[2]), *type};
   }
   ThrowBadHeader(where, "a property of a scalar type", line);
 }
 
+// A line of the second element. Whatever it holds but the corners of faces is not an error here.
+void TakeFaceLine(const std::vector<std::string_view>& words, bool& is_first_property,
+                  PlyHeader& header) {
+  if (words[0] == "element") {
+    const auto count = words.size() == 3 ? ParseInteger(words[2]) : std::nullopt;
+    if (count && *count >= 0 && words[1] == "face") {
+      header.faces = PlyFaces{.count = static_cast<std::size_t>(*count)};
+    }
+    is_first_property = true;
+    return;
+  }
+  const bool is_list = words.size() == 5 && words[1] == "list" &&
+                       (words[4] == "vertex_indices" || words[4] == "vertex_index");
+  const auto count_type = is_list ? FindType(words[2]) : std::nullopt;
+  const auto vertex_type = is_list ? FindType(words[3]) : std::nullopt;
+  if (header.faces && count_type && vertex_type && is_first_property) {
+    header.faces->count_type = *count_type;
+    header.faces->vertex_type = *vertex_type;
+  } else {
+    header.faces.reset();
+  }
+  is_first_property = false;
+}
+
+// How far the header was read.
+struct PlyPlace {
+  int num_elements = 0;
+  bool is_first_property = true;  // of the second element
+};
+
 // Takes one line of the header below "format"; false at its end.
-bool TakeLine(std::string_view line, const std::string& where, int& num_elements,
-              PlyHeader& header) {
+bool TakeLine(std::string_view line, const std::string& where, PlyPlace& place, PlyHeader& header) {
+  int& num_elements = place.num_elements;
   const std::vector<std::string_view> words = Words(line);
   if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;
   if (words[0] == "end_header") return false;
   if (words[0] == "element") {
     ++num_elements;
+    if (num_elements == 2) TakeFaceLine(words, place.is_first_property, header);
     if (num_elements > 1) return true;  // comes after the vertices
     const auto count = words.size() == 3 ? ParseInteger(words[2]) : std::nullopt;
     if (!count || *count < 0 || words[1] != "vertex") {
@@ -77,6 +113,7 @@ bool TakeLine(std::string_view line, const std::string& where, int& num_elements
     header.num_vertices = static_cast<std::size_t>(*count);
   } else if (words[0] == "property" && num_elements > 0) {
     if (num_elements == 1) header.properties.push_back(ParseProperty(words, line, where));
+    if (num_elements == 2) TakeFaceLine(words, place.is_first_property, header);
   } else {
     ThrowBadHeader(where, "element, property or end_header", line);
   }
@@ -100,7 +137,7 @@ std::size_t PlyHeader::VertexBytes() const {
 
 PlyHeader ParsePlyHeader(const std::filesystem::path& path, std::string_view bytes) {
   PlyHeader header;
-  int num_elements = 0;
+  PlyPlace place;
   for (std::size_t line_number = 1;; ++line_number) {
     const std::string where = AtLine(path, line_number);
     const std::size_t end = bytes.find('\n', header.num_bytes);
@@ -114,7 +151,7 @@ PlyHeader ParsePlyHeader(const std::filesystem::path& path, std::string_view byt
       if (line != "format binary_little_endian 1.0") {
         ThrowBadHeader(where, "format binary_little_endian 1.0", line);
       }
-    } else if (!TakeLine(line, where, num_elements, header)) {
+    } else if (!TakeLine(line, where, place, header)) {
       if (header.properties.empty()) ThrowBadHeader(where, "a vertex with properties", line);
       return header;
     }

@@ -19,11 +19,20 @@ struct PlyProperty {
   PlyScalar type = PlyScalar::kFloat32;
 };
 
-// What the header of a binary little-endian PLY file says of its first element, the vertices.
+// The list of the corners of each face.
+struct PlyFaces {
+  std::size_t count = 0;
+  PlyScalar count_type = PlyScalar::kUint8;   // number of corners
+  PlyScalar vertex_type = PlyScalar::kInt32;  // of each, its vertex
+};
+
+// What the header of a binary little-endian PLY file says of its first element, the vertices, and
+// of its second one, where these are faces that have their corners and nothing else.
 struct PlyHeader {
   std::size_t num_bytes = 0;  // of the header
   std::size_t num_vertices = 0;
   std::vector<PlyProperty> properties;  // in the order of the file; at least one
+  std::optional<PlyFaces> faces;
 
   std::optional<std::size_t> Find(std::string_view name) const;  // index of a property
   std::size_t VertexBytes() const;

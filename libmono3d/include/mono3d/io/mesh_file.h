@@ -14,4 +14,9 @@ namespace mono3d {
 // ReadPly reads its vertices. Throws Error when lists of the mesh differ in length.
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh);
 
+// Reads vertices as ReadPly does, and triangles that follow them as a list vertex_indices or
+// vertex_index of any types; normals and colours are empty where the file has none. Throws Error
+// on another form, on faces of more or fewer corners, and when a vertex is not there.
+TriangleMesh ReadMeshPly(const std::filesystem::path& path);
+
 }  // namespace mono3d
