@@ -21,9 +21,21 @@ Surfels ThreeSurfels() {
   return surfels;
 }
 
+// Nine times each, in one place: none stands alone.
+constexpr std::size_t kNine = 9;
+Surfels Ninefold(const Surfels& surfels) {
+  Surfels nine;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    nine.position_radius.insert(nine.position_radius.end(), kNine, surfels.position_radius[i]);
+    nine.normal_weight.insert(nine.normal_weight.end(), kNine, surfels.normal_weight[i]);
+    nine.history.insert(nine.history.end(), kNine, surfels.history[i]);
+  }
+  return nine;
+}
+
 TEST(SurfelExport, FillsEveryField) {
-  const PointCloud cloud = ToPointCloud(ThreeSurfels(), {.min_observations = 2});
-  ASSERT_EQ(cloud.size(), 1U);
+  const PointCloud cloud = ToPointCloud(Ninefold(ThreeSurfels()), {.min_observations = 2});
+  ASSERT_EQ(cloud.size(), kNine);
   EXPECT_EQ(cloud.points[0], Eigen::Vector3f(1, 2, 3));
   EXPECT_EQ(cloud.normals[0], Eigen::Vector3f(0, 0, -1));
   EXPECT_EQ(cloud.colours[0], (std::array<std::uint8_t, 3>{255, 101, 0}));
@@ -33,38 +45,57 @@ TEST(SurfelExport, FillsEveryField) {
 }
 
 TEST(SurfelExport, LeavesOutRemovedSurfelsAndThoseOfTooFewMaps) {
-  const PointCloud all = ToPointCloud(ThreeSurfels(), {});
-  ASSERT_EQ(all.size(), 2U);
-  EXPECT_EQ(all.points[0].x(), 1);
-  EXPECT_EQ(all.points[1].x(), 7);
-  EXPECT_EQ(all.confidences[1], 0.5F);
-  EXPECT_TRUE(ToPointCloud(ThreeSurfels(), {.min_observations = 3}).empty());
+  const PointCloud all = ToPointCloud(Ninefold(ThreeSurfels()), {});
+  ASSERT_EQ(all.size(), 2 * kNine);
+  EXPECT_EQ(all.points.front().x(), 1);
+  EXPECT_EQ(all.points.back().x(), 7);
+  EXPECT_EQ(all.confidences.back(), 0.5F);
+  EXPECT_TRUE(ToPointCloud(Ninefold(ThreeSurfels()), {.min_observations = 3}).empty());
 }
 
 TEST(SurfelExport, LeavesOutWhatIsNotSure) {
   // Confidences 1.5 / 4 and 1 / 2.
-  const PointCloud sure = ToPointCloud(ThreeSurfels(), {.min_confidence = 0.45});
-  ASSERT_EQ(sure.size(), 1U);
+  const Surfels surfels = Ninefold(ThreeSurfels());
+  const PointCloud sure = ToPointCloud(surfels, {.min_confidence = 0.45});
+  ASSERT_EQ(sure.size(), kNine);
   EXPECT_EQ(sure.points[0].x(), 7);
-  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.min_confidence = 0.35}).size(), 2U);
+  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0.35}).size(), 2 * kNine);
 }
 
 TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
   Surfels surfels = ThreeSurfels();  // for the first as much as against it
   surfels.history[0][3] -= 1U << 16;
-  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
   EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 2U);  // whatever its confidence
   // By default one observation that expects an error of half a percent is enough.
   surfels.history[0] = {0, 1, 0, 43U << 16};
-  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 2U);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), 2 * kNine);
   surfels.history[0][3] = 42U << 16;
-  EXPECT_EQ(ToPointCloud(surfels, {}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
+}
+
+TEST(SurfelExport, LeavesOutWhatStandsAlone) {
+  Surfels surfels;
+  for (int i = 0; i < 9; ++i) {  // nine pixels of a surface, a radius apart
+    surfels.position_radius.push_back({static_cast<float>(i % 3), static_cast<float>(i / 3), 9, 1});
+  }
+  surfels.position_radius.push_back({1, 1, 5, 1});  // before it
+  surfels.normal_weight.assign(10, {0, 0, -1, 10});
+  surfels.history.assign(10, {0, 1, 0, 256U << 16});
+  const PointCloud cloud = ToPointCloud(surfels, {});
+  ASSERT_EQ(cloud.size(), 9U);
+  for (const Eigen::Vector3f& point : cloud.points) EXPECT_EQ(point.z(), 9);
+  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 10U);
+  // Neighbours that are not exported do not count.
+  surfels.history[4][3] = 0;
+  EXPECT_TRUE(ToPointCloud(surfels, {}).empty());
 }
 
 TEST(SurfelExport, ThinsToCellsOfRadii) {
   // The median of radii 0.5 and 0.125 is taken upwards: cells of 20 su hold both.
-  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.voxel_radii = 40}).size(), 1U);
-  EXPECT_EQ(ToPointCloud(ThreeSurfels(), {.voxel_radii = 2}).size(), 2U);
+  const Surfels surfels = Ninefold(ThreeSurfels());
+  EXPECT_EQ(ToPointCloud(surfels, {.voxel_radii = 40}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(surfels, {.voxel_radii = 2}).size(), 2U);
 }
 
 TEST(SurfelExport, RefusesOptionsOutOfRange) {

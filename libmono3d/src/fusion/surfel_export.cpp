@@ -7,10 +7,15 @@
 #include <cstddef>
 #include <vector>
 
+#include "fusion/isolated_surfels.h"
 #include "mono3d/geometry/voxel_grid.h"
 
 namespace mono3d {
 namespace {
+
+// Depth is matched by windows of pixels: a surface never brings one surfel alone. What stands alone
+// is a mismatch that nothing has contradicted yet. Eight: the pixels around one.
+constexpr int kMinNeighbours = 8;
 
 float Against(const Surfels::Uint4& history) {
   return static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
@@ -38,10 +43,8 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
   return ThinToVoxels(cloud, voxel_radii * *middle);
 }
 
-}  // namespace
-
-PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options) {
-  options.Validate();
+// The surfels that the options ask for, each by what it holds alone.
+PointCloud Chosen(const Surfels& surfels, const SurfelExportOptions& options) {
   PointCloud cloud;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     const auto& history = surfels.history[i];
@@ -62,6 +65,30 @@ PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& optio
     cloud.confidences.push_back(confidence);
     cloud.observations.push_back(observations);
   }
+  return cloud;
+}
+
+PointCloud WithoutIsolated(const PointCloud& cloud) {
+  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours);
+  PointCloud kept;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (is_isolated[i]) continue;
+    kept.points.push_back(cloud.points[i]);
+    kept.normals.push_back(cloud.normals[i]);
+    kept.colours.push_back(cloud.colours[i]);
+    kept.radii.push_back(cloud.radii[i]);
+    kept.confidences.push_back(cloud.confidences[i]);
+    kept.observations.push_back(cloud.observations[i]);
+  }
+  return kept;
+}
+
+}  // namespace
+
+PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options) {
+  options.Validate();
+  PointCloud cloud = Chosen(surfels, options);
+  if (options.min_confidence > 0) cloud = WithoutIsolated(cloud);
   if (options.voxel_radii > 0 && !cloud.empty()) return Thinned(cloud, options.voxel_radii);
   return cloud;
 }

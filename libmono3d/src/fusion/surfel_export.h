@@ -10,7 +10,8 @@
 namespace mono3d {
 
 // The surfels that are not removed and meet the options, in their order; the fields as
-// SurfelMap::Export states them.
+// SurfelMap::Export states them. With a min_confidence above 0, those that stand alone among the
+// others are left out as well (FindIsolated: fewer than 8 within three radii).
 PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options);
 
 }  // namespace mono3d

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/isolated_surfels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <unordered_map>
+
+#include "geometry/cell_hash.h"
+
+namespace mono3d {
+namespace {
+
+using Cell = std::array<std::int64_t, 3>;
+
+constexpr std::int64_t kMaxReach = 32;  // in cells
+
+class Neighbourhood {
+ public:
+  explicit Neighbourhood(const PointCloud& surfels) : surfels_(surfels) {
+    std::vector<float> radii = surfels.radii;
+    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+    std::nth_element(radii.begin(), middle, radii.end());
+    edge_ = kNeighbourRadii * *middle;
+    next_.resize(surfels.size());
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+      const auto [first, is_new] = first_.try_emplace(CellOf(surfels.points[i]), i);
+      next_[i] = is_new ? i : first->second;  // the last of a cell points to itself
+      first->second = i;
+    }
+  }
+
+  bool HasNeighbours(std::uint32_t i, int min_neighbours) const {
+    const double within = kNeighbourRadii * surfels_.radii[i];
+    const auto reach = static_cast<std::int64_t>(std::ceil(std::min(within / edge_, 1e6)));
+    if (reach > kMaxReach) return true;
+    int count = -1;  // it finds itself
+    // From near to far: most have enough in the cells next to them.
+    for (std::int64_t ring = 0; ring <= reach; ++ring) {
+      count += CountInRing(i, ring, within * within, min_neighbours - count);
+      if (count >= min_neighbours) return true;
+    }
+    return false;
+  }
+
+ private:
+  Cell CellOf(const Eigen::Vector3f& point) const {
+    Cell cell{};
+    for (int axis = 0; axis < 3; ++axis) {
+      // No scene is so wide at this resolution.
+      const double index = std::clamp(static_cast<double>(point[axis]) / edge_, -1e15, 1e15);
+      cell.at(static_cast<std::size_t>(axis)) = static_cast<std::int64_t>(std::floor(index));
+    }
+    return cell;
+  }
+
+  // In the cells that lie `ring` cells away along the axis along which they lie farthest; stops at
+  // `enough`.
+  int CountInRing(std::uint32_t i, std::int64_t ring, double squared_distance, int enough) const {
+    const Cell middle = CellOf(surfels_.points[i]);
+    int count = 0;
+    for (std::int64_t x = -ring; x <= ring; ++x) {
+      for (std::int64_t y = -ring; y <= ring; ++y) {
+        const bool is_side = std::abs(x) == ring || std::abs(y) == ring;
+        const std::int64_t step = is_side ? 1 : std::max<std::int64_t>(1, 2 * ring);
+        for (std::int64_t z = -ring; z <= ring; z += step) {
+          const auto first = first_.find({middle[0] + x, middle[1] + y, middle[2] + z});
+          if (first == first_.end()) continue;
+          count += CountInCell(i, first->second, squared_distance);
+          if (count >= enough) return count;
+        }
+      }
+    }
+    return count;
+  }
+
+  int CountInCell(std::uint32_t i, std::uint32_t first, double squared_distance) const {
+    int count = 0;
+    for (std::uint32_t other = first;; other = next_[other]) {
+      const double squared = (surfels_.points[other] - surfels_.points[i]).squaredNorm();
+      count += squared <= squared_distance ? 1 : 0;
+      if (next_[other] == other) return count;
+    }
+  }
+
+  const PointCloud& surfels_;
+  double edge_ = 0;
+  std::unordered_map<Cell, std::uint32_t, CellHash<3>> first_;
+  std::vector<std::uint32_t> next_;  // surfel in the same cell
+};
+
+}  // namespace
+
+std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours) {
+  std::vector<bool> is_isolated(surfels.size(), false);
+  if (surfels.empty() || min_neighbours <= 0) return is_isolated;
+  const Neighbourhood neighbourhood(surfels);
+  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+    is_isolated[i] = !neighbourhood.HasNeighbours(i, min_neighbours);
+  }
+  return is_isolated;
+}
+
+}  // namespace mono3d
