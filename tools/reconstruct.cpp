@@ -85,7 +85,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   writer.WriteReconstruction(result);
   if (arguments.with_mesh) {
     const ScopedStageTimer timer(&times, "io/write_mesh");
-    writer.WriteMeshes(result, arguments.mesh);
+    NoteErrorOf(record, [&] { writer.WriteMeshes(result, arguments.mesh); });
   }
   writer.WriteSparseModels(result, calibration);
   record.options = ListAll(arguments);

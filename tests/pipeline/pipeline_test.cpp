@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -89,6 +90,8 @@ class FakeDepthEstimator final : public DepthEstimator {
 struct MapLog {
   int num_maps = 0;
   std::vector<int> min_observations;
+  std::int64_t frame_without_memory = -1;
+  bool has_memory_to_export = true;
 };
 
 // One surfel a depth map; the depth map of frame 4 is rejected.
@@ -97,6 +100,7 @@ class FakeSurfelMap final : public SurfelMap {
   explicit FakeSurfelMap(MapLog* log) : log_(log) { ++log_->num_maps; }
   FusionResult Integrate(const DepthMap& map) override {
     FusionResult result;
+    if (map.frame_index == log_->frame_without_memory) throw std::bad_alloc();
     if (map.frame_index == 4) {
       result.reason = "no overlap";
       return result;
@@ -116,6 +120,7 @@ class FakeSurfelMap final : public SurfelMap {
   }
   PointCloud Export(const SurfelExportOptions& options) const override {
     log_->min_observations.push_back(options.min_observations);
+    if (!log_->has_memory_to_export) throw std::bad_alloc();
     return cloud_;
   }
   std::int64_t num_surfels() const override { return static_cast<std::int64_t>(cloud_.size()); }
@@ -311,6 +316,46 @@ TEST(Pipeline, KeepsWhatThereWasBeforeAnError) {
   ASSERT_EQ(result.maps.size(), 1U);
   EXPECT_EQ(result.maps[0].trajectory.size(), 7U);
   EXPECT_EQ(result.maps[0].model.size(), 3U);  // of frames 1, 2 and 5
+}
+
+// What the Error says that `step` throws.
+template <typename Step>
+std::string ErrorOf(const Step& step) {
+  try {
+    step();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(Pipeline, SaysAtWhichFrameTheMemoryEndsAndKeepsWhatThereWas) {
+  MapLog log;
+  log.frame_without_memory = 5;
+  FakeSource source(8);
+  Pipeline pipeline(FakeStages(&log));
+  for (int i = 0; i < 6; ++i) pipeline.Process(*source.Next());
+  EXPECT_EQ(ErrorOf([&] { pipeline.Process(*source.Next()); }),
+            "frame 6: not enough memory on this machine");
+  const Reconstruction result = pipeline.Finish();
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 7U);
+  EXPECT_EQ(result.maps[0].model.size(), 2U);  // of frames 1 and 2
+}
+
+TEST(Pipeline, AModelThatCannotBeExportedDoesNotCostTheTrajectory) {
+  MapLog log;
+  log.has_memory_to_export = false;
+  FakeSource source(8);
+  Pipeline pipeline(FakeStages(&log));
+  for (int i = 0; i < 8; ++i) pipeline.Process(*source.Next());
+  EXPECT_EQ(ErrorOf([&] { static_cast<void>(pipeline.Finish()); }),
+            "end of the run: not enough memory on this machine");
+  const Reconstruction result = pipeline.Finish();
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
+  EXPECT_TRUE(result.maps[0].model.empty());
+  EXPECT_EQ(log.min_observations.size(), 1U) << "tried once";
 }
 
 TEST(Pipeline, WithoutFramesThereIsNoMap) {

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "mono3d/core/error.h"
@@ -138,6 +139,8 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
     return PrintError(std::string(error.what()) + " (see --help)", 2);
   } catch (const UsageError& error) {
     return PrintError(error.what(), 2);
+  } catch (const std::bad_alloc&) {
+    return PrintError("not enough memory on this machine", 1);
   } catch (const std::exception& error) {
     return PrintError(error.what(), 1);
   }

@@ -16,9 +16,10 @@ namespace mono3d::tools {
 namespace {
 
 void NoteFailure(const Error& error, RunRecord& record) {
+  Log(LogLevel::kWarning, std::string(error.what()) + "; writing what there is so far");
+  if (record.end == RunEnd::kFailed) return;  // the first one is the reason
   record.end = RunEnd::kFailed;
   record.error = error.what();
-  Log(LogLevel::kWarning, record.error + "; writing what there is so far");
 }
 
 // `process_next` until it has no more frames.
@@ -82,6 +83,14 @@ void ProcessLive(std::unique_ptr<FrameSource> source, const LiveSourceOptions& o
   const double elapsed_s = first_ms ? 1e-3 * (last_ms - *first_ms) : 0;
   record.live = Summarise(std::move(latencies_ms), elapsed_s, live.num_dropped());
   record.num_skipped_images = live.num_skipped();
+}
+
+void NoteErrorOf(RunRecord& record, const std::function<void()>& step) {
+  try {
+    step();
+  } catch (const Error& error) {
+    NoteFailure(error, record);
+  }
 }
 
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record) {

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "mono3d/core/timing.h"
@@ -20,6 +21,9 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
 // The same at the pace of the time stamps; `record` is told how well it kept up.
 void ProcessLive(std::unique_ptr<FrameSource> source, const LiveSourceOptions& options,
                  Pipeline& pipeline, RunRecord& record);
+
+// Runs `step`; an error in it is what the run failed by, unless it had failed before.
+void NoteErrorOf(RunRecord& record, const std::function<void()>& step);
 
 // Finish; what there is in spite of an error in it.
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record);

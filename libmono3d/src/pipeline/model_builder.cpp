@@ -128,17 +128,19 @@ void ModelBuilder::Close() {
 
 // Before what was put beside it.
 void ModelBuilder::Export(int map_id) {
-  const auto model = surfel_maps_.find(map_id);
-  if (model == surfel_maps_.end()) return;
+  const auto found = surfel_maps_.find(map_id);
+  if (found == surfel_maps_.end()) return;
+  // What cannot be exported once, for lack of memory, is not tried again.
+  const std::unique_ptr<SurfelMap> model = std::move(found->second);
+  surfel_maps_.erase(found);
   const std::int64_t most_observations = std::max<std::int64_t>(1, NumFused(map_id));
   SurfelExportOptions options = stages_.surfel_export;
   options.min_observations =
       static_cast<int>(std::min<std::int64_t>(options.min_observations, most_observations));
-  PointCloud cloud = model->second->Export(options);
+  PointCloud cloud = model->Export(options);
   PointCloud& finished = of_map_[map_id].model;
   AppendCloud(finished, cloud);
   finished = std::move(cloud);
-  surfel_maps_.erase(model);
 }
 
 void ModelBuilder::Join(const JoinedMap& joined, std::span<const KeyframeCorrection> corrections) {

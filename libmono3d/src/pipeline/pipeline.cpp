@@ -4,8 +4,10 @@
 #include "mono3d/pipeline/pipeline.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
+#include "core/out_of_memory.h"
 #include "pipeline/map_joins.h"
 #include "pipeline/model_builder.h"
 #include "pipeline/model_thread.h"
@@ -41,6 +43,7 @@ struct Pipeline::State {
         builder({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
                  std::move(observer.on_depth_map), surfel_export}) {}
 
+  void Process(const Frame& frame);
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
   void Change(const std::vector<KeyframeCorrection>& corrections);
   void Select(const Keyframe& keyframe);
@@ -93,6 +96,23 @@ void Pipeline::State::Select(const Keyframe& keyframe) {
   } else {
     builder.Add(*bundle);
   }
+}
+
+void Pipeline::State::Process(const Frame& frame) {
+  ++counts.num_frames;
+  const TrackingResult tracking = tracker->Track(frame);
+  TakePoses(frame, tracking);
+  try {
+    Change(tracking.corrections);
+    for (const Keyframe& keyframe : tracking.settled_keyframes) Select(keyframe);
+  } catch (...) {
+    has_thrown = true;
+    throw;
+  }
+  if (!on_frame) return;
+  const ModelProgress model = thread ? thread->Progress() : builder.Progress();
+  const PipelineCounts all = AllCounts(model);
+  on_frame({all, tracking, model.num_surfels, model.health});
 }
 
 // What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
@@ -149,27 +169,13 @@ Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
 Pipeline::~Pipeline() = default;
 
 void Pipeline::Process(const Frame& frame) {
-  State& state = *state_;
-  ++state.counts.num_frames;
-  const TrackingResult tracking = state.tracker->Track(frame);
-  state.TakePoses(frame, tracking);
-  try {
-    state.Change(tracking.corrections);
-    for (const Keyframe& keyframe : tracking.settled_keyframes) state.Select(keyframe);
-  } catch (...) {
-    state.has_thrown = true;
-    throw;
-  }
-  if (!state.on_frame) return;
-  const ModelProgress model = state.thread ? state.thread->Progress() : state.builder.Progress();
-  const PipelineCounts counts = state.AllCounts(model);
-  state.on_frame({counts, tracking, model.num_surfels, model.health});
+  NamingOutOfMemory("frame " + std::to_string(frame.index), [&] { state_->Process(frame); });
 }
 
 Reconstruction Pipeline::Finish() {
   State& state = *state_;
   try {
-    state.TakeLast();
+    NamingOutOfMemory("end of the run", [&] { state.TakeLast(); });
   } catch (...) {
     state.has_thrown = true;
     throw;

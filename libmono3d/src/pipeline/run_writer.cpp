@@ -9,6 +9,7 @@
 #include <regex>
 #include <system_error>
 
+#include "core/out_of_memory.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/version.h"
 #include "mono3d/io/colmap_model.h"
@@ -272,8 +273,9 @@ void RunWriter::WriteMeshes(const Reconstruction& reconstruction,
   bool is_first = true;
   for (const MapReconstruction& map : reconstruction.maps) {
     if (!map.model.empty()) {
-      WriteMeshPly(folder_ / NameOfMap("mesh", ".ply", is_first, map.map_id),
-                   MeshSurfels(map.model, options));
+      const std::filesystem::path path = folder_ / NameOfMap("mesh", ".ply", is_first, map.map_id);
+      NamingOutOfMemory(path.string(),
+                        [&] { WriteMeshPly(path, MeshSurfels(map.model, options)); });
     }
     is_first = false;
   }
