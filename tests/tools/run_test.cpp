@@ -76,11 +76,23 @@ double TrajectoryRmse_m(const std::filesystem::path& trajectory) {
 TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
   // 40 frames of a flight at 88 m mean depth: half a percent of that.
   constexpr double kMaxRmse_m = 0.44;
-  for (const char* name : {"a", "b"}) {
+  // No model meets this: that it is said must not change what is made.
+  const std::string never_good =
+      " --fusion.health.min_registrations 1 --fusion.health.max_depth_residual 1e-6";
+  for (const std::string name : {"a", "b"}) {
     const CommandResult result =
-        RunCommand(Command(folder_ / name, " --max-frames 40 --mesh"), folder_);
+        RunCommand(Command(folder_ / name,
+                           " --max-frames 40 --mesh" + (name == "b" ? never_good : std::string())),
+                   folder_);
     ASSERT_EQ(result.exit_status, 0) << result.errors;
     EXPECT_THAT(result.output, HasSubstr("model.ply"));
+    const auto health =
+        nlohmann::json::parse(std::ifstream(folder_ / name / "run.json"))["maps"][0]["health"];
+    EXPECT_EQ(health["state"], name == "b" ? "degraded" : "good");
+    EXPECT_EQ(result.output.find("the model is ") != std::string::npos, name == "b");
+    if (name == "a") continue;
+    EXPECT_THAT(result.output,
+                HasSubstr("the model is degraded: " + health["reason"].get<std::string>() + "\n"));
   }
   for (const char* file : {"model.ply", "mesh.ply", "trajectory.txt", "trajectory_online.txt",
                            "keyframes.txt", "model_trajectory.txt"}) {
