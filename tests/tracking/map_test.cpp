@@ -104,6 +104,19 @@ TEST(Map, FindsACulledKeyframeByItsAnchor) {
   EXPECT_EQ(map.T_cam_world(1).translation(), Eigen::Vector3d(-1, 0, 5));
 }
 
+TEST(Map, KeepsNoMemoryForWhatIsGone) {
+  Map map = ThreeKeyframes();
+  const PointId point = AddSeen(map, 0, {1, 2});
+  map.point(point).patch = Patch();
+  ASSERT_GT(map.keyframe(1).view.features.capacity(), 0U);
+  map.RemoveKeyframe(1, 0);  // one observation is too few
+  EXPECT_EQ(map.keyframe(1).view.features.capacity(), 0U);
+  EXPECT_EQ(map.keyframe(1).view.points.capacity(), 0U);
+  ASSERT_FALSE(map.point(point).alive);
+  EXPECT_EQ(map.point(point).observations.capacity(), 0U);
+  EXPECT_FALSE(map.point(point).patch.has_value());
+}
+
 TEST(Map, RescalesAllLengths) {
   Map map = ThreeKeyframes();
   const PointId point = AddSeen(map, 0, {0, 1});

@@ -69,7 +69,8 @@ void Map::RemovePoint(PointId point) {
   for (const Observation& observation : removed.observations) {
     keyframes_[observation.keyframe].view.points[observation.feature].reset();
   }
-  removed.observations = {};
+  removed.observations = std::vector<Observation>();
+  removed.patch.reset();
   removed.alive = false;
   removed_.push_back(point);
 }
@@ -119,10 +120,11 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
     RemoveObservation(*point, {id, feature});
     if (points_[*point].alive) UpdatePoint(*point);
   }
-  keyframe.view.features = {};
-  keyframe.view.octaves = {};
-  keyframe.view.grid = {};
-  keyframe.view.points = {};
+  // A list that `= {}` empties would keep its memory.
+  keyframe.view.features = std::vector<Feature>();
+  keyframe.view.octaves = Octaves();
+  keyframe.view.grid = FeatureGrid();
+  keyframe.view.points = std::vector<std::optional<PointId>>();
 }
 
 void Map::UpdatePoint(PointId id) {

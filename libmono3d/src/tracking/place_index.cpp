@@ -61,11 +61,14 @@ void PlaceIndex::Remove(KeyframeId keyframe) {
   if (keyframe >= entries_of_.size()) return;
   for (const std::uint32_t entry : entries_of_[keyframe]) {
     for (std::size_t table = 0; table < kNumTables; ++table) {
-      std::erase(buckets_[table][Hash(entries_[entry].descriptor, table)], entry);
+      std::vector<std::uint32_t>& bucket = buckets_[table][Hash(entries_[entry].descriptor, table)];
+      std::erase(bucket, entry);
+      // Else every bucket that was ever used would keep its memory.
+      if (bucket.empty()) bucket = std::vector<std::uint32_t>();
     }
     free_.push_back(entry);
   }
-  entries_of_[keyframe] = {};
+  entries_of_[keyframe] = std::vector<std::uint32_t>();
 }
 
 std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
