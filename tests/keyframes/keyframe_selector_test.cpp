@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "mono3d/core/error.h"
@@ -186,6 +188,40 @@ TEST(KeyframeSelectorOptions, RefusesLimitsThatContradictEachOther) {
   KeyframeSelectorOptions options;
   options.max_baseline_ratio = 0.01;
   EXPECT_THROW(CreateKeyframeSelector(options), UsageError);
+}
+
+// Keyframes that lie 3 % of the depth apart, and how far the last bundle's images do when depth
+// maps of wider steps have more holes than surface.
+double LastStep(bool adapt_baseline) {
+  KeyframeSelectorOptions options;
+  options.adapt_baseline = adapt_baseline;
+  const auto selector = CreateKeyframeSelector(options);
+  double step = 0;
+  for (int i = 0; i < 40; ++i) {
+    const auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i));
+    if (!bundle) continue;
+    const IdList ids = Ids(*bundle);
+    step = 0.03 * static_cast<double>(ids[1] - ids[0]);
+    const double density = step > 0.05 ? 0.2 : 0.9;
+    selector->Hear({bundle->reference().id, density, 0.5 * density});
+  }
+  return step;
+}
+
+TEST(KeyframeSelector, MakesNarrowerBundlesAfterMapsFullOfHoles) {
+  EXPECT_NEAR(LastStep(false), 0.06, 1e-9);
+  EXPECT_NEAR(LastStep(true), 0.03, 1e-9);
+}
+
+TEST(KeyframeSelector, PassesOverWhatItHasNotChosen) {
+  const auto selector = CreateKeyframeSelector();
+  for (int i = 0; i < 10; ++i) selector->Hear({.reference_id = i, .density = 0, .confidence = 0});
+  std::optional<ImageBundle> last;
+  for (int i = 0; i < 12; ++i) {
+    if (auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) last = std::move(bundle);
+  }
+  ASSERT_TRUE(last);
+  EXPECT_EQ(Ids(*last)[1] - Ids(*last)[0], 2);  // as wide as allowed
 }
 
 }  // namespace

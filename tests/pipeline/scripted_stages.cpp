@@ -17,7 +17,8 @@ using Script = std::vector<ScriptedFrame>;
 
 class ScriptedTracker final : public Tracker {
  public:
-  explicit ScriptedTracker(const Script& script) : script_(script) {}
+  ScriptedTracker(const Script& script, std::vector<KeyframeConstraint>* constraints)
+      : script_(script), constraints_(constraints) {}
 
   TrackingResult Track(const Frame& frame) override {
     const ScriptedFrame& now = script_.at(static_cast<std::size_t>(frame.index));
@@ -36,6 +37,9 @@ class ScriptedTracker final : public Tracker {
         Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}}};
     return result;
   }
+  void Constrain(std::span<const KeyframeConstraint> constraints) override {
+    constraints_->insert(constraints_->end(), constraints.begin(), constraints.end());
+  }
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
@@ -43,6 +47,7 @@ class ScriptedTracker final : public Tracker {
 
  private:
   const Script& script_;
+  std::vector<KeyframeConstraint>* constraints_;
   std::vector<TrajectoryEntry> entries_;
 };
 
@@ -82,8 +87,9 @@ class ScriptedDepth final : public DepthEstimator {
 
 ScriptedRun RunScript(const Script& script, const std::filesystem::path& folder,
                       const SurfelMapOptions& options) {
+  ScriptedRun run;
   PipelineStages stages;
-  stages.tracker = std::make_unique<ScriptedTracker>(script);
+  stages.tracker = std::make_unique<ScriptedTracker>(script, &run.constraints);
   stages.keyframe_selector = std::make_unique<EverySelector>();
   stages.depth_estimator = std::make_unique<ScriptedDepth>(script);
   stages.create_surfel_map = [&] { return CreateSurfelMap(TestDevice(), options); };
@@ -95,7 +101,6 @@ ScriptedRun RunScript(const Script& script, const std::filesystem::path& folder,
     frame.timestamp_s = 0.1 * static_cast<double>(i);
     pipeline.Process(frame);
   }
-  ScriptedRun run;
   run.reconstruction = pipeline.Finish();
   const RunWriter writer(folder);
   writer.WriteRecord(run.reconstruction, {});

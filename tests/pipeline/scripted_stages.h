@@ -26,7 +26,8 @@ struct ScriptedFrame {
 // `folder`. Frame i is keyframe i.
 struct ScriptedRun {
   Reconstruction reconstruction;
-  nlohmann::json json;  // run.json
+  nlohmann::json json;                          // run.json
+  std::vector<KeyframeConstraint> constraints;  // that the tracker was told of
 };
 ScriptedRun RunScript(const std::vector<ScriptedFrame>& script, const std::filesystem::path& folder,
                       const SurfelMapOptions& options = {});

@@ -12,12 +12,6 @@
 namespace mono3d {
 namespace {
 
-// The view to which the surfel in this slot is anchored.
-std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t slot) {
-  const auto behind = std::upper_bound(first_slots.begin(), first_slots.end(), slot);
-  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(behind - first_slots.begin() - 1, 0));
-}
-
 // Places at which the view looks: near its corners, its sides, its middle.
 std::array<Eigen::Vector3d, 9> Places(const FusedView& view) {
   std::array<Eigen::Vector3d, 9> places;
@@ -33,6 +27,11 @@ std::array<Eigen::Vector3d, 9> Places(const FusedView& view) {
 }
 
 }  // namespace
+
+std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t slot) {
+  const auto behind = std::upper_bound(first_slots.begin(), first_slots.end(), slot);
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(behind - first_slots.begin() - 1, 0));
+}
 
 std::vector<int> Patches(std::span<const FusedView> views) {
   std::vector<int> patches;

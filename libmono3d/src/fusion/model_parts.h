@@ -15,6 +15,9 @@ namespace mono3d {
 // A patch is a part of the model that hangs together with the others by the tracker's poses alone:
 // no depth map has shown it together with another one yet. FusedView::patch tells which.
 
+// The view to which the surfel in this slot is anchored. `first_slots` as SurfelStorage has it.
+std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t slot);
+
 // The patches of the views, oldest first.
 std::vector<int> Patches(std::span<const FusedView> views);
 
@@ -23,8 +26,7 @@ std::vector<int> Patches(std::span<const FusedView> views);
 // as parts that may have to be merged.
 std::vector<FusedView> BreakBetween(const FusedView& last, const FusedView& next);
 
-// Of these blocks of surfels, those that hold some anchored to views of the patch. `first_slots` as
-// SurfelStorage has it.
+// Of these blocks of surfels, those that hold some anchored to views of the patch.
 std::vector<std::uint32_t> BlocksOfPatch(std::span<const std::uint32_t> blocks,
                                          std::span<const FusedView> views,
                                          std::span<const std::uint32_t> first_slots, int patch);

@@ -13,6 +13,7 @@
 
 #include "fusion/grid.h"
 #include "fusion/register.spirv.h"
+#include "fusion/registration_constraint.h"
 #include "fusion/registration_gate.h"
 
 namespace mono3d {
@@ -167,7 +168,7 @@ Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProble
 
 // What the model says of the prediction. Fine texture tells nothing of how far away a pose is that
 // is off by pixels, so the coarsest level is asked as well.
-RegistrationEvidence Registrar::Judge(const Target& target, const RegistrationProblem& of_tracker,
+Registrar::Judgement Registrar::Judge(const Target& target, const RegistrationProblem& of_tracker,
                                       const RegisteredView& predicted, int& num_evaluations) {
   RegistrationProblem problem = of_tracker;
   problem.predicted = predicted;
@@ -182,7 +183,7 @@ RegistrationEvidence Registrar::Judge(const Target& target, const RegistrationPr
   evidence.registered = evidence.overlap >= target.options.gate.min_overlap;
   evidence.tracker_misfit = misfit;
   evidence.num_iterations = num_evaluations;
-  return evidence;
+  return {evidence, InformationOf(look.system, look.stride, target.options.registration)};
 }
 
 // Gauss-Newton from the prediction, coarse to fine.
@@ -223,15 +224,18 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   UploadGrey(map);
   int num_evaluations = 0;
   RegistrationEvidence best;
+  Matrix7d information = Matrix7d::Zero();
   const RegisteredView* best_start = nullptr;
   for (const RegisteredView& predicted : predictions) {
-    RegistrationEvidence evidence = Judge(target, of_tracker, predicted, num_evaluations);
+    Judgement judgement = Judge(target, of_tracker, predicted, num_evaluations);
+    RegistrationEvidence& evidence = judgement.evidence;
     evidence.moved = &predicted != &predictions.front();
     // With hardly any of the model in view there is nothing to say.
-    if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}};
-    if (Stands(evidence, options)) return {predicted, evidence, {}};
+    if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
+    if (Stands(evidence, options)) return {predicted, evidence, {}, judgement.information, {}};
     if (best_start == nullptr || Cost(evidence) < Cost(best)) {
       best = evidence;
+      information = judgement.information;
       best_start = &predicted;
     }
   }
@@ -244,6 +248,7 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
       evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
   best.tracker_misfit = evidence.tracker_misfit;
   if (!is_better) evidence = best;
+  if (is_better) information = InformationOf(found.system, found.stride, options.registration);
   evidence.registered = true;
   evidence.moved = evidence.moved || is_better;
   evidence.num_iterations = num_evaluations;
@@ -251,9 +256,9 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   if (rejection.empty() && TellsTooLittle(evidence, options)) {
     evidence.registered = false;
     evidence.moved = false;
-    return {predictions.front(), evidence, {}};
+    return {predictions.front(), evidence, {}, {}, {}};
   }
-  return {is_better ? found.view : *best_start, evidence, std::move(rejection)};
+  return {is_better ? found.view : *best_start, evidence, std::move(rejection), information, {}};
 }
 
 }  // namespace mono3d

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "gpu/kernel.h"
 #include "gpu/recorder.h"
 #include "mono3d/fusion/surfel_map.h"
+#include "mono3d/image/keyframe_constraint.h"
 
 namespace mono3d {
 
@@ -29,6 +31,9 @@ struct Registration {
   RegisteredView view;
   RegistrationEvidence evidence;
   std::string rejection;  // why the depth map must not be fused; empty: it may
+  // Where it was moved: what is known of the pose, see InformationOf, and what the tracker is told.
+  Matrix7d information = Matrix7d::Zero();
+  std::optional<KeyframeConstraint> constraint;
 };
 
 // The registration of depth maps with the model. A pose of the tracker that the model does not
@@ -64,8 +69,13 @@ class Registrar {
 
   Look LookAt(const Target& target, const RegistrationProblem& problem, int level,
               int& num_evaluations);
-  RegistrationEvidence Judge(const Target& target, const RegistrationProblem& of_tracker,
-                             const RegisteredView& predicted, int& num_evaluations);
+  // What the model says of one prediction.
+  struct Judgement {
+    RegistrationEvidence evidence;
+    Matrix7d information;
+  };
+  Judgement Judge(const Target& target, const RegistrationProblem& of_tracker,
+                  const RegisteredView& predicted, int& num_evaluations);
   Look Converge(const Target& target, const RegistrationProblem& problem, int& num_evaluations);
 
   static constexpr std::size_t kNumLevels = 3;

@@ -30,7 +30,7 @@ FusionResult RepairingSurfelMap::Integrate(const DepthMap& map) {
     Keep({StoredDepthMap(map), model_->ScaleOfKeyframe(map.keyframe_id), 1, 0}, result);
   }
   if (is_fused && !waiting_.empty()) {
-    result.retried.push_back(TryAgain(*waiting_.TakeOldest(), result.patch_joins));
+    result.retried.push_back(TryAgain(*waiting_.TakeOldest(), result));
     if (result.retried.back().status == FusionStatus::kFused) health_.AcceptLate();
   }
   result.health = health_.Judge();
@@ -83,10 +83,14 @@ void RepairingSurfelMap::Keep(KeptMap kept, FusionResult& result) {
   }
 }
 
-RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept, std::vector<PatchJoin>& patch_joins) {
+// What it has brought about besides is added to `all`.
+RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept, FusionResult& all) {
   const DepthMap map = kept.map.Restore();
   FusionResult result = model_->Integrate(map);
-  patch_joins.insert(patch_joins.end(), result.patch_joins.begin(), result.patch_joins.end());
+  all.patch_joins.insert(all.patch_joins.end(), result.patch_joins.begin(),
+                         result.patch_joins.end());
+  all.constraints.insert(all.constraints.end(), result.constraints.begin(),
+                         result.constraints.end());
   ++kept.num_attempts;
   Keep(std::move(kept), result);
   return {map.frame_index,   map.timestamp_s,    result.status,
@@ -114,7 +118,7 @@ void RepairingSurfelMap::Repair(FusionResult& result) {
   num_since_repair_ = 0;
   for (KeptMap& kept : order) {
     kept.num_attempts = std::min(kept.num_attempts, options_.retry.max_attempts - 1);
-    result.retried.push_back(TryAgain(std::move(kept), result.patch_joins));
+    result.retried.push_back(TryAgain(std::move(kept), result));
     const RetriedMap& retried = result.retried.back();
     if (retried.registration.registered) {
       health_.Add(retried.registration, retried.status == FusionStatus::kFused);

@@ -47,7 +47,7 @@ class RepairingSurfelMap : public SurfelMap {
 
  private:
   void Keep(KeptMap kept, FusionResult& result);
-  RetriedMap TryAgain(KeptMap kept, std::vector<PatchJoin>& patch_joins);
+  RetriedMap TryAgain(KeptMap kept, FusionResult& all);
   void Repair(FusionResult& result);
 
   std::unique_ptr<RepairableMap> model_;

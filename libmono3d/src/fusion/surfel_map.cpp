@@ -102,6 +102,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   result.num_surfels = num_surfels();
   result.starts_patch = placement.starts_patch;
   if (placement.join) result.patch_joins.push_back(*placement.join);
+  result.constraints = placement.constraints;
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "fusion/registration_constraint.h"
 #include "fusion/registration_gate.h"
 #include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/log.h"
@@ -43,10 +44,15 @@ Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
 VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
   const Predictions predictions = Predict(map);
   if (views_.empty() || !options_.registration.enabled)
-    return {.registration = {predictions.front(), {}, {}},
+    return {.registration = {.view = predictions.front(),
+                             .evidence = {},
+                             .rejection = {},
+                             .information = {},
+                             .constraint = {}},
             .patch = 0,
             .starts_patch = false,
-            .join = {}};
+            .join = {},
+            .constraints = {}};
   std::vector<ViewParams> views;
   for (const RegisteredView& predicted : predictions) {
     views.push_back(ViewOf(Placed(map, predicted)));
@@ -55,12 +61,15 @@ VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
   Placement placement;
   placement.patch = views_.back().patch;
   std::vector<PatchRegistration> shown = RegisterWithPatches(map, predictions);
-  if (shown.size() > 1) placement.join = JoinPatches(map, shown);
+  if (shown.size() > 1) placement.join = JoinPatches(map, shown, placement.constraints);
   if (!shown.empty()) {
     placement.patch = shown.front().patch;
     placement.registration = shown.front().registration;
   } else {
     placement.registration = Register(map, predictions, visible_);
+  }
+  if (!placement.join && placement.registration.constraint) {
+    placement.constraints = {*placement.registration.constraint};
   }
   if (!placement.registration.evidence.registered && placement.registration.rejection.empty()) {
     placement.starts_patch = true;
@@ -75,6 +84,14 @@ Registration VulkanSurfelMap::Register(const DepthMap& map, const Predictions& p
                                                   predictions, options_, times_);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
+  if (!registration.evidence.moved || !registration.rejection.empty()) return registration;
+  const std::optional<std::size_t> anchor =
+      AnchorOf(blocks.numbers(), views_, surfels_.first_slots());
+  if (anchor && views_[*anchor].keyframe_id != map.keyframe_id) {
+    registration.constraint =
+        MakeConstraint(map.keyframe_id, ScaleOfKeyframe(map.keyframe_id), registration.view,
+                       registration.information, views_[*anchor]);
+  }
   return registration;
 }
 
@@ -102,8 +119,10 @@ std::vector<VulkanSurfelMap::PatchRegistration> VulkanSurfelMap::RegisterWithPat
 
 // Where two patches at least are sure of the depth map: the others move to the oldest of them, with
 // which the depth map is registered then; `shown` is that alone afterwards.
-std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(const DepthMap& map,
-                                                      std::vector<PatchRegistration>& shown) {
+// Those that the tracker has elsewhere are added to `constraints`.
+std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(
+    const DepthMap& map, std::vector<PatchRegistration>& shown,
+    std::vector<KeyframeConstraint>& constraints) {
   std::vector<PatchRegistration> sure;
   std::copy_if(shown.begin(), shown.end(), std::back_inserter(sure), [&](const auto& of) {
     const RegistrationEvidence& evidence = of.registration.evidence;
@@ -111,6 +130,9 @@ std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(const DepthMap& map,
            (!evidence.moved || evidence.uncertainty_px <= options_.gate.max_join_uncertainty_px);
   });
   if (sure.size() < 2) return std::nullopt;
+  for (const PatchRegistration& of : sure) {
+    if (of.registration.constraint) constraints.push_back(*of.registration.constraint);
+  }
   std::sort(sure.begin(), sure.end(),
             [](const auto& a, const auto& b) { return a.patch < b.patch; });
   const PatchRegistration& oldest = sure.front();

@@ -80,6 +80,7 @@ class VulkanSurfelMap : public RepairableMap {
     int patch = 0;
     bool starts_patch = false;
     std::optional<PatchJoin> join;
+    std::vector<KeyframeConstraint> constraints;
   };
   // What one patch makes of it.
   struct PatchRegistration {
@@ -91,7 +92,8 @@ class VulkanSurfelMap : public RepairableMap {
                         const BlockList& blocks);
   std::vector<PatchRegistration> RegisterWithPatches(const DepthMap& map,
                                                      const Predictions& predictions);
-  std::optional<PatchJoin> JoinPatches(const DepthMap& map, std::vector<PatchRegistration>& shown);
+  std::optional<PatchJoin> JoinPatches(const DepthMap& map, std::vector<PatchRegistration>& shown,
+                                       std::vector<KeyframeConstraint>& constraints);
   void MoveToOldest(const DepthMap& map, const PatchRegistration& other,
                     const PatchRegistration& oldest, PatchJoin& join);
   std::int64_t MergeAcross(const std::vector<bool>& is_other);

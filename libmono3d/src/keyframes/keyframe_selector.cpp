@@ -4,9 +4,12 @@
 #include "mono3d/keyframes/keyframe_selector.h"
 
 #include <algorithm>
+#include <deque>
 #include <numbers>
 #include <utility>
 #include <vector>
+
+#include "keyframes/reach.h"
 
 namespace mono3d {
 namespace {
@@ -44,7 +47,9 @@ Motion MotionBetween(const Candidate& a, const Candidate& b) {
 class BaselineKeyframeSelector final : public KeyframeSelector {
  public:
   explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options)
-      : options_(options), num_images_(static_cast<std::size_t>(options.num_images)) {
+      : options_(options),
+        num_images_(static_cast<std::size_t>(options.num_images)),
+        reach_(options.max_baseline_ratio) {
     options_.Validate();
   }
 
@@ -53,6 +58,16 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     if (!(candidate.median_depth_su > 0)) return std::nullopt;
     if (!Extend(std::move(candidate))) return std::nullopt;
     return FindBundle();
+  }
+
+  void Hear(const BundleWorth& worth) override {
+    if (!options_.adapt_baseline) return;
+    const auto chosen = std::find_if(chosen_.begin(), chosen_.end(), [&](const Chosen& bundle) {
+      return bundle.reference_id == worth.reference_id;
+    });
+    if (chosen == chosen_.end()) return;
+    reach_.Hear(chosen->width, worth.density, worth.confidence);
+    chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 
   void Correct(std::span<const KeyframeCorrection> corrections) override {
@@ -93,14 +108,16 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   }
 
   // Indices into the window, ascending, the last one the newest; each step goes back as far as the
-  // limits allow, since the depth error falls with the baseline. Empty when there is no chain.
+  // limits and the reach allow, since the depth error falls with the baseline; where the keyframes
+  // lie farther apart than the reach, to the nearest. Empty when there is no chain.
   std::vector<std::size_t> FindChain() const {
     std::vector<std::size_t> chain = {window_.size() - 1};
     while (chain.size() < num_images_) {
       const std::size_t head = chain.back();
       std::optional<std::size_t> next;
       for (std::size_t i = head; i-- > 0;) {
-        if (IsNeighbour(MotionBetween(window_[i], window_[head]))) next = i;
+        const Motion motion = MotionBetween(window_[i], window_[head]);
+        if (IsNeighbour(motion) && (!next || motion.baseline_ratio <= reach_.ratio())) next = i;
       }
       if (!next) return {};
       chain.push_back(*next);
@@ -118,6 +135,8 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
       return std::nullopt;
     }
     ImageBundle bundle;
+    chosen_.push_back({reference.keyframe.id, reach_.width()});
+    if (chosen_.size() > kMaxChosen) chosen_.pop_front();
     for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
     last_reference_ = reference;
     last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
@@ -130,8 +149,17 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return bundle;
   }
 
+  // A bundle whose worth has not been heard of.
+  struct Chosen {
+    std::int64_t reference_id = 0;
+    std::size_t width = 0;
+  };
+  static constexpr std::size_t kMaxChosen = 16;  // live two are on their way
+
   KeyframeSelectorOptions options_;
   std::size_t num_images_;
+  Reach reach_;
+  std::deque<Chosen> chosen_;
   std::vector<Candidate> window_;
   std::optional<Candidate> last_reference_;
 };
@@ -145,6 +173,8 @@ void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
         "smallest baseline between neighbouring images, over the median depth");
   visit("max_baseline_ratio", max_baseline_ratio,
         "largest baseline between neighbouring images, over the median depth");
+  visit("adapt_baseline", adapt_baseline,
+        "narrower bundles are tried after depth maps with more holes than surface");
   visit("min_reference_baseline_ratio", min_reference_baseline_ratio,
         "smallest baseline between the references of two bundles, over the median depth");
 }

@@ -4,12 +4,33 @@
 #include "pipeline/model_builder.h"
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 #include <utility>
 
 namespace mono3d {
+namespace {
+
+BundleWorth WorthOf(const ImageBundle& bundle, const DepthResult& depth) {
+  BundleWorth worth;
+  worth.reference_id = bundle.reference().id;
+  const cv::Mat& map = depth.map.depth;
+  if (depth.status != DepthStatus::kEstimated || map.empty()) return worth;
+  worth.density = static_cast<double>(CountEstimates(depth.map)) / static_cast<double>(map.total());
+  const cv::Mat& confidence = depth.map.confidence;
+  worth.confidence = confidence.empty() ? worth.density : cv::mean(confidence)[0];
+  return worth;
+}
+
+}  // namespace
+
+void ModelFeedback::Append(const ModelFeedback& more) {
+  constraints.insert(constraints.end(), more.constraints.begin(), more.constraints.end());
+  worths.insert(worths.end(), more.worths.begin(), more.worths.end());
+}
 
 void ModelBuilder::Add(const ImageBundle& bundle) {
   const DepthResult depth = stages_.depth_estimator->Estimate(bundle);
+  feedback_.worths.push_back(WorthOf(bundle, depth));
   if (depth.status != DepthStatus::kEstimated) {
     ++counts_.rejected_bundles[ReasonClass(depth.reason)];
     return;
@@ -30,6 +51,7 @@ void ModelBuilder::Fuse(const DepthMap& map) {
   const FusionResult fusion = model->Integrate(map);
   TakeResult(map, fusion);
   TakeRetried(fusion);
+  TakeConstraints(fusion);
   if (stages_.on_depth_map) stages_.on_depth_map(map, fusion);
 }
 
@@ -55,6 +77,27 @@ void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion) {
     of_map.health_changes.push_back({map.frame_index, fusion.health.state, fusion.health.reason});
   }
   of_map.health = fusion.health;
+}
+
+// The model has lengths as they were when it was given the depth maps, the tracker as they were
+// when it handed out the keyframes.
+void ModelBuilder::TakeConstraints(const FusionResult& fusion) {
+  const auto scale_of = [&](std::int64_t id) {
+    const auto found = scales_when_fused_.find(id);
+    return found == scales_when_fused_.end() ? 1 : found->second;
+  };
+  for (KeyframeConstraint constraint : fusion.constraints) {
+    const double scale = scale_of(constraint.id);
+    const double scale_of_anchor = scale_of(constraint.anchor_id);
+    const Pose& T = constraint.T_cam_anchor;
+    constraint.T_cam_anchor = Pose(T.rotation(), T.translation() / scale_of_anchor);
+    constraint.scale *= scale / scale_of_anchor;
+    Eigen::Matrix<double, 7, 1> unit = Eigen::Matrix<double, 7, 1>::Ones();
+    unit.segment<3>(3).setConstant(scale_of_anchor);
+    constraint.information = unit.asDiagonal() * constraint.information * unit.asDiagonal();
+    feedback_.constraints.push_back(constraint);
+  }
+  counts_.num_constraints += static_cast<std::int64_t>(fusion.constraints.size());
 }
 
 void ModelBuilder::TakeViews(int map_id, const std::vector<MovedView>& views) {
@@ -209,6 +252,7 @@ void AddModelCounts(const PipelineCounts& model, PipelineCounts& counts) {
   counts.num_patches_started += model.num_patches_started;
   counts.num_patches_joined += model.num_patches_joined;
   counts.num_models_joined += model.num_models_joined;
+  counts.num_constraints += model.num_constraints;
   for (const auto& [reason, times] : model.rejected_bundles) {
     counts.rejected_bundles[reason] += times;
   }

@@ -8,8 +8,10 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "pipeline/keyframe_scales.h"
 #include "pipeline/map_joins.h"
@@ -31,6 +33,15 @@ struct ModelProgress {
   ModelHealth health;
 };
 
+// What the stages before are told.
+struct ModelFeedback {
+  std::vector<KeyframeConstraint>
+      constraints;                  // where models have keyframes, in the tracker's terms
+  std::vector<BundleWorth> worths;  // what became of bundles
+
+  void Append(const ModelFeedback& more);
+};
+
 // The second half of the chain: from bundles to depth maps to the models of the tracker's maps.
 class ModelBuilder {
  public:
@@ -45,6 +56,9 @@ class ModelBuilder {
   void JoinFinished(const std::vector<JoinedMap>& joined);
   // Exports the models and lets their memory go.
   void Close();
+
+  // What there is to tell the stages before since the last call.
+  ModelFeedback TakeFeedback() { return std::exchange(feedback_, {}); }
 
   ModelProgress Progress() const;
   const std::vector<TrajectoryEntry>& trajectory() const { return trajectory_; }  // fused maps
@@ -62,6 +76,7 @@ class ModelBuilder {
   void Fuse(const DepthMap& map);
   void TakeResult(const DepthMap& map, const FusionResult& fusion);
   void TakeRetried(const FusionResult& fusion);
+  void TakeConstraints(const FusionResult& fusion);
   void TakeViews(int map_id, const std::vector<MovedView>& views);
   void Join(const JoinedMap& joined, std::span<const KeyframeCorrection> corrections);
   void JoinRecords(const JoinedMap& joined);
@@ -77,6 +92,7 @@ class ModelBuilder {
   std::map<int, OfMap> of_map_;
   KeyframeScales scales_;
   std::map<std::int64_t, double> scales_when_fused_;  // by keyframe
+  ModelFeedback feedback_;
 };
 
 // Adds the counts of depth maps and the model.

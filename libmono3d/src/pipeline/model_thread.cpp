@@ -52,6 +52,11 @@ void ModelThread::Rethrow() {
   if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
+ModelFeedback ModelThread::TakeFeedback() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(feedback_, {});
+}
+
 std::int64_t ModelThread::num_dropped() const {
   const std::lock_guard lock(mutex_);
   return num_dropped_;
@@ -79,8 +84,10 @@ void ModelThread::Run() {
       error = std::current_exception();
     }
     ModelProgress progress = builder_.Progress();
+    const ModelFeedback feedback = builder_.TakeFeedback();
     lock.lock();
     progress_ = std::move(progress);
+    feedback_.Append(feedback);
     is_busy_ = false;
     error_ = error;
     is_ending_ = is_ending_ || error != nullptr;

@@ -34,6 +34,9 @@ class ModelThread {
   // Until nothing waits or is worked at.
   void Wait();
 
+  // As ModelBuilder has it, of the work that is done.
+  ModelFeedback TakeFeedback();
+
   std::int64_t num_dropped() const;
   ModelProgress Progress() const;  // as of the latest work done
 
@@ -49,6 +52,7 @@ class ModelThread {
   std::optional<ImageBundle> bundle_;
   KeyframeScales scales_;  // after the changes
   ModelProgress progress_;
+  ModelFeedback feedback_;
   std::int64_t num_dropped_ = 0;
   bool is_busy_ = false;
   bool is_ending_ = false;

@@ -44,6 +44,7 @@ struct Pipeline::State {
                  std::move(observer.on_depth_map), surfel_export}) {}
 
   void Process(const Frame& frame);
+  bool FeedBack();
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
   void Change(const std::vector<KeyframeCorrection>& corrections);
   void Select(const Keyframe& keyframe);
@@ -85,6 +86,16 @@ void Pipeline::State::Change(const std::vector<KeyframeCorrection>& corrections)
   }
 }
 
+// What the model says since the last call: to the tracker, where its keyframes are, and to the
+// selector, what its bundles were worth. True where the tracker was told something.
+bool Pipeline::State::FeedBack() {
+  const ModelFeedback feedback = thread ? thread->TakeFeedback() : builder.TakeFeedback();
+  for (const BundleWorth& worth : feedback.worths) keyframe_selector->Hear(worth);
+  if (feedback.constraints.empty()) return false;
+  tracker->Constrain(feedback.constraints);
+  return true;
+}
+
 void Pipeline::State::Select(const Keyframe& keyframe) {
   ++counts.num_keyframes;
   joins.Remember(keyframe);
@@ -100,6 +111,7 @@ void Pipeline::State::Select(const Keyframe& keyframe) {
 
 void Pipeline::State::Process(const Frame& frame) {
   ++counts.num_frames;
+  (void)FeedBack();
   const TrackingResult tracking = tracker->Track(frame);
   TakePoses(frame, tracking);
   try {
@@ -122,6 +134,7 @@ void Pipeline::State::TakeLast() {
   };
   if (!has_thrown) wait();
   if (has_thrown) thread.reset();
+  (void)FeedBack();
   Change(tracker->WaitForMapping());
   const std::vector<Keyframe> last_keyframes = tracker->Finish();
   if (!has_thrown) {
@@ -129,6 +142,8 @@ void Pipeline::State::TakeLast() {
       wait();
       Select(keyframe);
     }
+    wait();
+    if (FeedBack()) Change(tracker->WaitForMapping());
     wait();
   }
   if (thread) counts.num_dropped_bundles = thread->num_dropped();

@@ -114,6 +114,7 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"patches_joined", counts.num_patches_joined},
           {"models_joined", counts.num_models_joined},
           {"corrections", counts.num_corrections},
+          {"constraints", counts.num_constraints},
           {"untracked_frames", counts.untracked_frames},
           {"rejected_bundles", counts.rejected_bundles},
           {"rejected_depth_maps", counts.rejected_depth_maps}};

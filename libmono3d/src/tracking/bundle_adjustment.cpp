@@ -100,6 +100,29 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   BundleObservation observation_;
 };
 
+class ConstraintError final : public ceres::SizedCostFunction<6, 7, 7> {
+ public:
+  explicit ConstraintError(const PoseConstraint& constraint) : constraint_(constraint) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const ConstraintDerivatives at =
+        Derive(constraint_, FromBlock(parameters[0]), FromBlock(parameters[1]));
+    Eigen::Map<Vector6d>{residuals} = at.error;
+    if (jacobians == nullptr) return true;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (jacobians[i] == nullptr) continue;
+      Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> by_pose(jacobians[i]);
+      by_pose.leftCols<6>() = i == 0 ? at.by_view : at.by_anchor;
+      by_pose.col(6).setZero();
+    }
+    return true;
+  }
+
+ private:
+  const PoseConstraint& constraint_;
+};
+
 // Of each observation; infinite behind the camera.
 std::vector<double> Chi2(const BundleProblem& problem) {
   std::vector<Eigen::Matrix3d> rotations;
@@ -190,6 +213,11 @@ void Minimise(BundleProblem& problem, const std::vector<char>& is_outlier, bool 
     is_used[observation.point] = 1;
   }
   if (ceres_problem.NumResidualBlocks() == 0) return;
+  ceres::CauchyLoss loss_of_constraint(std::sqrt(kChi2SixDof));
+  for (const PoseConstraint& constraint : problem.constraints) {
+    ceres_problem.AddResidualBlock(new ConstraintError(constraint), &loss_of_constraint,
+                                   poses[constraint.view].data(), poses[constraint.anchor].data());
+  }
   ceres::Solver::Options options = SolverOptions(num_steps, bundle_options.min_gain);
   options.linear_solver_ordering = ordering;
   StopCallback stop(bundle_options);

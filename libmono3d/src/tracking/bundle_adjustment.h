@@ -10,6 +10,7 @@
 
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "tracking/pose_constraint.h"
 
 namespace mono3d::tracking {
 
@@ -26,6 +27,7 @@ struct BundleProblem {
   std::vector<char> is_fixed;     // of each view
   std::vector<Eigen::Vector3d> p_world;
   std::vector<BundleObservation> observations;
+  std::vector<PoseConstraint> constraints;  // besides, with Cauchy's loss
 };
 
 struct BundleOptions {

@@ -14,8 +14,6 @@
 namespace mono3d::tracking {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
 // An observation in use.
@@ -47,6 +45,13 @@ void AddSquare(const std::array<Eigen::Matrix<double, kSize, 1>, 2>& rows,
   }
 }
 
+// Of the views' Hessian, below its diagonal.
+struct ViewPair {
+  std::size_t row = 0;  // positions among the free views
+  std::size_t column = 0;
+  Matrix6d hessian;
+};
+
 class DenseBundle {
  public:
   DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust);
@@ -57,7 +62,9 @@ class DenseBundle {
   static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
   double Cost(const std::vector<Camera>& cameras, const std::vector<Eigen::Vector3d>& points) const;
   Derivatives Derive(const Term& term, const Camera& camera, const Eigen::Vector3d& p_world) const;
+  double ConstraintsCost(const std::vector<Pose>& T_cam_world) const;
   void Linearise(const std::vector<Camera>& cameras);
+  void LineariseConstraints();
   void EliminatePoints(double damping);
   bool Solve(double damping);
   double Weight(double chi2) const;
@@ -67,12 +74,14 @@ class DenseBundle {
   std::vector<Term> terms_;              // by point
   std::vector<std::size_t> first_term_;  // of each point; one more than there are points
   std::vector<std::size_t> free_views_;
+  std::vector<std::optional<std::size_t>> free_of_;  // of each view
   // Of the linearised problem:
   std::vector<Matrix6d> view_hessians_;
   Eigen::VectorXd view_gradient_;
   std::vector<Eigen::Matrix3d> point_hessians_;
   std::vector<Eigen::Vector3d> point_gradients_;
   std::vector<Matrix63d> mixed_;  // of each term of a free view
+  std::vector<ViewPair> pairs_;   // of the constraints between two free views
   // Of the solution:
   std::vector<Eigen::Matrix3d> point_inverses_;
   Eigen::MatrixXd reduced_;
@@ -83,10 +92,10 @@ class DenseBundle {
 
 DenseBundle::DenseBundle(BundleProblem& problem, const std::vector<char>& left_out, bool robust)
     : problem_(problem), robust_(robust) {
-  std::vector<std::optional<std::size_t>> free_of(problem.T_cam_world.size());
-  for (std::size_t view = 0; view < free_of.size(); ++view) {
+  free_of_.resize(problem.T_cam_world.size());
+  for (std::size_t view = 0; view < free_of_.size(); ++view) {
     if (problem.is_fixed[view] != 0) continue;
-    free_of[view] = free_views_.size();
+    free_of_[view] = free_views_.size();
     free_views_.push_back(view);
   }
   first_term_.assign(problem.p_world.size() + 1, 0);
@@ -99,7 +108,7 @@ DenseBundle::DenseBundle(BundleProblem& problem, const std::vector<char>& left_o
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     if (left_out[i] != 0) continue;
     const BundleObservation& o = problem.observations[i];
-    terms_[next[o.point]++] = {o.pixel, 1 / o.sigma_px, o.view, free_of[o.view]};
+    terms_[next[o.point]++] = {o.pixel, 1 / o.sigma_px, o.view, free_of_[o.view]};
   }
 }
 
@@ -128,6 +137,16 @@ double DenseBundle::Cost(const std::vector<Camera>& cameras,
       cost +=
           !robust_ || chi2 <= kChi2TwoDof ? chi2 : 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
     }
+  }
+  return cost;
+}
+
+double DenseBundle::ConstraintsCost(const std::vector<Pose>& T_cam_world) const {
+  double cost = 0;
+  for (const PoseConstraint& constraint : problem_.constraints) {
+    cost += ConstraintCost(
+        WhitenedError(constraint, T_cam_world[constraint.view], T_cam_world[constraint.anchor])
+            .squaredNorm());
   }
   return cost;
 }
@@ -186,6 +205,32 @@ void DenseBundle::Linearise(const std::vector<Camera>& cameras) {
   }
 }
 
+void DenseBundle::LineariseConstraints() {
+  pairs_.clear();
+  for (const PoseConstraint& constraint : problem_.constraints) {
+    const ConstraintDerivatives at = tracking::Derive(
+        constraint, problem_.T_cam_world[constraint.view], problem_.T_cam_world[constraint.anchor]);
+    const double weight = ConstraintWeight(at.error.squaredNorm());
+    const auto add = [&](std::size_t view, const Matrix6d& by_pose) {
+      if (!free_of_[view]) return;
+      view_hessians_[*free_of_[view]] += weight * by_pose.transpose() * by_pose;
+      view_gradient_.segment<6>(static_cast<Eigen::Index>(6 * *free_of_[view])) -=
+          weight * by_pose.transpose() * at.error;
+    };
+    add(constraint.view, at.by_view);
+    add(constraint.anchor, at.by_anchor);
+    if (!free_of_[constraint.view] || !free_of_[constraint.anchor]) continue;
+    const Matrix6d mixed = weight * at.by_view.transpose() * at.by_anchor;
+    const std::size_t row = *free_of_[constraint.view];
+    const std::size_t column = *free_of_[constraint.anchor];
+    if (row > column) {
+      pairs_.push_back({row, column, mixed});
+    } else {
+      pairs_.push_back({column, row, mixed.transpose()});
+    }
+  }
+}
+
 void DenseBundle::EliminatePoints(double damping) {
   const auto size = static_cast<Eigen::Index>(6 * free_views_.size());
   reduced_.setZero(size, size);
@@ -197,6 +242,10 @@ void DenseBundle::EliminatePoints(double damping) {
     reduced_.block<6, 6>(at, at).diagonal() *= 1 + damping;
     // A view without observations stays where it is.
     if (view_hessians_[i].isZero(0)) reduced_.block<6, 6>(at, at).setIdentity();
+  }
+  for (const ViewPair& pair : pairs_) {
+    reduced_.block<6, 6>(static_cast<Eigen::Index>(6 * pair.row),
+                         static_cast<Eigen::Index>(6 * pair.column)) += pair.hessian;
   }
   for (std::size_t point = 0; point < point_hessians_.size(); ++point) {
     Eigen::Matrix3d hessian = point_hessians_[point];
@@ -239,11 +288,14 @@ bool DenseBundle::Solve(double damping) {
 
 void DenseBundle::Minimise(int num_steps, const BundleOptions& options) {
   std::vector<Camera> cameras = Cameras(problem_.T_cam_world);
-  double cost = Cost(cameras, problem_.p_world);
+  double cost = Cost(cameras, problem_.p_world) + ConstraintsCost(problem_.T_cam_world);
   double damping = 1e-5;
   bool is_linearised = false;
   for (int i = 0; i < num_steps; ++i) {
-    if (!is_linearised) Linearise(cameras);
+    if (!is_linearised) {
+      Linearise(cameras);
+      LineariseConstraints();
+    }
     is_linearised = true;
     if (!Solve(damping)) {
       damping = damping * 100 + 1e-4;
@@ -258,7 +310,7 @@ void DenseBundle::Minimise(int num_steps, const BundleOptions& options) {
     std::vector<Eigen::Vector3d> points = problem_.p_world;
     for (std::size_t k = 0; k < points.size(); ++k) points[k] += point_step_[k];
     std::vector<Camera> moved = Cameras(poses);
-    const double new_cost = Cost(moved, points);
+    const double new_cost = Cost(moved, points) + ConstraintsCost(poses);
     if (!(new_cost < cost)) {
       damping = damping * 100 + 1e-4;
       continue;

@@ -11,6 +11,7 @@
 #include "mono3d/geometry/triangulation.h"
 #include "tracking/bundle_adjustment.h"
 #include "tracking/direct_tracking.h"
+#include "tracking/keyframe_constraints.h"
 #include "tracking/point_creation.h"
 
 namespace mono3d::tracking {
@@ -64,6 +65,7 @@ MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
       }
     }
   }
+  bundle.problem.constraints = ConstraintsOf(map, view_of);
   return bundle;
 }
 

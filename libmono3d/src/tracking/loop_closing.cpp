@@ -8,9 +8,10 @@
 
 #include "tracking/direct_tracking.h"
 #include "tracking/frame_tracking.h"
+#include "tracking/keyframe_constraints.h"
+#include "tracking/keyframe_graph.h"
 #include "tracking/local_mapping.h"
 #include "tracking/point_creation.h"
-#include "tracking/pose_graph.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -52,58 +53,6 @@ std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& index, Keyf
     if (!IsConnected(map, match.keyframe, covisible)) candidates.push_back(match.keyframe);
   }
   return candidates;
-}
-
-// The keyframes of a map as a graph, and which node is which.
-struct Graph {
-  std::vector<KeyframeId> keyframes;
-  std::vector<std::optional<std::size_t>> node_of;
-  std::vector<Similarity> S_cam_world;
-  std::vector<SimilarityEdge> edges;
-
-  void AddEdge(KeyframeId a, KeyframeId b, const Similarity& S_b_a) {
-    edges.push_back({*node_of[a], *node_of[b], S_b_a});
-  }
-};
-
-Graph BuildGraph(const Map& map) {
-  constexpr int kMinSharedOfEdge = 50;  // points
-  Graph graph;
-  graph.node_of.resize(map.keyframes().size());
-  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
-    if (!map.keyframe(id).alive) continue;
-    graph.node_of[id] = graph.keyframes.size();
-    graph.keyframes.push_back(id);
-    graph.S_cam_world.emplace_back(1, map.T_cam_world(id));
-  }
-  const auto relative = [&](KeyframeId a, KeyframeId b) {
-    return Similarity(1, map.T_cam_world(b) * map.T_cam_world(a).Inverse());
-  };
-  std::optional<KeyframeId> before;  // in flight
-  for (const KeyframeId id : InOrderOfFlight(map)) {
-    if (!map.keyframe(id).alive) continue;
-    // To the one before in any case, so that the graph is in one piece.
-    if (before) graph.AddEdge(*before, id, relative(*before, id));
-    for (const Covisible& other : map.CovisibleKeyframes(id)) {
-      if (other.num_shared < kMinSharedOfEdge || other.keyframe >= id || other.keyframe == before) {
-        continue;
-      }
-      graph.AddEdge(other.keyframe, id, relative(other.keyframe, id));
-    }
-    before = id;
-  }
-  return graph;
-}
-
-// Keyframes that came while the graph was optimised are where they were to the one that closed the
-// loop.
-void AddNewer(const Map& map, KeyframeId num_keyframes, KeyframeId closing, Graph& graph) {
-  for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
-    const Pose T_new_closing = map.T_cam_world(id) * map.T_cam_world(closing).Inverse();
-    graph.keyframes.push_back(id);
-    graph.S_cam_world.push_back(Similarity(1, T_new_closing) *
-                                graph.S_cam_world[*graph.node_of[closing]]);
-  }
 }
 
 // z of the point of each feature, 0 where there is none, of each keyframe.
@@ -149,15 +98,16 @@ std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId
 
 void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
                MappingTurn& turn) {
-  Graph graph = BuildGraph(map);
+  KeyframeGraph graph = BuildGraph(map);
   const Pose T_new_old = loop.T_cam_world * map.T_cam_world(loop.old_keyframe).Inverse();
   graph.AddEdge(loop.old_keyframe, loop.keyframe,
                 Similarity(1 / loop.scale, Pose()) * Similarity(1, T_new_old));
   const double length = Median(map.Depths(map.keyframe(loop.keyframe).view));
   const KeyframeId num_keyframes = map.keyframes().size();
+  const GraphConstraints constraints = ConstraintsOf(map, graph);
   {
     const WithoutMap away(turn);
-    OptimisePoseGraph(graph.S_cam_world, graph.edges, length > 0 ? length : 1);
+    OptimisePoseGraph(graph.S_cam_world, graph.edges, length > 0 ? length : 1, constraints);
   }
   AddNewer(map, num_keyframes, loop.keyframe, graph);
   map.Correct(graph.keyframes, graph.S_cam_world);

@@ -269,9 +269,15 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
     }
     keyframes_.push_back(std::move(keyframe));
   }
+  for (MapConstraint& constraint : other.constraints_) {
+    constraint.keyframe += first_keyframe;
+    constraint.anchor += first_keyframe;
+    constraints_.push_back(constraint);
+  }
   ListRemoved(first_point);
   other.points_.clear();
   other.keyframes_.clear();
+  other.constraints_.clear();
   for (std::vector<PointId>* ids : {&other.removed_, &other.released_, &other.free_}) ids->clear();
 }
 

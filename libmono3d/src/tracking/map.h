@@ -79,6 +79,17 @@ struct MapKeyframe {
   Pose T_cam_anchor;
 };
 
+// What is known of two keyframes besides the points that they see: a KeyframeConstraint by the
+// numbers of this map.
+struct MapConstraint {
+  KeyframeId keyframe = 0;
+  KeyframeId anchor = 0;
+  Pose T_cam_anchor;
+  double scale = 1;
+  Eigen::Matrix<double, 7, 7> information;
+  bool is_new = true;  // not decided on yet
+};
+
 struct Covisible {
   KeyframeId keyframe = 0;
   int num_shared = 0;  // points
@@ -109,6 +120,10 @@ class Map {
   const MapPoint& point(PointId id) const { return points_[id]; }
   MapKeyframe& keyframe(KeyframeId id) { return keyframes_[id]; }
   const MapKeyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
+
+  // In the order in which they came; not saved with the map.
+  std::vector<MapConstraint>& constraints() { return constraints_; }
+  const std::vector<MapConstraint>& constraints() const { return constraints_; }
 
   // Takes the view over; its points gain an observation each.
   KeyframeId AddKeyframe(View view);
@@ -168,6 +183,7 @@ class Map {
   PyramidScales scales_;
   std::vector<MapPoint> points_;
   std::vector<MapKeyframe> keyframes_;
+  std::vector<MapConstraint> constraints_;
   // Numbers of points that are not alive: since the last ReleaseRemoved, until the next
   // ReuseReleased, and to be used again.
   std::vector<PointId> removed_;

@@ -208,7 +208,8 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   result.is_keyframe = InsertIfNeeded(view, pose, MapWhen::kWhenThereIsTime);
   if (result.is_keyframe && !mapping_) {
     MappingTurn alone;
-    if (RecognisePlace(newest_, alone)) result.corrections = CorrectionsOf(map());
+    const bool has_moved = RecognisePlace(newest_, alone);
+    if (FollowModel(alone) || has_moved) result.corrections = CorrectionsOf(map());
     result.map_id = map().id();  // another one where two were joined
     result.settled_keyframes = TakeSettled(map(), false, next_keyframe_id_);
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,7 @@ class OrbTracker final : public Tracker {
   std::vector<Keyframe> Finish() override;
   std::vector<TrajectoryEntry> Trajectory() const override;
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
+  void Constrain(std::span<const KeyframeConstraint> constraints) override;
   PointCloud MapPoints(int map_id) const override;
   SparseModel Sparse(int map_id) const override;
   std::string SaveMap() const override;
@@ -56,6 +58,8 @@ class OrbTracker final : public Tracker {
   enum class MapWhen { kNow, kWhenThereIsTime };
   bool InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when);
   bool RecognisePlace(KeyframeId keyframe, MappingTurn& turn);
+  bool FollowModel(MappingTurn& turn);
+  void RescaleMotion(double ratio);
   bool CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn);
   std::optional<KeyframeId> JoinIfKnown(KeyframeId keyframe, MappingTurn& turn);
   void UpdateMotion(const View& view);

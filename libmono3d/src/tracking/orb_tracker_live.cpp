@@ -17,6 +17,7 @@ MappingWork OrbTracker::BackgroundWork() {
     MapKeyframeInto(map(), keyframe, options_.mapping, times_, turn);
     turn.Breathe();
     if (RecognisePlace(keyframe, turn)) is_correction_due_ = true;
+    if (FollowModel(turn)) is_correction_due_ = true;
   };
   const auto adjust_all = [this](MappingTurn& turn) {
     const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
@@ -46,8 +47,9 @@ void OrbTracker::HandOver(TrackingResult& result) {
 
 std::vector<KeyframeCorrection> OrbTracker::WaitForMapping() {
   const std::unique_ptr<TrackingTurn> turn = TakeTurn();
-  if (!mapping_) return {};
-  mapping_->Wait(*turn);
+  if (mapping_) mapping_->Wait(*turn);
+  MappingTurn alone;  // nothing is mapped now
+  if (has_map_ && FollowModel(alone)) is_correction_due_ = true;
   TrackingResult result;
   if (is_correction_due_ && !maps_.empty()) result.corrections = CorrectionsOf(map());
   is_correction_due_ = false;

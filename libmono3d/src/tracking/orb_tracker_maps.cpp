@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tracking/keyframe_constraints.h"
 #include "tracking/local_mapping.h"
 #include "tracking/loop_closing.h"
 #include "tracking/map_joining.h"
@@ -145,11 +146,34 @@ bool OrbTracker::RecognisePlace(KeyframeId keyframe, MappingTurn& turn) {
     if (!added) return false;
     keyframe += *added;
   }
-  if (velocity_) {
-    const double ratio = map().keyframe(keyframe).scale / scale_before;
-    velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
-  }
+  RescaleMotion(map().keyframe(keyframe).scale / scale_before);
   return true;
+}
+
+void OrbTracker::Constrain(std::span<const KeyframeConstraint> constraints) {
+  if (!options_.with_constraints) return;
+  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  for (const KeyframeConstraint& constraint : constraints) {
+    for (const std::unique_ptr<Map>& of : maps_) {
+      if (AddConstraint(*of, constraint)) break;
+    }
+  }
+}
+
+// True when the map has moved, to where the model has some of its keyframes.
+bool OrbTracker::FollowModel(MappingTurn& turn) {
+  const double scale_before = map().keyframe(newest_).scale;
+  {
+    const ScopedStageTimer timer(times_, "tracking/constraints");
+    if (!FollowConstraints(map(), turn)) return false;
+  }
+  if (mapping_ && turn.IsShared()) mapping_->RequestAdjustment();
+  RescaleMotion(map().keyframe(newest_).scale / scale_before);
+  return true;
+}
+
+void OrbTracker::RescaleMotion(double ratio) {
+  if (velocity_) velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
 }
 
 bool OrbTracker::CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,9 @@ class ScalingTracker final : public Tracker {
 
   TrackingResult Track(const Frame& frame) override;
   std::vector<KeyframeCorrection> WaitForMapping() override { return tracker_->WaitForMapping(); }
+  void Constrain(std::span<const KeyframeConstraint> constraints) override {
+    tracker_->Constrain(constraints);
+  }
   std::vector<Keyframe> Finish() override;
   std::int64_t num_keyframes_without_image() const override { return num_without_image_; }
   std::vector<TrajectoryEntry> Trajectory() const override { return tracker_->Trajectory(); }

@@ -66,6 +66,8 @@ void TrackerOptions::Visit(OptionVisitor& visit) {
   visit.Group("initialisation", initialisation);
   visit.Group("insertion", insertion);
   visit.Group("mapping", mapping);
+  visit("with_constraints", with_constraints,
+        "the map follows what the model says of where its keyframes are");
   visit("min_inliers", min_inliers, "map points that a pose must rest on");
   visit("recovery_s", recovery_s, "time for which a lost pose is searched for before a new start");
   visit("seed", seed, "seed of RANSAC");

@@ -19,6 +19,7 @@
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
+#include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_correction.h"
 
 namespace mono3d {
@@ -71,7 +72,10 @@ struct FusionResult {
   bool is_repaired = false;
   bool starts_patch = false;  // it shows nothing of the model: it lies where the tracker has it
   std::vector<PatchJoin> patch_joins;  // by it, and by those that were tried again
-  ModelHealth health;                  // afterwards
+  // Of this depth map, and of those that were tried again, where the model contradicted the
+  // tracker: for Tracker::Constrain. Lengths are those at the time the depth maps came.
+  std::vector<KeyframeConstraint> constraints;
+  ModelHealth health;  // afterwards
 };
 
 // What became of the model when its keyframes were moved.

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,6 +13,13 @@
 #include "mono3d/image/keyframe_correction.h"
 
 namespace mono3d {
+
+// What the depth map of a bundle was worth.
+struct BundleWorth {
+  std::int64_t reference_id = 0;  // of the bundle's reference keyframe
+  double density = 0;     // share of pixels with an estimate; 0 where there was no depth map
+  double confidence = 0;  // mean over all pixels, 0 where there is no estimate
+};
 
 // Chooses the bundles of images from which depth is estimated (paper, section 3.1).
 class KeyframeSelector {
@@ -25,6 +33,10 @@ class KeyframeSelector {
 
   // Keyframes were moved: those that are still to become part of a bundle move as well.
   virtual void Correct(std::span<const KeyframeCorrection> corrections) = 0;
+
+  // What earlier bundles have come to, so that the next ones may be chosen otherwise. A selector
+  // need not listen.
+  virtual void Hear(const BundleWorth& /*worth*/) {}
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,
@@ -36,6 +48,9 @@ struct KeyframeSelectorOptions {
   // Between neighbouring images: tan(5 degrees), the baseline of an orbit's largest step, so that a
   // straight flight changes the viewing angle no more than an orbit does.
   double max_baseline_ratio = 0.0875;
+  // After maps with more holes than surface bundles of narrower steps are tried, down to half of
+  // the largest; those of the most confident surface stay.
+  bool adapt_baseline = true;
   // Between the references of two bundles, so that each depth map shows something new.
   double min_reference_baseline_ratio = 0.0875;
 

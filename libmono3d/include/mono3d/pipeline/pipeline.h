@@ -70,7 +70,10 @@ struct PipelineCounts {
   std::int64_t num_patches_started = 0;  // depth maps that showed nothing of the model so far
   std::int64_t num_patches_joined = 0;   // that a depth map showed to be part of an older one
   std::int64_t num_models_joined = 0;    // of two maps of the tracker that became one
-  std::int64_t num_corrections = 0;      // times that the model was moved, by closed loops
+  std::int64_t num_corrections = 0;      // times that the model was moved with the tracker's map
+  // Depth maps of which the tracker was told that the model has them elsewhere; some twice, of two
+  // patches.
+  std::int64_t num_constraints = 0;
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;

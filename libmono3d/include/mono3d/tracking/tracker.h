@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
+#include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_correction.h"
 #include "mono3d/image/sparse_model.h"
 
@@ -64,11 +66,17 @@ class Tracker {
   // Throws Error on an invalid frame, or one whose camera differs from the first frame's.
   [[nodiscard]] virtual TrackingResult Track(const Frame& frame) = 0;
 
-  // Live: until the thread behind has mapped everything. Where the map has moved by that, all
-  // keyframes that were handed out before, as in TrackingResult.
+  // What else is known of where keyframes are that were handed out. A map that contradicts it
+  // follows, with its next keyframe or WaitForMapping, where its own observations allow that. What
+  // does not fit them, or is of keyframes that have no map in common, is left aside. A tracker
+  // need not listen.
+  virtual void Constrain(std::span<const KeyframeConstraint> /*constraints*/) {}
+
+  // Until everything is mapped, live by the thread behind, and the map follows its constraints.
+  // Where it has moved by that, all keyframes that were handed out before, as in TrackingResult.
   [[nodiscard]] virtual std::vector<KeyframeCorrection> WaitForMapping() { return {}; }
 
-  // No more frames will come: returns the keyframes that had not settled yet. Live: after
+  // No more frames will come: returns the keyframes that had not settled yet. After
   // WaitForMapping, or corrections may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
@@ -152,6 +160,8 @@ struct TrackerOptions {
   InitialisationOptions initialisation;
   KeyframeInsertionOptions insertion;
   LocalMappingOptions mapping;
+  // The map follows what the model says of where its keyframes are (Tracker::Constrain).
+  bool with_constraints = true;
   int min_inliers = 30;   // map points a pose must rest on
   double recovery_s = 1;  // how long a lost pose is searched for before a new map starts
   int seed = 1;           // of RANSAC

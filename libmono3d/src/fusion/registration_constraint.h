@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "fusion/deformation.h"
+#include "fusion/registration_problem.h"
+#include "mono3d/image/keyframe_constraint.h"
+
+namespace mono3d {
+
+// What a registration knows of the pose that it has found, without the prior, in the order of
+// RegistrationSystem: the residuals of pixels whose windows overlap count as one, and up to
+// `max_misfit` of a sigma may be common to all of them; where they are larger than expected, so
+// are the errors.
+Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
+                       const RegistrationOptions& options);
+
+// Of the views of one patch the one to which most of these blocks of surfels are anchored.
+std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
+                                    std::span<const FusedView> views,
+                                    std::span<const std::uint32_t> first_slots);
+
+// What a depth map that was registered as `view` says of its keyframe. Lengths around the keyframe
+// have been multiplied by `scale_of_keyframe` since its first depth map came; those of the
+// constraint are as they were then.
+KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, double scale_of_keyframe,
+                                  const RegisteredView& view, const Matrix7d& information,
+                                  const FusedView& anchor);
+
+}  // namespace mono3d

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/registration_constraint.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "fusion/registration_scene.h"
+#include "fusion/surfel.h"
+#include "gpu/test_device.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(AnchorOf, IsTheViewWithMostBlocks) {
+  std::vector<FusedView> views(3);
+  // Four blocks of the first view, two of the second, one of the third.
+  const std::vector<std::uint32_t> first_slots = {0, 4 * kSurfelsPerBlock, 6 * kSurfelsPerBlock};
+  const std::vector<std::uint32_t> seen = {3, 4, 5, 6};
+  EXPECT_EQ(AnchorOf(seen, views, first_slots), 1U);
+  EXPECT_EQ(AnchorOf(std::vector<std::uint32_t>{0, 6}, views, first_slots), 0U);  // the older one
+  EXPECT_EQ(AnchorOf({}, views, first_slots), std::nullopt);
+}
+
+TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
+  RegistrationSystem system;
+  system.information = 1000 * Matrix7d::Identity();
+  system.num_agree = 300;
+  system.num_grey = 100;
+  system.depth_cost = 150;
+  system.grey_cost = 50;  // together half of what is expected, which makes nothing surer
+  RegistrationOptions options;
+  options.max_misfit = 0;
+  // One residual in nine of a 63rd each: a seventh of them is independent.
+  EXPECT_NEAR(InformationOf(system, 9, options)(2, 2), 1000.0 / 7, 1e-9);
+  EXPECT_NEAR(InformationOf(system, 100, options)(2, 2), 1000, 1e-9);
+  options.max_misfit = 0.25;  // 400 of a 16th besides
+  EXPECT_NEAR(InformationOf(system, 9, options)(2, 2), 1000.0 / (7 + 25), 1e-9);
+  system.depth_cost = 750;  // twice what is expected
+  EXPECT_NEAR(InformationOf(system, 9, options)(2, 2), 1000.0 / (7 + 25) / 2, 1e-9);
+  options.with_scale = false;
+  EXPECT_EQ(InformationOf(system, 9, options)(6, 6), 0);
+  EXPECT_EQ(InformationOf({}, 9, options), Matrix7d::Zero());
+}
+
+TEST(MakeConstraint, IsInLengthsAsTheDepthMapsHadThem) {
+  FusedView anchor;
+  anchor.keyframe_id = 3;
+  anchor.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0));
+  anchor.depth_scale = 2;  // half as large as the model when it came
+  const RegisteredView view = {Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)), 1.5};
+  const KeyframeConstraint constraint = MakeConstraint(8, 4, view, Matrix7d::Identity(), anchor);
+  EXPECT_EQ(constraint.id, 8);
+  EXPECT_EQ(constraint.anchor_id, 3);
+  // Six of the model's su to the left, three of the anchor's.
+  EXPECT_EQ(constraint.T_cam_anchor.translation(), Vector3d(-3, 0, 0));
+  EXPECT_EQ(constraint.scale,
+            3);  // times 4 times 1.5 is the model's su, half of which the anchor's
+  EXPECT_EQ(constraint.information(0, 0), 1);
+  EXPECT_EQ(constraint.information(3, 3), 4);
+}
+
+// What a model says that knows better: the true pose, as exactly as it says that it is.
+class ModelAgainstTracker : public testing::TestWithParam<double> {};
+
+TEST_P(ModelAgainstTracker, TellsWhereTheKeyframeIs) {
+  HouseScene scene;
+  scene.world_scale = GetParam();
+  const auto map = CreateSurfelMap(TestDevice(), {});
+  DepthMap first = HouseView(scene, 0);
+  first.keyframe_id = 20;
+  EXPECT_TRUE(map->Integrate(first).constraints.empty());
+  DepthMap second = HouseView(scene, 3);
+  second.keyframe_id = 21;
+  EXPECT_TRUE(map->Integrate(second).constraints.empty());  // the tracker is right
+  const DepthMap truth = HouseView(scene, 5);
+  DepthMap third = Misplaced(truth, Vector3d(0.02, -0.03, 0.02),
+                             scene.world_scale * Vector3d(0.3, -0.2, 0.2), 1.02);
+  third.keyframe_id = 22;
+  const FusionResult result = map->Integrate(third);
+  ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+  ASSERT_EQ(result.constraints.size(), 1U);
+  const KeyframeConstraint& constraint = result.constraints.front();
+  EXPECT_EQ(constraint.id, 22);
+  EXPECT_EQ(constraint.anchor_id, 20);  // most of the model came from there
+  const Pose error =
+      constraint.T_cam_anchor * (truth.T_world_cam.Inverse() * first.T_world_cam).Inverse();
+  Vector7d difference;
+  difference << RotationLog(error.rotation()), error.translation(),
+      std::log(constraint.scale / 1.02);
+  const double chi2 = difference.dot(constraint.information * difference);
+  constexpr double kChi2SevenDof = 24.3;  // at 99.9 %
+  EXPECT_LT(chi2, kChi2SevenDof);
+  // And that is exact enough to be of use: a tracker that was right would contradict it.
+  const Pose misplaced =
+      third.T_world_cam.Inverse() * first.T_world_cam * constraint.T_cam_anchor.Inverse();
+  difference << RotationLog(misplaced.rotation()), misplaced.translation(), 0.02;
+  EXPECT_GT(difference.dot(constraint.information * difference), kChi2SevenDof);
+}
+
+INSTANTIATE_TEST_SUITE_P(AtAnyScaleOfTheWorld, ModelAgainstTracker, testing::Values(1.0, 30.0));
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// What the model says of where keyframes are, on its way up to the tracker.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "fusion/registration_scene.h"
+#include "mono3d/pipeline/pipeline.h"
+#include "pipeline/scripted_stages.h"
+
+namespace mono3d {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(Constraints, TellTheTrackerWhereTheModelHasItsKeyframes) {
+  std::vector<ScriptedFrame> script;
+  for (int i = 0; i < 6; ++i) {
+    const DepthMap view = HouseView({}, 3 * i);
+    const bool is_wrong = i == 3;
+    script.push_back(
+        {is_wrong ? Misplaced(view, {0.02, -0.03, 0.02}, {0.3, -0.2, 0.2}, 1) : view, {}});
+  }
+  const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_constraints";
+  const ScriptedRun run = RunScript(script, folder);
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(run.constraints.size(), 1U);
+  const KeyframeConstraint& constraint = run.constraints.front();
+  EXPECT_EQ(constraint.id, 3);
+  const auto anchor = static_cast<std::size_t>(constraint.anchor_id);
+  ASSERT_LT(anchor, 3U);
+  const Pose T_world_cam = script[anchor].map.T_world_cam * constraint.T_cam_anchor.Inverse();
+  EXPECT_LT(ImageDistance_px(T_world_cam, HouseView({}, 9).T_world_cam),
+            0.1 * ImageDistance_px(script[3].map.T_world_cam, HouseView({}, 9).T_world_cam));
+  EXPECT_EQ(run.json["counts"]["constraints"], 1);
+}
+
+// Stages that do as little as possible: each frame is a keyframe, a bundle and a depth map, and the
+// model has every one of them six su from the first.
+class ListeningTracker final : public Tracker {
+ public:
+  explicit ListeningTracker(std::vector<KeyframeConstraint>* heard) : heard_(heard) {}
+  TrackingResult Track(const Frame& frame) override {
+    TrackingResult result;
+    result.status = TrackingStatus::kTracking;
+    result.T_world_cam =
+        Pose(Eigen::Quaterniond::Identity(), Vector3d(static_cast<double>(frame.index), 0, 0));
+    // The world around the first keyframe becomes twice as large before its depth map is made.
+    if (frame.index == 1) result.corrections = {{0, 0, Pose(), 2}};
+    result.settled_keyframes = {{frame.index, 0, frame, *result.T_world_cam, {1}}};
+    return result;
+  }
+  void Constrain(std::span<const KeyframeConstraint> constraints) override {
+    heard_->insert(heard_->end(), constraints.begin(), constraints.end());
+  }
+  std::vector<Keyframe> Finish() override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return {}; }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return {}; }
+  PointCloud MapPoints(int) const override { return {}; }
+
+ private:
+  std::vector<KeyframeConstraint>* heard_;
+};
+
+// Each keyframe is a bundle of its own, once the next one has come.
+class DelayingSelector final : public KeyframeSelector {
+ public:
+  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
+    const std::optional<Keyframe> before = std::exchange(last_, keyframe);
+    if (!before) return std::nullopt;
+    return ImageBundle{{*before}};
+  }
+  void Correct(std::span<const KeyframeCorrection>) override {}
+
+ private:
+  std::optional<Keyframe> last_;
+};
+
+class PlainDepth final : public DepthEstimator {
+ public:
+  DepthResult Estimate(const ImageBundle& bundle) override {
+    DepthResult result;
+    result.status = DepthStatus::kEstimated;
+    result.map.keyframe_id = bundle.reference().id;
+    return result;
+  }
+};
+
+class TalkingSurfelMap final : public SurfelMap {
+ public:
+  FusionResult Integrate(const DepthMap& map) override {
+    FusionResult result;
+    result.status = FusionStatus::kFused;
+    if (map.keyframe_id == 0) return result;
+    KeyframeConstraint constraint;
+    constraint.id = map.keyframe_id;
+    constraint.T_cam_anchor = Pose(Eigen::Quaterniond::Identity(), Vector3d(-6, 0, 0));
+    constraint.information.setIdentity();
+    result.constraints = {constraint};
+    return result;
+  }
+  CorrectionResult Correct(std::span<const KeyframeCorrection>) override { return {}; }
+  PointCloud Export(const SurfelExportOptions&) const override { return {}; }
+  std::int64_t num_surfels() const override { return 0; }
+};
+
+TEST(Constraints, ReachTheTrackerInBothModes) {
+  for (const PipelineMode mode : {PipelineMode::kSequential, PipelineMode::kLive}) {
+    std::vector<KeyframeConstraint> heard;
+    PipelineStages stages;
+    stages.tracker = std::make_unique<ListeningTracker>(&heard);
+    stages.keyframe_selector = std::make_unique<DelayingSelector>();
+    stages.depth_estimator = std::make_unique<PlainDepth>();
+    stages.create_surfel_map = [] { return std::make_unique<TalkingSurfelMap>(); };
+    Pipeline pipeline(std::move(stages), {}, {}, mode);
+    for (int i = 0; i < 5; ++i) {
+      Frame frame;
+      frame.index = i;
+      pipeline.Process(frame);
+    }
+    const Reconstruction result = pipeline.Finish();
+    ASSERT_FALSE(heard.empty());
+    EXPECT_EQ(result.counts.num_constraints, static_cast<std::int64_t>(heard.size()));
+    EXPECT_EQ(heard.back().id, 3);
+    if (mode == PipelineMode::kLive) continue;  // the first bundle may have been dropped
+    EXPECT_EQ(heard.size(), 3U);
+    // The tracker handed out the first keyframe when the world around it was half as large.
+    EXPECT_EQ(heard.back().T_cam_anchor.translation(), Vector3d(-3, 0, 0));
+    EXPECT_EQ(heard.back().scale, 0.5);
+    EXPECT_EQ(heard.back().information(0, 0), 1);
+    EXPECT_EQ(heard.back().information(3, 3), 4);
+  }
+}
+
+}  // namespace
+}  // namespace mono3d
