@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The whole tracker, told of where its keyframes are to each other, in both modes.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mono3d/tracking/tracker.h"
+#include "tracking/tracking_world.h"
+
+namespace mono3d::tracking {
+namespace {
+
+struct Told {
+  std::size_t num_corrections = 0;
+  Pose T_claimed;  // of the newer keyframe in the camera of the older one
+  Pose T_before;
+  Pose T_after;
+};
+
+// A flight at the end of which something claims that the last settled keyframe is elsewhere to the
+// first by `error`.
+Told FlyAndTell(const Pose& error, const TrackerOptions& options) {
+  static const Sequence flight = FlyOver(TexturedGround(true), 24);
+  const std::unique_ptr<Tracker> tracker = CreateTracker(options);
+  std::vector<Keyframe> keyframes;
+  for (const Frame& frame : flight.frames) {
+    for (Keyframe& keyframe : tracker->Track(frame).settled_keyframes) {
+      keyframes.push_back(std::move(keyframe));
+    }
+  }
+  EXPECT_TRUE(tracker->WaitForMapping().empty());
+  const auto pose_of = [&](const Keyframe& keyframe) {
+    for (const TrajectoryEntry& entry : tracker->KeyframeTrajectory()) {
+      if (entry.frame_index == keyframe.frame.index) return entry.T_world_cam;
+    }
+    return Pose();
+  };
+  const Keyframe& anchor = keyframes.front();
+  const Keyframe& last = keyframes.back();
+  Told told;
+  told.T_before = pose_of(anchor).Inverse() * pose_of(last);
+  KeyframeConstraint constraint;
+  constraint.id = last.id;
+  constraint.anchor_id = anchor.id;
+  constraint.T_cam_anchor = error * told.T_before.Inverse();
+  constraint.information.setIdentity();
+  constraint.information *= 1e8;  // one sigma is a thirtieth of a pixel
+  told.T_claimed = constraint.T_cam_anchor.Inverse();
+  tracker->Constrain(std::vector<KeyframeConstraint>{constraint});
+  told.num_corrections = tracker->WaitForMapping().size();
+  EXPECT_TRUE(told.num_corrections == 0 || told.num_corrections == keyframes.size());
+  EXPECT_TRUE(tracker->WaitForMapping().empty());  // once is enough
+  told.T_after = pose_of(anchor).Inverse() * pose_of(last);
+  return told;
+}
+
+double Apart(const Pose& a, const Pose& b) {
+  const Pose difference = a.Inverse() * b;
+  return difference.RotationAngle() + difference.translation().norm();  // about 1 su away
+}
+
+class ConstrainedTracker : public testing::TestWithParam<std::string> {
+ protected:
+  static TrackerOptions Options() {
+    TrackerOptions options;
+    options.mode = GetParam();
+    return options;
+  }
+};
+
+// A pixel is 0.003 rad.
+const Pose kDrift(RotationExp({0.002, -0.001, 0.003}), {0.004, 0.002, 0});
+const Pose kElsewhere(RotationExp({0.1, 0, 0.1}), {0.3, 0, 0.1});
+
+TEST_P(ConstrainedTracker, ComesNearerToWhatItIsTold) {
+  const Told told = FlyAndTell(kDrift, Options());
+  EXPECT_GT(told.num_corrections, 0U);
+  EXPECT_LT(Apart(told.T_after, told.T_claimed), 0.9 * Apart(told.T_before, told.T_claimed));
+}
+
+TEST_P(ConstrainedTracker, StaysWhereItIsWhenThatCannotBe) {
+  const Told told = FlyAndTell(kElsewhere, Options());
+  EXPECT_EQ(told.num_corrections, 0U);
+  EXPECT_EQ(Apart(told.T_after, told.T_before), 0);
+}
+
+TEST_P(ConstrainedTracker, DoesNotListenWhenToldNotTo) {
+  TrackerOptions options = Options();
+  options.with_constraints = false;
+  const Told told = FlyAndTell(kDrift, options);
+  EXPECT_EQ(told.num_corrections, 0U);
+  EXPECT_EQ(Apart(told.T_after, told.T_before), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, ConstrainedTracker, testing::Values("sequential", "live"),
+                         [](const auto& mode) { return mode.param; });
+
+}  // namespace
+}  // namespace mono3d::tracking
