@@ -63,8 +63,8 @@ TEST(SurfelExport, LeavesOutWhatIsNotSure) {
 }
 
 TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
-  Surfels surfels = ThreeSurfels();  // for the first as much as against it
-  surfels.history[0][3] -= 1U << 16;
+  Surfels surfels = ThreeSurfels();
+  surfels.history[0] = {0, 0x00040001, 0, 127U << 16};  // seen through with 128 of 256
   EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
   EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 2U);  // whatever its confidence
   // By default one observation that expects an error of half a percent is enough.
@@ -89,6 +89,16 @@ TEST(SurfelExport, LeavesOutWhatStandsAlone) {
   // Neighbours that are not exported do not count.
   surfels.history[4][3] = 0;
   EXPECT_TRUE(ToPointCloud(surfels, {}).empty());
+}
+
+TEST(SurfelExport, HoldsAgainstASingleObservationAloneThatItIsHidden) {
+  Surfels surfels = ThreeSurfels();
+  surfels.history[0] = {0, 0xFF000001, 0, 128U << 16};  // hidden with 256, for it 128
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
+  surfels.history[0][1] += 1;  // two agree on it
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), 2 * kNine);
+  surfels.history[0][1] += 5U << 16;  // seen through with 160 as well
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {.min_confidence = 0.01}).size(), kNine);
 }
 
 TEST(SurfelExport, ThinsToCellsOfRadii) {

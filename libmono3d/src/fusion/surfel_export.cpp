@@ -25,6 +25,14 @@ float For(const Surfels::Uint4& history) {
   return static_cast<float>(ConfidenceFor(history)) / 256.0F;
 }
 
+// Does more speak against it than for it? What stands before a surface that two depth maps agree on
+// hides it, as a house hides what is behind it; of one that a single depth map claims, it may as
+// well be the true one.
+bool IsDisputed(const Surfels::Uint4& history) {
+  const std::uint32_t hidden = Low16(history[1]) > 1 ? 0 : HiddenAgainst(history);
+  return SeenThroughAgainst(history) + hidden > ConfidenceFor(history);
+}
+
 // The rule of succession with one doubt to begin with: a single observation is not certain.
 float Confidence(const Surfels::Uint4& history) {
   const float for_it = For(history);
@@ -54,7 +62,7 @@ PointCloud Chosen(const Surfels& surfels, const SurfelExportOptions& options) {
         confidence < static_cast<float>(options.min_confidence)) {
       continue;
     }
-    if (options.min_confidence > 0 && Against(history) > For(history)) continue;
+    if (options.min_confidence > 0 && IsDisputed(history)) continue;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
     cloud.points.emplace_back(p[0], p[1], p[2]);

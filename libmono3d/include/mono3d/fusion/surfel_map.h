@@ -95,9 +95,9 @@ struct MapJoin {
 // Which surfels belong to the exported model.
 struct SurfelExportOptions {
   int min_observations = 1;  // depth maps that agree on a surfel
-  // 1/7: an undisputed observation of confidence 1/6 is enough, which depth maps of this library
-  // have where they expect an error of half a percent of the depth. More than 0 leaves out as well
-  // what more speaks against than for, and what has fewer than 8 others within three radii.
+  // 1/7: one undisputed observation of confidence 1/6 (an expected error of half a percent of the
+  // depth) is enough. More than 0 leaves out as well what more speaks against than for (if hidden,
+  // only where one depth map alone saw it) and what has fewer than 8 others within three radii.
   double min_confidence = 1.0 / 7;
   // More than 0: surfels in one cell of a grid become one; edge of a cell in radii of the median
   // surfel.
