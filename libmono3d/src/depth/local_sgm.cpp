@@ -15,7 +15,7 @@ namespace mono3d {
 LocalSgmStage::LocalSgmStage(std::shared_ptr<Device> device, const SgmOptions& options)
     : options_(options),
       kernel_(device, {"depth/local_sgm", depth_local_sgm_spirv}),
-      jump_penalties_(device, 256 * sizeof(std::uint32_t), "depth/jump_penalties") {
+      jump_penalties_(std::move(device), 256 * sizeof(std::uint32_t), "depth/jump_penalties") {
   const auto penalties = JumpPenalties(options_);
   jump_penalties_.Upload(std::span<const std::uint32_t>(penalties));
 }

@@ -135,7 +135,7 @@ cv::Mat SideBySide(const std::vector<Panel>& panels, const cv::Size& size) {
     const bool shrinks = size.width < panel.colours.cols;
     cv::resize(panel.colours, picture(rect), size, 0, 0,
                shrinks ? cv::INTER_AREA : cv::INTER_NEAREST);
-    DrawText(picture, panel.title, cv::Point2d(rect.x, kAbove / 2));
+    DrawText(picture, panel.title, cv::Point2d(rect.x, 0.5 * kAbove));
   }
   return picture;
 }
