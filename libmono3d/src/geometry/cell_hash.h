@@ -10,9 +10,9 @@
 namespace mono3d {
 
 // Of the indices of a cell of a grid, for unordered containers: neighbours come to lie far apart.
-template <std::size_t num_indices>
+template <std::size_t NumIndices>
 struct CellHash {
-  std::size_t operator()(const std::array<std::int64_t, num_indices>& cell) const {
+  std::size_t operator()(const std::array<std::int64_t, NumIndices>& cell) const {
     std::uint64_t hash = 0;
     for (const std::int64_t index : cell) {
       hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9E3779B97F4A7C15ULL;

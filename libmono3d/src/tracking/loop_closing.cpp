@@ -125,7 +125,10 @@ void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& op
     constexpr KeyframeId kNewest = 5;
     if (other.keyframe + kNewest >= loop.keyframe) around.push_back(other.keyframe);
   }
-  for (const KeyframeId id : around) FusePoints(map, id, options);
+  // With more than new points are made with: the old keyframes share few points yet, and come last.
+  LocalMappingOptions wider = options;
+  wider.num_neighbours = std::max(options.num_neighbours, 6);
+  for (const KeyframeId id : around) FusePoints(map, id, wider);
   if (!turn.IsShared()) AdjustMerged(map, turn);
 }
 
