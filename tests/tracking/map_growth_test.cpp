@@ -25,8 +25,9 @@ MapSize SizeOf(const Tracker& tracker) {
   return {sparse.images.size(), sparse.points.size(), tracker.SaveMap().size()};
 }
 
-TEST(MapGrowth, HoveringOverTheSameGroundAddsLessThanATenth) {
-  constexpr double kMaxGrowth = 0.1;
+TEST(MapGrowth, HoveringOverTheSameGroundAddsNextToNothing) {
+  // Every frame's pose is kept, 1 %; where keyframes stand varies from pass to pass.
+  constexpr double kMaxGrowth = 0.05;
   constexpr std::size_t kNumImages = 24;  // a strip of 60 % of the flying height
   constexpr std::size_t kNumFirst = 4;    // times there and back, in which the map becomes complete
   constexpr std::size_t kNumAll = 10;

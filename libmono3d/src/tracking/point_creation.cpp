@@ -117,13 +117,42 @@ bool Sharpen(const Pair& pair, PointId point, std::size_t i, std::size_t j, cons
   return true;
 }
 
-int CreateWithNeighbour(const Pair& pair) {
+// Features of a keyframe that are a known point, detected anew: to a pixel of its level, one shows
+// there that three keyframes or more have seen. As points of their own they would be in the map
+// once more with every visit.
+std::vector<char> FindKnown(const Map& map, KeyframeId keyframe) {
+  constexpr std::size_t kMinObservations = 3;
+  constexpr double kSame_px = 1;
+  const View& view = map.keyframe(keyframe).view;
+  const FeatureGrid without_point(view.features, map.camera().width, map.camera().height,
+                                  [&](std::size_t i) { return !view.points[i].has_value(); });
+  std::vector<char> is_known(view.features.size(), 0);
+  std::vector<char> is_listed(map.points().size(), 0);
+  std::vector<std::size_t> found;
+  for (const Covisible& other : map.CovisibleKeyframes(keyframe)) {
+    for (const std::optional<PointId>& point : map.keyframe(other.keyframe).view.points) {
+      if (!point || is_listed[*point] != 0) continue;
+      is_listed[*point] = 1;
+      if (map.point(*point).observations.size() < kMinObservations) continue;
+      const std::optional<ProjectedPoint> at = ProjectMapPoint(map, *point, view);
+      if (!at) continue;
+      const int level = std::min(at->max_level, map.scales().num_levels() - 1);
+      found.clear();
+      without_point.Find(at->pixel, kSame_px * map.scales().Scale(level), level - 1, level + 1,
+                         found);
+      for (const std::size_t i : found) is_known[i] = 1;
+    }
+  }
+  return is_known;
+}
+
+int CreateWithNeighbour(const Pair& pair, const std::vector<char>& is_known) {
   Map& map = pair.map;
   int num_created = 0;
   std::vector<std::size_t> found;
   const Pose T_world_a = pair.view_a().T_cam_world.Inverse();
   for (std::size_t i = 0; i < pair.view_a().features.size(); ++i) {
-    if (pair.view_a().points[i]) continue;
+    if (pair.view_a().points[i] || is_known[i] != 0) continue;
     const std::optional<std::size_t> j = SearchEpipolarLine(pair, i, found);
     if (!j) continue;
     const std::optional<Eigen::Vector3d> p_a =
@@ -283,6 +312,7 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
   const double near_su = 0.5 * depths[depths.size() / 50];
   const double far_su = 4 * depths[depths.size() - 1 - depths.size() / 50];
   int num_created = 0;
+  const std::vector<char> is_known = FindKnown(map, keyframe);
   for (const Covisible& neighbour : Neighbours(map, keyframe, options.num_neighbours)) {
     const View& a = map.keyframe(keyframe).view;
     const View& b = map.keyframe(neighbour.keyframe).view;
@@ -292,8 +322,8 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
     const Eigen::Matrix3d F = FundamentalFromMotion(T_b_a, K, K);
     const FeatureGrid free_b(b.features, map.camera().width, map.camera().height,
                              [&](std::size_t i) { return !b.points[i].has_value(); });
-    num_created +=
-        CreateWithNeighbour({map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b});
+    num_created += CreateWithNeighbour(
+        {map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b}, is_known);
   }
   return num_created;
 }

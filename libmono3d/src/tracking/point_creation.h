@@ -10,7 +10,8 @@ namespace mono3d::tracking {
 
 // Triangulates features of a keyframe that have no point yet with those of covisible neighbours:
 // search along the epipolar line, then tests of parallax, reprojection error (chi2) and scale.
-// Returns the number of new points.
+// Where a point that is well known shows already, none is made, so that the map does not grow over
+// ground that it has. Returns the number of new points.
 int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
 // The same for features that are no corners in the other image: where the depths around one, as if
