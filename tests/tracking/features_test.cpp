@@ -111,13 +111,19 @@ TEST(ExtractFeatures, FollowsAPictureTurnedByAQuarter) {
   EXPECT_GE(static_cast<double>(num_alike), 0.9 * static_cast<double>(before.size()));
 }
 
-TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
-  std::mt19937 random(SeedFromTestName());
+// All over the image, on all levels.
+std::vector<Feature> RandomFeatures(std::mt19937& random) {
   std::vector<Feature> features(500);
   for (Feature& feature : features) {
     feature.pixel = {Uniform(random, 0, kWidth - 1), Uniform(random, 0, kHeight - 1)};
     feature.level = static_cast<int>(random() % 8);
   }
+  return features;
+}
+
+TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
+  std::mt19937 random(SeedFromTestName());
+  const std::vector<Feature> features = RandomFeatures(random);
   const FeatureGrid grid(features, kWidth, kHeight);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector2d pixel(Uniform(random, -50, kWidth + 50),
@@ -137,11 +143,7 @@ TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
 
 TEST(FeatureGrid, FindsAlongALineWhatALookAtAllFinds) {
   std::mt19937 random(SeedFromTestName());
-  std::vector<Feature> features(500);
-  for (Feature& feature : features) {
-    feature.pixel = {Uniform(random, 0, kWidth - 1), Uniform(random, 0, kHeight - 1)};
-    feature.level = static_cast<int>(random() % 8);
-  }
+  const std::vector<Feature> features = RandomFeatures(random);
   const FeatureGrid grid(features, kWidth, kHeight);
   std::size_t num_found = 0;
   for (int i = 0; i < 300; ++i) {
