@@ -48,8 +48,8 @@ void RequireUsable(const Arguments& arguments) {
   if (!arguments.overview && arguments.camera.empty()) {
     throw UsageError("--pose and --trajectory need --camera");
   }
-  RequireOption(arguments.every >= 1, "--every", "1 or more", arguments.every);
-  RequireOption(arguments.width_px >= 16, "--width", "16 or more", arguments.width_px);
+  RequireOption(arguments.every >= 1, "every", "1 or more", arguments.every);
+  RequireOption(arguments.width_px >= 16, "width", "16 or more", arguments.width_px);
 }
 
 cv::Mat Overview(const PointCloud& model, ModelAspect aspect, int width_px) {
@@ -66,7 +66,7 @@ cv::Mat Overview(const PointCloud& model, ModelAspect aspect, int width_px) {
 
 Pose PoseOf(const std::vector<double>& v) {
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
-  RequireOption(rotation.norm() > 0.5, "--pose", "a quaternion of unit length", rotation.norm());
+  RequireOption(rotation.norm() > 0.5, "pose", "a quaternion of unit length", rotation.norm());
   return {rotation.normalized(), Eigen::Vector3d(v[0], v[1], v[2])};
 }
 

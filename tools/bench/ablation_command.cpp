@@ -30,8 +30,8 @@ void AddAblationArguments(CLI::App& app, AblationArguments& arguments) {
 
 int RunAblation(const AblationArguments& arguments) {
   const AblationOptions& options = arguments.options;
-  RequireOption(options.num_bundles >= 1, "--bundles", "at least 1", options.num_bundles);
-  RequireOption(options.step >= 0, "--step", "images, or 0: chosen by the selector", options.step);
+  RequireOption(options.num_bundles >= 1, "bundles", "at least 1", options.num_bundles);
+  RequireOption(options.step >= 0, "step", "images, or 0: chosen by the selector", options.step);
   const AblationResult result = RunAblation(options, arguments.device);
   std::string markdown;
   for (const Table& table : ToTables(result)) {

@@ -28,7 +28,7 @@ void AddFusionAblationArguments(CLI::App& app, FusionAblationArguments& argument
 
 int RunFusionAblation(const FusionAblationArguments& arguments) {
   const FusionAblationOptions& options = arguments.options;
-  RequireOption(options.pose_error > 0 && options.pose_error < 1, "--pose-error",
+  RequireOption(options.pose_error > 0 && options.pose_error < 1, "pose-error",
                 "a share of the depth, in (0, 1)", options.pose_error);
   options.pipeline.Validate();
   const FusionAblationResult result = RunFusionAblation(options, arguments.device);

@@ -28,8 +28,8 @@ PlaceCommand::PlaceCommand(CLI::App& tool)
 }
 
 int PlaceCommand::Run() const {
-  RequireOption(options_.split >= 0, "--split", "an image, 0: the middle one", options_.split);
-  RequireOption(options_.query_stride > 0, "--query-stride", "1 or more", options_.query_stride);
+  RequireOption(options_.split >= 0, "split", "an image, 0: the middle one", options_.split);
+  RequireOption(options_.query_stride > 0, "query-stride", "1 or more", options_.query_stride);
   const PlaceBenchResult result = BenchPlaces(options_);
   std::string markdown;
   for (const Table& table : ToTables(result)) {

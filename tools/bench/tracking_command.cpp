@@ -22,7 +22,7 @@ void AddTrackingArguments(CLI::App& app, TrackingBenchOptions& tracking, std::st
 }
 
 int RunTrackingBench(const TrackingBenchOptions& options, const std::string& json) {
-  RequireOption(options.mean_depth_m >= 0, "--mean-depth", "a length in metres, 0: not known",
+  RequireOption(options.mean_depth_m >= 0, "mean-depth", "a length in metres, 0: not known",
                 options.mean_depth_m);
   const TrackingBenchResult result = BenchTracking(options);
   if (!json.empty()) WriteFileAtomically(json, ToJson(result).dump(2) + "\n");

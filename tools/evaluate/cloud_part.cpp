@@ -185,7 +185,7 @@ Section ModelSection(const ModelEvaluation& model, bool with_pictures) {
 }
 
 Evaluation EvaluateCloudFiles(const CloudArguments& arguments, bool with_pictures) {
-  RequireOption(arguments.mean_depth_m >= 0, "--mean-depth", "a length in metres, 0: not known",
+  RequireOption(arguments.mean_depth_m >= 0, "mean-depth", "a length in metres, 0: not known",
                 arguments.mean_depth_m);
   if (arguments.estimate_trajectory.empty() != arguments.truth_trajectory.empty()) {
     throw UsageError("--est-trajectory and --truth-trajectory go together");

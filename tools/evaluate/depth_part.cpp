@@ -130,8 +130,8 @@ void DepthEvaluationOptions::Validate() const {
                                 .expected = "map, run or none",
                                 .found = scaling});
   }
-  RequireOption(max_depth_m >= 0, "--max-depth", "a depth in metres, 0: no bound", max_depth_m);
-  RequireOption(png_scale >= 0, "--png-scale", "more than 0, or 0: from scale.txt", png_scale);
+  RequireOption(max_depth_m >= 0, "max-depth", "a depth in metres, 0: no bound", max_depth_m);
+  RequireOption(png_scale >= 0, "png-scale", "more than 0, or 0: from scale.txt", png_scale);
 }
 
 DepthEvaluation EvaluateDepthMaps(const std::vector<DepthFiles>& files,

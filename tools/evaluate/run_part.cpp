@@ -163,7 +163,7 @@ void FindMeanDepth(Comparison& comparison) {
 Evaluation EvaluateRun(const RunArguments& arguments, bool with_pictures) {
   arguments.trajectory.Validate();
   arguments.depth.Validate();
-  RequireOption(arguments.mean_depth_m >= 0, "--mean-depth", "a length in metres, 0: not known",
+  RequireOption(arguments.mean_depth_m >= 0, "mean-depth", "a length in metres, 0: not known",
                 arguments.mean_depth_m);
   Comparison comparison = {.arguments = arguments,
                            .run = FindRunFiles(arguments.run),

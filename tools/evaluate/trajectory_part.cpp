@@ -126,9 +126,9 @@ Figure TrajectoryFigure(const TrajectoryEvaluation& trajectory,
 
 Evaluation EvaluateTrajectoryFiles(const TrajectoryArguments& arguments, bool with_pictures) {
   arguments.options.Validate();
-  RequireOption(arguments.mean_depth_m >= 0, "--mean-depth", "a length in metres, 0: not known",
+  RequireOption(arguments.mean_depth_m >= 0, "mean-depth", "a length in metres, 0: not known",
                 arguments.mean_depth_m);
-  RequireOption(arguments.fps > 0, "--fps", "more than 0", arguments.fps);
+  RequireOption(arguments.fps > 0, "fps", "more than 0", arguments.fps);
   TrajectoryTimes times;
   times.fps = arguments.fps;
   if (!arguments.times.empty()) times.timestamps_s = ReadTimestamps(arguments.times);
