@@ -29,7 +29,7 @@ TriangleMesh OneTriangle() {
 
 std::filesystem::path FileOfThisTest() {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  return std::filesystem::temp_directory_path() / (std::string("mono3d_") + test->name() + ".ply");
+  return std::filesystem::path(testing::TempDir()) / (std::string("mono3d_") + test->name() + ".ply");
 }
 
 TEST(MeshFile, HoldsVerticesAndFaces) {
