@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// The main function of every test program: testing::TempDir() is a folder of this process alone, gone when
-// the process ends. Tests of one program run side by side as processes of their own (ctest -j), and
-// two builds of the project may be tested at once: a name of a file is then used several times.
+// The main function of every test program: testing::TempDir() is a folder of this process alone,
+// gone when the process ends. Tests of one program run side by side as processes of their own
+// (ctest -j), and two builds of the project may be tested at once: a name of a file is then used
+// several times. A child that a test starts of its own program, which may not return, has its
+// folder in that of its parent.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +17,7 @@
 
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
-  std::string folder = (std::filesystem::temp_directory_path() / "mono3d_test_XXXXXX").string();
+  std::string folder = (std::filesystem::path(testing::TempDir()) / "mono3d_test_XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) {
     std::perror(folder.c_str());
     return 1;
