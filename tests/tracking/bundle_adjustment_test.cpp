@@ -5,9 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "tracking/dense_bundle.h"
+#include "tracking/scale_gauge.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -67,6 +69,24 @@ TEST(AdjustBundle, LowersTheErrorToTheNoise) {
     EXPECT_LT(error.RotationAngle(), 0.01) << i;
     EXPECT_LT(error.translation().norm(), 0.1) << i;
   }
+}
+
+TEST(HoldDistance, GivesTheScaleThatThePixelsLeaveOpen) {
+  std::mt19937 random(SeedFromTestName());
+  BundleWorld world = MakeWorld(1, random);
+  world.problem.is_fixed[1] = 0;
+  const double distance = world.problem.T_cam_world[1].Inverse().translation().norm();
+  BundleProblem without = world.problem;
+  world.problem.constraints = {HoldDistance(world.problem, 1, 0)};
+  const BundleReport report = AdjustBundle(world.problem, {20, 20, 1e-8});
+  const double held = world.problem.T_cam_world[1].Inverse().translation().norm();
+  constexpr double kTolerance = 1e-3;  // the direction turns by a fiftieth
+  EXPECT_NEAR(held, distance, kTolerance * distance);
+  // It costs nothing: the pixels are met as well as without.
+  const BundleReport report_without = AdjustBundle(without, {20, 20, 1e-8});
+  EXPECT_NEAR(report.final_cost, report_without.final_cost, 0.01 * report_without.final_cost);
+  const double free = without.T_cam_world[1].Inverse().translation().norm();
+  EXPECT_GT(std::abs(free - distance), 5 * kTolerance * distance);
 }
 
 TEST(AdjustBundle, NamesTheOutliers) {

@@ -13,6 +13,7 @@
 #include "tracking/direct_tracking.h"
 #include "tracking/keyframe_constraints.h"
 #include "tracking/point_creation.h"
+#include "tracking/scale_gauge.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -69,14 +70,25 @@ MapBundle Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
   return bundle;
 }
 
-// All there is; the first keyframe stays.
+// All there is; the first keyframe stays, and so does the scale.
 MapBundle CollectAll(const Map& map) {
   std::vector<KeyframeId> adjusted;
   std::vector<KeyframeId> fixed;
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
   }
-  return Collect(map, adjusted, fixed);
+  MapBundle bundle = Collect(map, adjusted, fixed);
+  if (fixed.empty()) return bundle;
+  if (const std::optional<KeyframeId> held = FindScaleKeyframe(map, fixed.front())) {
+    const auto view_of = [&](KeyframeId id) {
+      return static_cast<std::size_t>(
+          std::find(bundle.keyframes.begin(), bundle.keyframes.end(), id) -
+          bundle.keyframes.begin());
+    };
+    bundle.problem.constraints.push_back(
+        HoldDistance(bundle.problem, view_of(*held), view_of(fixed.front())));
+  }
+  return bundle;
 }
 
 // Where a single view, the first fixed one, holds all others, their scale is free: brings the sum

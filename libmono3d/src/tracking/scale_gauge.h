@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "tracking/bundle_adjustment.h"
+#include "tracking/map.h"
+#include "tracking/pose_constraint.h"
+
+// What holds the scale of a map while all of it is adjusted. The pixels leave it open, and with one
+// view fixed it wanders by several percent in the steps of a loop that settles; lengths that are
+// known otherwise (KeyframeConstraint) would then no longer fit.
+namespace mono3d::tracking {
+
+// The keyframe whose distance from the first one gives the map its scale: the farthest of those
+// that came soon before or after it and share its points well. Nothing where there is none.
+std::optional<KeyframeId> FindScaleKeyframe(const Map& map, KeyframeId first);
+
+// Holds the distance between two views, and nothing else.
+PoseConstraint HoldDistance(const BundleProblem& problem, std::size_t view, std::size_t anchor);
+
+}  // namespace mono3d::tracking
