@@ -84,6 +84,51 @@ std::vector<CommonPoint> CommonPoints(const std::vector<TwoViewStart>& candidate
   return common;
 }
 
+// The plane w with w * x = 1 / z for what a camera sees at x = (X / Z, Y / Z, 1): the one nearest
+// to the points, by least squares.
+Eigen::Vector3d InverseDepthPlane(const std::vector<Eigen::Vector3d>& p_a) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : p_a) {
+    const Eigen::Vector3d x = p / p.z();
+    A += x * x.transpose();
+    b += x / p.z();
+  }
+  return A.ldlt().solve(b);
+}
+
+// Of two views that share half of their image a third one shows but a strip, and nearly every plane
+// fits a strip. What only the first view and one from before it show tells more: the motion between
+// these two. Those features, at the depth of each candidate's plane.
+void AddPointsSeenBefore(const std::vector<TwoViewStart>& candidates, const View& a,
+                         const std::vector<Witness>& witnesses, const CameraModel& camera,
+                         std::vector<CommonPoint>& points) {
+  // Beyond the horizon of a plane there is no depth: far away.
+  constexpr double kMinShare = 0.1;  // of the inverse depth of the farthest point
+  std::vector<char> is_known(a.features.size(), 0);
+  std::vector<Eigen::Vector3d> planes;
+  std::vector<double> min_inverse_depths;
+  for (const TwoViewStart& candidate : candidates) {
+    for (const FeatureMatch& match : candidate.matches) is_known[match.feature_a] = 1;
+    planes.push_back(InverseDepthPlane(candidate.p_a));
+    double max_depth = 0;
+    for (const Eigen::Vector3d& p : candidate.p_a) max_depth = std::max(max_depth, p.z());
+    min_inverse_depths.push_back(kMinShare / max_depth);
+  }
+  for (const Witness& witness : witnesses) {
+    if (witness.progress >= 0) continue;
+    for (const Place& place : witness.places) {
+      if (is_known[place.feature_a] != 0) continue;
+      is_known[place.feature_a] = 1;
+      const Eigen::Vector3d x = camera.Unproject(a.features[place.feature_a].pixel);
+      CommonPoint& point = points.emplace_back(CommonPoint{place.feature_a, {}});
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        point.p_a.emplace_back(x / std::max(planes[i].dot(x), min_inverse_depths[i]));
+      }
+    }
+  }
+}
+
 // The views and points of one candidate, each view at the pose that suits the points best.
 BundleProblem BuildProblem(const std::vector<CommonPoint>& points, std::size_t candidate,
                            const Pose& T_b_a, const View& a, const std::vector<Witness>& witnesses,
@@ -199,10 +244,11 @@ std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candid
   }
   if (witnesses.empty()) return std::nullopt;  // two views fit either way
   witnesses.push_back({1, Locate(a, b, candidates.front().matches)});
-  const std::vector<CommonPoint> points = CommonPoints(candidates, a.features.size());
+  std::vector<CommonPoint> points = CommonPoints(candidates, a.features.size());
   if (points.size() < kMinPlaces || witnesses.back().places.size() < kMinPlaces) {
     return std::nullopt;
   }
+  AddPointsSeenBefore(candidates, a, witnesses, camera, points);
   std::vector<Adjusted> adjusted;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Pose& T_b_a = candidates[i].T_b_a;

@@ -19,8 +19,9 @@ struct BetweenView {
 
 // Which of several motions holds for further views as well. The points are found in all views
 // by their patches, each motion is adjusted over all of them (bundle adjustment), and one must
-// leave less error than the others beyond what chance explains (Vuong 1989). Nothing when none
-// does, or when no such view sees enough of the points.
+// leave less error than the others beyond what chance explains (Vuong 1989). With a view from
+// before, that goes for what only it and the first view show as well. Nothing when none does, or
+// when no such view sees enough of the points.
 std::optional<TwoViewStart> ChooseMotion(const std::vector<TwoViewStart>& candidates, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
                                          const CameraModel& camera);
