@@ -279,6 +279,7 @@ TEST(LivePipeline, HandsOnWhatTheOtherThreadThrowsAndKeepsWhatThereWas) {
   ASSERT_EQ(result.maps.size(), 1U);
   EXPECT_EQ(result.maps[0].trajectory.size(), 3U);
   EXPECT_EQ(result.maps[0].model.size(), 2U);
+  EXPECT_EQ(result.counts.num_dropped_bundles, 1);
 }
 
 TEST(LivePipeline, EndsInTheMiddleOfItsWork) {

@@ -77,17 +77,21 @@ void ModelThread::Run() {
     const std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
     lock.unlock();
     std::exception_ptr error;
+    ModelProgress progress;
+    ModelFeedback feedback;
     try {
       for (const MapChange& change : changes) builder_.Change(change);
       if (bundle) builder_.Add(*bundle);
+      progress = builder_.Progress();
+      feedback = builder_.TakeFeedback();
     } catch (...) {
       error = std::current_exception();
     }
-    ModelProgress progress = builder_.Progress();
-    const ModelFeedback feedback = builder_.TakeFeedback();
     lock.lock();
-    progress_ = std::move(progress);
-    feedback_.Append(feedback);
+    if (error == nullptr) {
+      progress_ = std::move(progress);
+      feedback_.Append(feedback);
+    }
     is_busy_ = false;
     error_ = error;
     is_ending_ = is_ending_ || error != nullptr;

@@ -49,6 +49,7 @@ struct Pipeline::State {
   void Change(const std::vector<KeyframeCorrection>& corrections);
   void Select(const Keyframe& keyframe);
   void TakeLast();
+  void EndThread();
   PipelineCounts AllCounts(const ModelProgress& model) const;
   MapReconstruction OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
                           const std::vector<TrajectoryEntry>& keyframes);
@@ -133,7 +134,7 @@ void Pipeline::State::TakeLast() {
     if (thread) thread->Wait();
   };
   if (!has_thrown) wait();
-  if (has_thrown) thread.reset();
+  if (has_thrown) EndThread();
   (void)FeedBack();
   Change(tracker->WaitForMapping());
   const std::vector<Keyframe> last_keyframes = tracker->Finish();
@@ -146,9 +147,14 @@ void Pipeline::State::TakeLast() {
     if (FeedBack()) Change(tracker->WaitForMapping());
     wait();
   }
+  EndThread();
+  builder.Close();
+}
+
+// Its count outlives it.
+void Pipeline::State::EndThread() {
   if (thread) counts.num_dropped_bundles = thread->num_dropped();
   thread.reset();
-  builder.Close();
 }
 
 PipelineCounts Pipeline::State::AllCounts(const ModelProgress& model) const {

@@ -162,13 +162,14 @@ void OrbTracker::Constrain(std::span<const KeyframeConstraint> constraints) {
 
 // True when the map has moved, to where the model has some of its keyframes.
 bool OrbTracker::FollowModel(MappingTurn& turn) {
-  const double scale_before = map().keyframe(newest_).scale;
+  const KeyframeId newest = newest_;  // another one may come while the map is given up
+  const double scale_before = map().keyframe(newest).scale;
   {
     const ScopedStageTimer timer(times_, "tracking/constraints");
     if (!FollowConstraints(map(), turn)) return false;
   }
   if (mapping_ && turn.IsShared()) mapping_->RequestAdjustment();
-  RescaleMotion(map().keyframe(newest_).scale / scale_before);
+  RescaleMotion(map().keyframe(newest).scale / scale_before);
   return true;
 }
 
