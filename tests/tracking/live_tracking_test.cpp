@@ -6,6 +6,11 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/similarity.h"
@@ -24,6 +29,12 @@ const Sequence& Village() {
   static const Sequence sequence = FlyOver(TexturedGround(true), 30);
   return sequence;
 }
+
+const Sequence& Field() {
+  static const Sequence sequence = FlyOver(TexturedGround(false), 60);
+  return sequence;
+}
+constexpr std::size_t kBlack = 1000;  // in place of the number of a frame
 
 TrackerOptions Live() {
   TrackerOptions options;
@@ -83,6 +94,67 @@ TEST(LiveTracking, ComesBackAfterBlackFrames) {
   static_cast<void>(tracker->Finish());
   EXPECT_EQ(num_lost, 3U);
   for (const TrajectoryEntry& entry : tracker->Trajectory()) EXPECT_EQ(entry.map_id, 0);
+}
+
+// What was mapped of another map, of which the first knows a part, moves over in the background.
+TEST(LiveTracking, JoinsTwoMapsWhenTheyMeet) {
+  const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
+  std::vector<std::size_t> film;
+  for (std::size_t i = 0; i < 12; ++i) film.push_back(i);
+  film.insert(film.end(), 12, kBlack);
+  // Far away, then back to where the first map was made.
+  for (std::size_t i = 59; i > 8; i -= 2) film.push_back(i);
+  std::set<int> maps_used;
+  std::set<std::int64_t> settled;
+  std::set<std::int64_t> corrected;
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    Frame frame = BlackFrame(static_cast<std::int64_t>(i));
+    if (film[i] != kBlack) frame.bgr = Field().frames[film[i]].bgr;
+    const TrackingResult result = tracker->Track(frame);
+    if (result.T_world_cam) maps_used.insert(result.map_id);
+    for (const Keyframe& keyframe : result.settled_keyframes) settled.insert(keyframe.id);
+    for (const KeyframeCorrection& correction : result.corrections) corrected.insert(correction.id);
+  }
+  for (const KeyframeCorrection& correction : tracker->WaitForMapping()) {
+    EXPECT_EQ(correction.map_id, 0);
+    corrected.insert(correction.id);
+  }
+  EXPECT_EQ(corrected, settled);
+  static_cast<void>(tracker->Finish());
+  EXPECT_EQ(maps_used.count(1), 1U);
+  for (const TrajectoryEntry& entry : tracker->Trajectory()) EXPECT_EQ(entry.map_id, 0);
+}
+
+// The map moves while frames are tracked and keyframes come.
+TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
+  const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
+  std::optional<Keyframe> anchor;
+  std::size_t num_told = 0;
+  std::size_t num_corrections = 0;
+  for (const Frame& frame : Village().frames) {
+    const TrackingResult result = tracker->Track(frame);
+    EXPECT_TRUE(result.T_world_cam.has_value() || num_told == 0) << result.reason;
+    num_corrections += result.corrections.empty() ? 0U : 1U;
+    for (const Keyframe& keyframe : result.settled_keyframes) {
+      if (!anchor) anchor = keyframe;
+      if (keyframe.id < anchor->id + 3) continue;
+      // A pixel away from where it is, which is 0.003 rad.
+      const Pose error(RotationExp({0.002, -0.001, 0.003}), {0.004, 0.002, 0});
+      KeyframeConstraint constraint;
+      constraint.id = keyframe.id;
+      constraint.anchor_id = anchor->id;
+      constraint.T_cam_anchor = error * keyframe.T_world_cam.Inverse() * anchor->T_world_cam;
+      constraint.information.setIdentity();
+      constraint.information *= 1e8;  // one sigma is a thirtieth of a pixel
+      tracker->Constrain(std::vector<KeyframeConstraint>{constraint});
+      ++num_told;
+    }
+  }
+  num_corrections += tracker->WaitForMapping().empty() ? 0U : 1U;
+  static_cast<void>(tracker->Finish());
+  EXPECT_GT(num_told, 0U);
+  EXPECT_GT(num_corrections, 0U);
+  EXPECT_EQ(tracker->Trajectory().size(), Village().frames.size());
 }
 
 TEST(TrackerOptions, RefuseAModeThatThereIsNot) {

@@ -135,12 +135,12 @@ std::vector<DeformationNode> MakeNodes(std::span<const FusedView> views,
     const Eigen::Matrix3d R = motions[i].scale() * motions[i].pose().rotation().toRotationMatrix();
     DeformationNode node{};
     for (int row = 0; row < 3; ++row) {
-      const auto at = static_cast<std::size_t>(4 * row);
+      const auto at = static_cast<std::size_t>(row);
       for (int col = 0; col < 3; ++col) {
-        node.at(at + static_cast<std::size_t>(col)) = static_cast<float>(R(row, col));
+        node.at(4 * at + static_cast<std::size_t>(col)) = static_cast<float>(R(row, col));
       }
-      node.at(at + 3) = static_cast<float>(after(row));
-      node.at(12 + static_cast<std::size_t>(row)) = static_cast<float>(before(row));
+      node.at(4 * at + 3) = static_cast<float>(after(row));
+      node.at(12 + at) = static_cast<float>(before(row));
     }
     node[15] = static_cast<float>(motions[i].scale());
     nodes.push_back(node);
