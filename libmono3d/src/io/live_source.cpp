@@ -59,7 +59,7 @@ void LiveSource::State::Run() {
     thrown = std::current_exception();
   }
   const std::lock_guard lock(mutex);
-  error = thrown;
+  error = std::move(thrown);  // who takes it has it alone
   has_ended = true;
   changed.notify_all();
 }
