@@ -89,6 +89,27 @@ TEST(HoldDistance, GivesTheScaleThatThePixelsLeaveOpen) {
   EXPECT_GT(std::abs(free - distance), 5 * kTolerance * distance);
 }
 
+TEST(RestoreDepths, UndoesAScalingOfTheWorld) {
+  std::mt19937 random(SeedFromTestName());
+  const BundleWorld world = MakeWorld(1, random);
+  BundleProblem scaled = world.problem;
+  const Eigen::Vector3d centre = scaled.T_cam_world[0].Inverse().translation();
+  constexpr double kFactor = 1.7;
+  for (Eigen::Vector3d& p : scaled.p_world) p = centre + kFactor * (p - centre);
+  for (Pose& T : scaled.T_cam_world) {
+    const Eigen::Vector3d moved = centre + kFactor * (T.Inverse().translation() - centre);
+    T = Pose(T.rotation(), T.rotation() * -moved);
+  }
+  RestoreDepths(world.problem.p_world, scaled);
+  for (std::size_t i = 0; i < scaled.p_world.size(); ++i) {
+    EXPECT_LT((scaled.p_world[i] - world.problem.p_world[i]).norm(), 1e-5);
+  }
+  for (std::size_t i = 0; i < scaled.T_cam_world.size(); ++i) {
+    const Pose difference = scaled.T_cam_world[i] * world.problem.T_cam_world[i].Inverse();
+    EXPECT_LT(difference.translation().norm() + difference.RotationAngle(), 1e-5);
+  }
+}
+
 TEST(AdjustBundle, NamesTheOutliers) {
   std::mt19937 random(SeedFromTestName());
   BundleWorld world = MakeWorld(1, random);

@@ -73,6 +73,21 @@ TEST(OptimisePoseGraph, SpreadsTheDriftOfALoopOverAllCameras) {
   }
 }
 
+TEST(OptimisePoseGraph, LeavesLessOfTheGapToAnEdgeOfMoreWeight) {
+  const Similarity error(1.01, Pose(RotationExp({0.001, 0.004, 0}), {0.01, 0, 0.01}));
+  std::vector<SimilarityEdge> edges = DriftingEdges(error);
+  const std::vector<Similarity> truth = Circle();
+  edges.push_back({0, kNumCameras - 1, truth.back() * truth.front().Inverse()});
+  const auto gap_with = [&](double weight) {
+    edges.back().weight = weight;
+    std::vector<Similarity> cameras = Chain({edges.begin(), edges.end() - 1});
+    OptimisePoseGraph(cameras, edges, 5);
+    return (Centre(cameras.back()) - Centre(truth.back())).norm();
+  };
+  // The loop takes 1 / weight beside the steps of the chain.
+  EXPECT_NEAR(gap_with(8) / gap_with(1), 1.0 / 8, 0.03);
+}
+
 TEST(OptimisePoseGraph, DoesNotDependOnTheScaleOfTheWorld) {
   const Similarity error(1.01, Pose(RotationExp({0, 0.004, 0}), {0.01, 0, 0.01}));
   std::vector<SimilarityEdge> edges = DriftingEdges(error);

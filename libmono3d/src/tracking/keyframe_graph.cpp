@@ -47,6 +47,16 @@ KeyframeGraph BuildGraph(const Map& map, std::size_t min_gap) {
   return graph;
 }
 
+void KeyframeGraph::AddLoop(KeyframeId a, KeyframeId b, const Similarity& S_b_a) {
+  const auto num_at = [&](std::size_t node) {
+    return std::count_if(edges.begin(), edges.end(), [&](const SimilarityEdge& edge) {
+      return edge.a == node || edge.b == node;
+    });
+  };
+  const auto weight = static_cast<double>(std::max(num_at(*node_of[a]), num_at(*node_of[b])));
+  edges.push_back({*node_of[a], *node_of[b], S_b_a, weight});
+}
+
 void AddNewer(const Map& map, KeyframeId num_keyframes, KeyframeId leader, KeyframeGraph& graph) {
   for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
     const Pose T_new_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();

@@ -23,6 +23,8 @@ struct KeyframeGraph {
   void AddEdge(KeyframeId a, KeyframeId b, const Similarity& S_b_a) {
     edges.push_back({*node_of[a], *node_of[b], S_b_a});
   }
+  // The edge of a loop: as firm as all those together that hold either of its ends.
+  void AddLoop(KeyframeId a, KeyframeId b, const Similarity& S_b_a);
 };
 
 inline constexpr int kMinSharedOfEdge = 50;  // points

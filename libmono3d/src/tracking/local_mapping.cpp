@@ -91,27 +91,6 @@ MapBundle CollectAll(const Map& map) {
   return bundle;
 }
 
-// Where a single view, the first fixed one, holds all others, their scale is free: brings the sum
-// of their distances from it back to what it was.
-void RestoreScale(const std::vector<Pose>& before, BundleProblem& problem) {
-  const auto held = static_cast<std::size_t>(
-      std::find(problem.is_fixed.begin(), problem.is_fixed.end(), 1) - problem.is_fixed.begin());
-  const Eigen::Vector3d centre = problem.T_cam_world[held].Inverse().translation();
-  const auto sum_of_distances = [&](const std::vector<Pose>& poses) {
-    double sum = 0;
-    for (const Pose& pose : poses) sum += (pose.Inverse().translation() - centre).norm();
-    return sum;
-  };
-  const double factor = sum_of_distances(before) / sum_of_distances(problem.T_cam_world);
-  if (!std::isfinite(factor) || !(factor > 0)) return;
-  for (Pose& T_cam_world : problem.T_cam_world) {
-    const Eigen::Vector3d centre_cam = T_cam_world * centre;
-    T_cam_world =
-        Pose(T_cam_world.rotation(), factor * centre_cam - T_cam_world.rotation() * centre);
-  }
-  for (Eigen::Vector3d& p_world : problem.p_world) p_world = centre + factor * (p_world - centre);
-}
-
 // Keyframes that came while the adjustment was at work, placed by the map as it was before, move
 // with the newest one that was in it.
 void MoveNewer(const MapBundle& bundle, Map& map) {
@@ -294,7 +273,7 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
   MapBundle bundle = Collect(map, adjusted, fixed);
   const std::vector<Pose> before = bundle.problem.T_cam_world;
   const BundleReport report = AdjustCopy(bundle, {.min_gain = kLocalMinGain}, turn);
-  if (fixed.size() == 1) RestoreScale(before, bundle.problem);
+  if (fixed.size() == 1) RestoreDistances(before, bundle.problem);
   Apply(bundle, report, map);
   CountNewer(together, map);
 }
@@ -309,7 +288,9 @@ bool AdjustAll(Map& map, MappingTurn& turn) {
   constexpr int kSteps = 20;
   constexpr double kMinGain = 1e-6;
   MapBundle bundle = CollectAll(map);
+  const std::vector<Eigen::Vector3d> before = bundle.problem.p_world;
   const BundleReport report = AdjustCopy(bundle, {kSteps, kSteps, kMinGain}, turn);
+  RestoreDepths(before, bundle.problem);
   Apply(bundle, report, map);
   return turn.is_interrupted() == nullptr || !*turn.is_interrupted();
 }

@@ -11,6 +11,7 @@
 #include "tracking/keyframe_constraints.h"
 #include "tracking/keyframe_graph.h"
 #include "tracking/local_mapping.h"
+#include "tracking/matching.h"
 #include "tracking/point_creation.h"
 
 namespace mono3d::tracking {
@@ -85,6 +86,41 @@ void NoteScales(const std::vector<std::vector<double>>& before, Map& map) {
   map.ScaleAround(ratios);
 }
 
+// The points that the old keyframe and its closest neighbours see.
+std::vector<PointId> PointsAround(const Map& map, KeyframeId keyframe) {
+  constexpr std::size_t kMaxNeighbours = 10;
+  std::vector<KeyframeId> keyframes = {keyframe};
+  for (const Covisible& other : map.CovisibleKeyframes(keyframe)) {
+    if (keyframes.size() > kMaxNeighbours) break;
+    keyframes.push_back(other.keyframe);
+  }
+  std::vector<PointId> points;
+  std::vector<char> is_listed(map.points().size(), 0);
+  for (const KeyframeId id : keyframes) {
+    for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
+      if (!point || is_listed[*point] != 0) continue;
+      is_listed[*point] = 1;
+      points.push_back(*point);
+    }
+  }
+  return points;
+}
+
+// The keyframe, if its image is still there, comes to see the points whose patches are found in it.
+void ShowPoints(Map& map, const std::vector<PointId>& points, KeyframeId keyframe) {
+  const View& view = map.keyframe(keyframe).view;
+  if (view.octaves.empty()) return;
+  for (const PointId point : points) {
+    if (!map.point(point).alive || map.FeatureOf(point, keyframe)) continue;
+    const std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
+    if (!at) continue;
+    const std::optional<Feature> found = FindPatch(map, point, view, at->pixel);
+    if (!found) continue;
+    map.AddObservation(point, keyframe, *found);
+    map.UpdatePoint(point);
+  }
+}
+
 }  // namespace
 
 std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId keyframe,
@@ -100,7 +136,7 @@ void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& opti
                MappingTurn& turn) {
   KeyframeGraph graph = BuildGraph(map);
   const Pose T_new_old = loop.T_cam_world * map.T_cam_world(loop.old_keyframe).Inverse();
-  graph.AddEdge(loop.old_keyframe, loop.keyframe,
+  graph.AddLoop(loop.old_keyframe, loop.keyframe,
                 Similarity(1 / loop.scale, Pose()) * Similarity(1, T_new_old));
   const double length = Median(map.Depths(map.keyframe(loop.keyframe).view));
   const KeyframeId num_keyframes = map.keyframes().size();
@@ -119,12 +155,14 @@ void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& op
   for (const auto& [own, old] : loop.same) {
     if (map.point(own).alive && map.point(old).alive) map.MergePoints(own, old);
   }
-  // The newest keyframes see the old points as well.
+  // The newest keyframes see the old points as well: this is what holds both ends together.
+  const std::vector<PointId> old_points = PointsAround(map, loop.old_keyframe);
+  constexpr KeyframeId kNewest = 5;
   std::vector<KeyframeId> around = {loop.keyframe};
   for (const Covisible& other : map.CovisibleKeyframes(loop.keyframe)) {
-    constexpr KeyframeId kNewest = 5;
     if (other.keyframe + kNewest >= loop.keyframe) around.push_back(other.keyframe);
   }
+  for (const KeyframeId id : around) ShowPoints(map, old_points, id);
   // With more than new points are made with: the old keyframes share few points yet, and come last.
   LocalMappingOptions wider = options;
   wider.num_neighbours = std::max(options.num_neighbours, 6);

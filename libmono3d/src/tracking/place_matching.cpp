@@ -20,6 +20,7 @@ struct Pair {
   PointId own = 0;
   PointId old = 0;
   double log_ratio = 0;
+  bool is_same = false;  // pixel, within their standard deviations
 };
 
 std::vector<Pair> PairsOf(const Map& own_map, const View& own, const Map& old_map,
@@ -45,7 +46,11 @@ std::vector<Pair> PairsOf(const Map& own_map, const View& own, const Map& old_ma
     const double z_own = (own.T_cam_world * own_map.point(*own.points[*nearest]).p_world).z();
     const double z_old = (old.T_cam_world * old_map.point(*old.points[i]).p_world).z();
     if (z_own <= 0 || z_old <= 0) continue;
-    pairs.push_back({*own.points[*nearest], *old.points[i], std::log(z_old / z_own)});
+    const Feature& a = own.features[*nearest];
+    const Feature& b = old.features[i];
+    const bool is_same = (a.pixel - b.pixel).squaredNorm() <=
+                         kChi2TwoDof * (a.sigma_px * a.sigma_px + b.sigma_px * b.sigma_px);
+    pairs.push_back({*own.points[*nearest], *old.points[i], std::log(z_old / z_own), is_same});
   }
   return pairs;
 }
@@ -84,7 +89,9 @@ std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Ma
   const std::optional<double> scale = CommonScale(pairs);
   if (!scale) return std::nullopt;
   PlaceFound place{keyframe, old_keyframe, old.T_cam_world, *scale, result.num_inliers, {}};
-  for (const Pair& pair : pairs) place.same.emplace_back(pair.own, pair.old);
+  for (const Pair& pair : pairs) {
+    if (pair.is_same) place.same.emplace_back(pair.own, pair.old);
+  }
   return place;
 }
 

@@ -21,7 +21,8 @@ struct PlaceFound {
   Pose T_cam_world;  // of the keyframe, by the points of the old one
   double scale = 1;  // lengths by the old points over the same lengths by the keyframe's own
   int num_inliers = 0;
-  std::vector<std::pair<PointId, PointId>> same;  // a point of the keyframe, and of the old one
+  // A point of the keyframe, and of the old one, at one pixel.
+  std::vector<std::pair<PointId, PointId>> same;
 };
 
 // A pose by the old points alone, matched by descriptors (PnP within RANSAC, then all around) and

@@ -119,9 +119,10 @@ PoseGraphReport OptimisePoseGraph(std::vector<Similarity>& S_cam_world,
   const bool is_constrained = !constraints.edges.empty();
   const double weight = is_constrained ? 1 / constraints.edge_sigma : 1;
   for (const SimilarityEdge& edge : edges) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(new EdgeError{
-                                 ToBlock(edge.S_b_a), length, weight, is_constrained}),
-                             nullptr, blocks[edge.a].data(), blocks[edge.b].data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(new EdgeError{
+            ToBlock(edge.S_b_a), length, std::sqrt(edge.weight) * weight, is_constrained}),
+        nullptr, blocks[edge.a].data(), blocks[edge.b].data());
   }
   for (const ConstraintEdge& edge : constraints.edges) {
     const Block measured = ToBlock(Similarity(edge.scale, edge.T_b_a));

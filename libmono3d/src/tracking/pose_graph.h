@@ -16,6 +16,7 @@ struct SimilarityEdge {
   std::size_t a = 0;
   std::size_t b = 0;
   Similarity S_b_a;
+  double weight = 1;  // of its squared error
 };
 
 // What is known of two cameras with its uncertainty, as in KeyframeConstraint: a is the anchor.

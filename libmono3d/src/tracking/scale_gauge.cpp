@@ -4,12 +4,33 @@
 #include "tracking/scale_gauge.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "tracking/local_mapping.h"
 
 namespace mono3d::tracking {
+namespace {
+
+std::optional<std::size_t> FirstFixed(const BundleProblem& problem) {
+  const auto fixed = std::find(problem.is_fixed.begin(), problem.is_fixed.end(), 1);
+  if (fixed == problem.is_fixed.end()) return std::nullopt;
+  return static_cast<std::size_t>(fixed - problem.is_fixed.begin());
+}
+
+void ScaleAbout(const Eigen::Vector3d& centre, double factor, BundleProblem& problem) {
+  if (!std::isfinite(factor) || !(factor > 0)) return;
+  for (Pose& T_cam_world : problem.T_cam_world) {
+    const Eigen::Vector3d centre_cam = T_cam_world * centre;
+    T_cam_world =
+        Pose(T_cam_world.rotation(), factor * centre_cam - T_cam_world.rotation() * centre);
+  }
+  for (Eigen::Vector3d& p_world : problem.p_world) p_world = centre + factor * (p_world - centre);
+}
+
+}  // namespace
 
 std::optional<KeyframeId> FindScaleKeyframe(const Map& map, KeyframeId first) {
   constexpr int kSoon = 10;       // keyframes: later ones may have come back on a wrong way
@@ -42,6 +63,34 @@ PoseConstraint HoldDistance(const BundleProblem& problem, std::size_t view, std:
   constraint.root_information.setZero();
   constraint.root_information.row(0).tail<3>() = t.transpose() / (t.squaredNorm() * kSigma);
   return constraint;
+}
+
+void RestoreDistances(const std::vector<Pose>& T_cam_world_before, BundleProblem& problem) {
+  const std::optional<std::size_t> fixed = FirstFixed(problem);
+  if (!fixed) return;
+  const Eigen::Vector3d centre = problem.T_cam_world[*fixed].Inverse().translation();
+  const auto sum_of_distances = [&](const std::vector<Pose>& poses) {
+    double sum = 0;
+    for (const Pose& pose : poses) sum += (pose.Inverse().translation() - centre).norm();
+    return sum;
+  };
+  ScaleAbout(centre, sum_of_distances(T_cam_world_before) / sum_of_distances(problem.T_cam_world),
+             problem);
+}
+
+void RestoreDepths(const std::vector<Eigen::Vector3d>& p_world_before, BundleProblem& problem) {
+  const std::optional<std::size_t> fixed = FirstFixed(problem);
+  if (!fixed) return;
+  const Pose& T_cam_world = problem.T_cam_world[*fixed];
+  std::vector<float> ratios;
+  for (const BundleObservation& observation : problem.observations) {
+    if (observation.view != *fixed) continue;
+    const double before = (T_cam_world * p_world_before[observation.point]).z();
+    const double now = (T_cam_world * problem.p_world[observation.point]).z();
+    if (before > 0 && now > 0) ratios.push_back(static_cast<float>(before / now));
+  }
+  if (ratios.empty()) return;
+  ScaleAbout(T_cam_world.Inverse().translation(), Median(std::move(ratios)), problem);
 }
 
 }  // namespace mono3d::tracking

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "tracking/bundle_adjustment.h"
 #include "tracking/map.h"
@@ -21,5 +22,12 @@ std::optional<KeyframeId> FindScaleKeyframe(const Map& map, KeyframeId first);
 
 // Holds the distance between two views, and nothing else.
 PoseConstraint HoldDistance(const BundleProblem& problem, std::size_t view, std::size_t anchor);
+
+// After an adjustment, scales all about the first fixed view. RestoreDistances: to where the sum of
+// the distances of the others from it is what it was. RestoreDepths: to where the points that it
+// sees are, in the median, as far away as they were, as a loop may have changed the distances of
+// its neighbours. Nothing without a fixed view.
+void RestoreDistances(const std::vector<Pose>& T_cam_world_before, BundleProblem& problem);
+void RestoreDepths(const std::vector<Eigen::Vector3d>& p_world_before, BundleProblem& problem);
 
 }  // namespace mono3d::tracking
