@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mono3d/geometry/triangulation.h"
 #include "tracking/image_alignment.h"
 #include "tracking/matching.h"
 
@@ -99,6 +100,17 @@ bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& featu
   point.patch_keyframe = keyframe;
   point.colour = ColourAt(view.frame.bgr, feature.pixel, point.colour);
   return true;
+}
+
+bool LooksAlike(const Map& map, const MapPoint& point, KeyframeId from,
+                const Eigen::Vector3d& centre) {
+  constexpr double kMinCosine = 0.985;  // 10 degrees: beyond, the slant of the surface tells
+  constexpr double kMaxScale = 1.3;
+  const Eigen::Vector3d centre_from = map.T_cam_world(from).Inverse().translation();
+  const double before = (centre_from - point.p_world).norm();
+  const double now = (centre - point.p_world).norm();
+  return CosParallax(point.p_world, centre_from, centre) > kMinCosine && now < kMaxScale * before &&
+         before < kMaxScale * now;
 }
 
 std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,

@@ -15,6 +15,11 @@ namespace mono3d::tracking {
 // now on. False where the keyframe has no images any more or the patch would leave them.
 bool TakePatchOf(Map& map, PointId point, KeyframeId keyframe, const Feature& feature);
 
+// Does a camera at `centre` see the point as keyframe `from` did: from less than 10 degrees aside,
+// and at about the same scale?
+bool LooksAlike(const Map& map, const MapPoint& point, KeyframeId from,
+                const Eigen::Vector3d& centre);
+
 // Where `view`, at its pose, shows a map point: found by its patch from `start_px`. The feature
 // has no descriptor yet. Nothing when the point has no patch or it is not to be seen there.
 std::optional<Feature> FindPatch(const Map& map, PointId point, const View& view,

@@ -8,11 +8,11 @@
 #include <numeric>
 #include <utility>
 
-#include "mono3d/geometry/triangulation.h"
 #include "tracking/bundle_adjustment.h"
 #include "tracking/direct_tracking.h"
 #include "tracking/keyframe_constraints.h"
 #include "tracking/point_creation.h"
+#include "tracking/point_culling.h"
 #include "tracking/scale_gauge.h"
 
 namespace mono3d::tracking {
@@ -207,6 +207,7 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
     if (is_far) CreatePointsByPatches(map, keyframe, options);
     turn.Breathe();
     FusePoints(map, keyframe, options);
+    CountShown(map, keyframe);
   }
   {
     const ScopedStageTimer timer(times, "tracking/local_bundle_adjustment");
@@ -221,20 +222,12 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
 }
 
 void RenewPatches(Map& map, KeyframeId keyframe) {
-  constexpr double kMinCosine = 0.985;  // 10 degrees: beyond, the slant of the surface tells
-  constexpr double kMaxScale = 1.3;
   const View& view = map.keyframe(keyframe).view;
   const Eigen::Vector3d centre = view.Centre();
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i]) continue;
     const MapPoint& point = map.point(*view.points[i]);
-    if (point.patch) {
-      const Eigen::Vector3d from = map.T_cam_world(point.patch_keyframe).Inverse().translation();
-      const double before = (from - point.p_world).norm();
-      const double now = (centre - point.p_world).norm();
-      const bool is_near = CosParallax(point.p_world, from, centre) > kMinCosine;
-      if (is_near && now < kMaxScale * before && before < kMaxScale * now) continue;
-    }
+    if (point.patch && LooksAlike(map, point, point.patch_keyframe, centre)) continue;
     TakePatchOf(map, *view.points[i], keyframe, view.features[i]);
   }
 }
@@ -299,19 +292,6 @@ void RemoveOutliers(Map& map) {
   MapBundle bundle = CollectAll(map);
   const BundleReport report = AdjustBundle(bundle.problem, {0, 0});
   Apply(bundle, report, map);
-}
-
-void CullPoints(Map& map) {
-  const KeyframeId newest = map.keyframes().size() - 1;
-  constexpr double kMinFoundRatio = 0.25;
-  constexpr KeyframeId kProbation = 3;  // keyframes
-  for (PointId id = 0; id < map.points().size(); ++id) {
-    const MapPoint& point = map.point(id);
-    if (!point.alive || point.created_at + kProbation < newest) continue;
-    const bool rarely_found = point.num_found < kMinFoundRatio * point.num_predicted;
-    const bool rarely_seen = newest >= point.created_at + 2 && point.observations.size() < 3;
-    if (rarely_found || rarely_seen) map.RemovePoint(id);
-  }
 }
 
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {

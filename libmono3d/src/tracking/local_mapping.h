@@ -37,9 +37,6 @@ void RemoveOutliers(Map& map);
 // aside or at another scale, get their patch from it.
 void RenewPatches(Map& map, KeyframeId keyframe);
 
-// Points that were rarely found, or that too few keyframes came to see, go.
-void CullPoints(Map& map);
-
 // Settled keyframes of which most points are seen by three others go.
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 

@@ -102,6 +102,10 @@ void Map::MergePoints(PointId from, PointId to) {
   const std::vector<Observation> moved = points_[from].observations;
   points_[to].num_predicted += points_[from].num_predicted;
   points_[to].num_found += points_[from].num_found;
+  // Both were due in much the same keyframes, and each showed in others.
+  points_[to].num_due_keyframes =
+      std::max(points_[to].num_due_keyframes, points_[from].num_due_keyframes);
+  points_[to].num_showing_keyframes += points_[from].num_showing_keyframes;
   RemovePoint(from);
   for (const Observation& observation : moved) {
     if (!FeatureOf(to, observation.keyframe)) AddObservation(to, observation);

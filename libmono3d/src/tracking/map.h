@@ -56,6 +56,8 @@ struct MapPoint {
   KeyframeId created_at = 0;              // the newest keyframe at that time
   int num_predicted = 1;                  // times it should have been seen
   int num_found = 1;                      // times it was
+  int num_due_keyframes = 0;              // newer ones that should show it; not saved with the map
+  int num_showing_keyframes = 0;          // those of them that did
   std::optional<Patch> patch;             // how it looks
   KeyframeId patch_keyframe = 0;          // from where
   std::array<std::uint8_t, 3> colour{};   // red, green, blue, there
