@@ -61,7 +61,7 @@ TEST(MapGrowth, HoveringOverTheSameGroundAddsNextToNothing) {
   MeanSize first;
   MeanSize last;
   for (std::size_t pass = 0; pass < kNumAll; ++pass) {
-    for (std::size_t i = 1; i < 2 * kNumImages - 1; ++i) {
+    for (std::size_t i = 0; i < 2 * kNumImages - 2; ++i) {
       Frame frame = flight.frames[i < kNumImages ? i : 2 * kNumImages - 2 - i];
       frame.index = index;
       frame.timestamp_s = 0.1 * static_cast<double>(index++);

@@ -70,7 +70,7 @@ TEST_F(PointCulling, TakesPointsThatManyKeyframesDoNotShowButNotTheOthers) {
 }
 
 TEST_F(PointCulling, LeavesPointsAloneThatASingleFlightPastDoesNotShowAgain) {
-  for (int i = 0; i < 16; ++i) Visit(Pose(), false);
+  for (int i = 0; i < 14; ++i) Visit(Pose(), false);
   EXPECT_TRUE(TestedIsAlive());
 }
 

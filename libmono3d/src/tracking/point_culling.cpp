@@ -30,9 +30,10 @@ bool HasFailedProbation(const MapPoint& point, KeyframeId newest) {
 }
 
 // A camera that flies straight on has a point in view for 16 keyframes: images as wide as 1.15 of
-// the depth, 0.07 from one to the next. More are due to one that stays or comes back.
+// the depth, 0.07 from one to the next. Two of them make it. It is due in more where the camera
+// stays or comes back.
 bool IsStale(const MapPoint& point) {
-  constexpr int kMinDue = 17;  // keyframes
+  constexpr int kMinDue = 15;  // keyframes
   return point.num_due_keyframes >= kMinDue &&
          point.num_showing_keyframes < kMinFoundRatio * point.num_due_keyframes;
 }
