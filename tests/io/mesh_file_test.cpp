@@ -29,7 +29,8 @@ TriangleMesh OneTriangle() {
 
 std::filesystem::path FileOfThisTest() {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  return std::filesystem::path(testing::TempDir()) / (std::string("mono3d_") + test->name() + ".ply");
+  return std::filesystem::path(testing::TempDir()) /
+         (std::string("mono3d_") + test->name() + ".ply");
 }
 
 TEST(MeshFile, HoldsVerticesAndFaces) {
