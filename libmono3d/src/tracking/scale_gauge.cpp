@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tracking/keyframe_graph.h"
 #include "tracking/local_mapping.h"
 
 namespace mono3d::tracking {
@@ -33,8 +34,7 @@ void ScaleAbout(const Eigen::Vector3d& centre, double factor, BundleProblem& pro
 }  // namespace
 
 std::optional<KeyframeId> FindScaleKeyframe(const Map& map, KeyframeId first) {
-  constexpr int kSoon = 10;       // keyframes: later ones may have come back on a wrong way
-  constexpr int kMinShared = 50;  // points
+  constexpr int kSoon = 10;  // keyframes: later ones may have come back on a wrong way
   const std::vector<KeyframeId> in_order = InOrderOfFlight(map);
   const auto place_of = [&](KeyframeId id) {
     return std::find(in_order.begin(), in_order.end(), id) - in_order.begin();
@@ -43,7 +43,7 @@ std::optional<KeyframeId> FindScaleKeyframe(const Map& map, KeyframeId first) {
   std::optional<KeyframeId> best;
   double best_distance = 0;
   for (const Covisible& other : map.CovisibleKeyframes(first)) {
-    if (other.num_shared < kMinShared) continue;
+    if (other.num_shared < kMinSharedOfEdge) continue;
     if (std::abs(place_of(other.keyframe) - place_of(first)) > kSoon) continue;
     const double distance = (map.keyframe(other.keyframe).view.Centre() - centre).norm();
     if (distance <= best_distance) continue;
