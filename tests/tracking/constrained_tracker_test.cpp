@@ -49,7 +49,7 @@ Told FlyAndTell(const Pose& error, const TrackerOptions& options) {
   constraint.anchor_id = anchor.id;
   constraint.T_cam_anchor = error * told.T_before.Inverse();
   constraint.information.setIdentity();
-  constraint.information *= 1e8;  // one sigma is a thirtieth of a pixel
+  constraint.information *= 1e9;  // one sigma is a hundredth of a pixel
   told.T_claimed = constraint.T_cam_anchor.Inverse();
   tracker->Constrain(std::vector<KeyframeConstraint>{constraint});
   told.num_corrections = tracker->WaitForMapping().size();
@@ -78,8 +78,8 @@ class ConstrainedTracker : public testing::TestWithParam<std::string> {
   }
 };
 
-// A pixel is 0.003 rad.
-const Pose kDrift(RotationExp({0.002, -0.001, 0.003}), {0.004, 0.002, 0});
+// A pixel is 0.003 rad; the points know their keyframes to a small part of it.
+const Pose kDrift(RotationExp({0.0006, -0.0003, 0.0009}), {0.0012, 0.0006, 0});
 const Pose kElsewhere(RotationExp({0.1, 0, 0.1}), {0.3, 0, 0.1});
 
 TEST_P(ConstrainedTracker, FollowsWhatItIsTold) {

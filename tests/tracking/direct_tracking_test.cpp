@@ -140,6 +140,71 @@ TEST(FindPatch, NeedsAPatchAndImages) {
   EXPECT_FALSE(FindPatch(map, *view.points[0], view, there).has_value());
 }
 
+// Of the ground at a pixel of a view.
+Eigen::Vector2d TrueSlope(const View& view, const Eigen::Vector2d& pixel) {
+  const CameraModel& camera = view.frame.camera;
+  const Eigen::Vector3d up = view.T_cam_world.rotation() * Eigen::Vector3d::UnitZ();
+  return Eigen::Vector2d(up.x() / camera.fx, up.y() / camera.fy) / up.dot(camera.Unproject(pixel));
+}
+
+// Root mean square of what the patches of a view lean otherwise than they should: of the tangent.
+double LeanError(const Map& map, KeyframeId patch_keyframe) {
+  double sum = 0;
+  int num = 0;
+  for (const MapPoint& point : map.points()) {
+    if (!point.patch || point.patch_keyframe != patch_keyframe) continue;
+    const View& view = map.keyframe(patch_keyframe).view;
+    const Eigen::Vector2d off = point.patch->slope.value - TrueSlope(view, point.patch->pixel);
+    sum += off.squaredNorm() * view.frame.camera.fx * view.frame.camera.fx;
+    ++num;
+  }
+  EXPECT_GT(num, 60);
+  return std::sqrt(sum / num);
+}
+
+// Adds views 2 to the last but one as keyframes that show what FindPatch finds.
+void FlyOn(Map& map) {
+  for (int i = 2; i < kNumFrames; ++i) {
+    View view = ViewOf(i);
+    for (PointId id = 0; id < map.points().size(); ++id) {
+      const Eigen::Vector2d at = map.camera().Project(view.T_cam_world * map.point(id).p_world);
+      const auto found = FindPatch(map, id, view, at);
+      if (!found) continue;
+      view.features.push_back(*found);
+      view.points.emplace_back(id);
+    }
+    LearnSlopes(map, map.AddKeyframe(view));
+  }
+}
+
+TEST(LearnSlopes, FindsHowTheGroundLies) {
+  Map map = GroundMap();
+  const double facing = LeanError(map, 0);
+  EXPECT_GT(facing, 0.4);  // seen obliquely
+  FlyOn(map);
+  EXPECT_LT(LeanError(map, 0), 0.4 * facing);
+}
+
+TEST(LearnSlopes, StaysWithAPointThatGetsANewPatch) {
+  Map map = GroundMap();
+  const double facing = LeanError(map, 0);
+  FlyOn(map);
+  const KeyframeId newest = map.keyframes().size() - 1;
+  const View& view = map.keyframe(newest).view;
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    TakePatchOf(map, *view.points[i], newest, view.features[i]);
+  }
+  EXPECT_LT(LeanError(map, newest), 0.4 * facing);
+}
+
+TEST(LearnSlopes, LeavesThemAloneWithoutImages) {
+  Map map = GroundMap();
+  const double before = LeanError(map, 0);
+  map.keyframe(1).view.octaves.clear();
+  LearnSlopes(map, 1);
+  EXPECT_EQ(LeanError(map, 0), before);
+}
+
 TEST(CountTrackable, TakesOnePointOfACellSeenByThreeKeyframes) {
   Map map(0, SmallCamera(), FeatureOptions{});
   for (int i = 0; i < 3; ++i) {

@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "tracking/tracking_world.h"
 
@@ -32,6 +35,7 @@ const Eigen::Matrix2d kSame = Eigen::Matrix2d::Identity();
 // Rounding to whole grey values moves a patch of 81 px by a hundredth; bilinear interpolation of
 // waves of 10 px by some more.
 constexpr double kMaxError_px = 0.04;
+const Eigen::Vector2d kStart(0.4, -0.3);  // off the truth
 
 TEST(AlignPatch, FindsAShiftToAFractionOfAPixel) {
   const Eigen::Vector2d at(70.3, 58.6);
@@ -112,34 +116,173 @@ TEST(TakePatch, CopiesTheSquareAroundThePoint) {
   EXPECT_FALSE(TakePatch(octaves, {50, 40}, kNumOctaves).has_value());
 }
 
-TEST(PatchWarp, IsTheDerivativeOfTheTransferOverThePlane) {
+// Of a plane in camera a: where camera b sees what is at pixel `p` of camera a.
+Eigen::Vector2d Transfer(const CameraModel& camera, const Pose& T_b_a, const Eigen::Vector2d& at,
+                         double z, const Eigen::Vector2d& slope, const Eigen::Vector2d& p) {
+  const double inverse_z = (1 + slope.dot(p - at)) / z;
+  return camera.Project(T_b_a * (camera.Unproject(p) / inverse_z));
+}
+
+TEST(WarpPatch, IsTheDerivativeOfTheTransferOverThePlane) {
   const CameraModel camera = SmallCamera();
   const Pose T_b_a(RotationExp({0.05, -0.2, 0.3}), {0.5, -0.2, 0.3});
   const Eigen::Vector2d pixel(120, 90);
   const double z = 4;
-  const auto warp = PatchWarp(camera, T_b_a, pixel, z);
-  ASSERT_TRUE(warp.has_value());
-  const Eigen::Vector3d ray = camera.Unproject(pixel);
-  const auto transfer = [&](const Eigen::Vector2d& p) {
-    const Eigen::Vector3d other = camera.Unproject(p);
-    return camera.Project(T_b_a * (other * (z * ray.squaredNorm() / ray.dot(other))));
-  };
-  constexpr double kStep = 1e-3;
-  for (int axis = 0; axis < 2; ++axis) {
-    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
-    const Eigen::Vector2d slope = (transfer(pixel + step) - transfer(pixel - step)) / (2 * kStep);
-    EXPECT_LT((warp->col(axis) - slope).norm(), 1e-6);
+  const Eigen::Vector2d facing = FacingSlope(camera, pixel);
+  for (const Eigen::Vector2d& slope : {facing, Eigen::Vector2d(0.002, -0.001)}) {
+    const auto warp = WarpPatch(camera, T_b_a, pixel, z, slope);
+    ASSERT_TRUE(warp.has_value());
+    const auto transfer = [&](const Eigen::Vector2d& p) {
+      return Transfer(camera, T_b_a, pixel, z, slope, p);
+    };
+    constexpr double kStep = 1e-3;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
+      const Eigen::Vector2d by_pixel =
+          (transfer(pixel + step) - transfer(pixel - step)) / (2 * kStep);
+      EXPECT_LT((warp->by_pixel.col(axis) - by_pixel).norm(), 1e-6);
+    }
+    const Eigen::Vector2d change(1e-3, -2e-3);
+    const auto other = WarpPatch(camera, T_b_a, pixel, z, slope + change);
+    ASSERT_TRUE(other.has_value());
+    EXPECT_LT((other->by_pixel - warp->by_pixel - warp->by_slope * change.transpose()).norm(),
+              1e-12);
   }
 }
 
-TEST(PatchWarp, HalvesThePatchAtTwiceTheDistance) {
+TEST(WarpPatch, HalvesThePatchAtTwiceTheDistance) {
   const CameraModel camera = SmallCamera();
   const Eigen::Vector2d centre(camera.cx, camera.cy);
-  const auto warp = PatchWarp(camera, Pose(Eigen::Quaterniond::Identity(), {0, 0, 4}), centre, 4);
+  const Eigen::Vector2d facing = FacingSlope(camera, centre);
+  const auto warp =
+      WarpPatch(camera, Pose(Eigen::Quaterniond::Identity(), {0, 0, 4}), centre, 4, facing);
   ASSERT_TRUE(warp.has_value());
-  EXPECT_LT((*warp - 0.5 * kSame).norm(), 1e-12);
+  EXPECT_LT((warp->by_pixel - 0.5 * kSame).norm(), 1e-12);
   const Pose behind(Eigen::Quaterniond::Identity(), {0, 0, -5});
-  EXPECT_FALSE(PatchWarp(camera, behind, centre, 4).has_value());
+  EXPECT_FALSE(WarpPatch(camera, behind, centre, 4, facing).has_value());
+}
+
+// A plane that leans by 45 degrees and more, with waves on it, and a camera b that sees it from
+// the side.
+struct LeaningWaves {
+  CameraModel camera = SmallCamera();
+  Pose T_b_a{RotationExp({0, -0.15, 0}), {0.6, 0.1, 0}};
+  Eigen::Vector2d at{190.3, 110.6};
+  double z = 4;
+  Eigen::Vector2d slope{0.004, -0.002};
+  Octaves in_a;
+  Octaves in_b;
+
+  LeaningWaves() {
+    const Eigen::Vector2i around = at.cast<int>();
+    constexpr int kSide = 40;
+    cv::Mat a(camera.height, camera.width, CV_8UC1, cv::Scalar(128));
+    cv::Mat b = a.clone();
+    for (int row = 0; row < camera.height; ++row) {
+      for (int column = 0; column < camera.width; ++column) {
+        if (std::abs(row - around.y()) < kSide && std::abs(column - around.x()) < kSide) {
+          a.at<std::uint8_t>(row, column) = Grey({column, row});
+        }
+        b.at<std::uint8_t>(row, column) = Grey(ToA({column, row}));
+      }
+    }
+    in_a = BuildOctaves(a);
+    in_b = BuildOctaves(b);
+  }
+
+  // Where camera a sees what is at this pixel of camera b.
+  Eigen::Vector2d ToA(const Eigen::Vector2d& pixel_b) const {
+    const Eigen::Vector3d normal(
+        slope.x() * camera.fx, slope.y() * camera.fy,
+        1 + slope.x() * (camera.cx - at.x()) + slope.y() * (camera.cy - at.y()));  // normal . p = z
+    const Pose T_a_b = T_b_a.Inverse();
+    const Eigen::Vector3d ray = T_a_b.rotation() * camera.Unproject(pixel_b);
+    const double along = (z - normal.dot(T_a_b.translation())) / normal.dot(ray);
+    return camera.Project(T_a_b.translation() + along * ray);
+  }
+  static std::uint8_t Grey(const Eigen::Vector2d& p) {
+    return static_cast<std::uint8_t>(std::lround(120 + 40 * std::sin(0.5 * p.x() + 0.2 * p.y()) +
+                                                 30 * std::cos(0.3 * p.x() - 0.6 * p.y()) +
+                                                 20 * std::sin(0.004 * p.x() * p.y())));
+  }
+  Eigen::Vector2d InB() const { return Transfer(camera, T_b_a, at, z, slope, at); }
+  PatchWarp Warp(const Eigen::Vector2d& with) const {
+    return WarpPatch(camera, T_b_a, at, z, with).value();
+  }
+};
+
+TEST(AlignPatch, IsOffWhereTheSurfaceLeansOtherwise) {
+  const LeaningWaves world;
+  const auto patch = TakePatch(world.in_a, world.at, 0);
+  ASSERT_TRUE(patch.has_value());
+  const auto error_with = [&](const Eigen::Vector2d& slope) {
+    const auto found =
+        AlignPatch(*patch, world.Warp(slope).by_pixel, world.in_b, world.InB() + kStart);
+    return found ? (found->pixel - world.InB()).norm() : HUGE_VAL;
+  };
+  EXPECT_LT(error_with(world.slope), kMaxError_px);
+  EXPECT_GT(error_with(FacingSlope(world.camera, world.at)), 2 * kMaxError_px);
+}
+
+TEST(MeasureSlope, TellsHowTheSurfaceLeans) {
+  const LeaningWaves world;
+  auto patch = TakePatch(world.in_a, world.at, 0);
+  ASSERT_TRUE(patch.has_value());
+  patch->slope = UnknownSlope(world.camera, world.at);
+  const double before = (patch->slope.value - world.slope).norm();
+  // Linear in what it does not know yet: twice gets there. The place may be off meanwhile.
+  for (int i = 0; i < 2; ++i) {
+    const auto evidence = MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_b,
+                                       world.InB() + Eigen::Vector2d(0.1, -0.1));
+    ASSERT_TRUE(evidence.has_value());
+    // Across the parallax it hardly tells anything, along it a lot; both are of the slope.
+    EXPECT_GT(evidence->information.eigenvalues().real().minCoeff(), 0);
+    patch->slope.value = evidence->information.inverse() * evidence->weighted_slope;
+  }
+  EXPECT_LT((patch->slope.value - world.slope).norm(), 0.1 * before);
+}
+
+TEST(MeasureSlope, SaysNothingWithoutParallaxOrTexture) {
+  LeaningWaves world;
+  auto patch = TakePatch(world.in_a, world.at, 0);
+  ASSERT_TRUE(patch.has_value());
+  patch->slope = UnknownSlope(world.camera, world.at);
+  const double prior = patch->slope.information.norm();
+  world.T_b_a = Pose();
+  const auto still = MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_a, world.at);
+  ASSERT_TRUE(still.has_value());
+  EXPECT_LT(still->information.norm(), 1e-9 * prior);
+  const Octaves grey = BuildOctaves(cv::Mat(224, 384, CV_8UC1, cv::Scalar(90)));
+  EXPECT_FALSE(MeasureSlope(*patch, world.Warp(patch->slope.value), grey, world.at).has_value());
+  EXPECT_FALSE(
+      MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_a, {2, 100}).has_value());
+}
+
+TEST(AlignPatch, KnowsHowSureItIs) {
+  const Eigen::Vector2d at(70.3, 58.6);
+  const cv::Mat picture = Waves({0, 0});
+  const auto patch = TakePatch(BuildOctaves(picture), at, 0);
+  ASSERT_TRUE(patch.has_value());
+  cv::RNG random(SeedFromTestName());
+  for (const double noise : {4.0, 12.0}) {
+    constexpr int kNumTries = 400;
+    double sum_error2 = 0;
+    double sum_sigma2 = 0;
+    for (int i = 0; i < kNumTries; ++i) {
+      cv::Mat change(picture.size(), CV_32FC1);
+      random.fill(change, cv::RNG::NORMAL, 0, noise);
+      cv::Mat noisy;
+      cv::add(picture, change, noisy, cv::noArray(), CV_8U);
+      const auto found = AlignPatch(*patch, kSame, BuildOctaves(noisy), at);
+      ASSERT_TRUE(found.has_value());
+      sum_error2 += (found->pixel - at).squaredNorm() / 2;
+      sum_sigma2 += found->sigma_px * found->sigma_px;
+    }
+    // How much of the noise interpolation takes depends on the place.
+    const double ratio = std::sqrt(sum_error2 / sum_sigma2);
+    EXPECT_GT(ratio, 0.75) << noise;
+    EXPECT_LT(ratio, 1.35) << noise;
+  }
 }
 
 TEST(BuildOctaves, HalvesAboutTheFirstPixel) {

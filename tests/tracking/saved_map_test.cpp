@@ -140,9 +140,9 @@ TEST(SavedMap, IsRefusedWhenForeignDamagedOrOfAnotherVersion) {
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 1);
   EXPECT_THAT(load(changed), ThrowsMessage<Error>(HasSubstr("damaged")));
   std::string newer = SavedBytes();
-  newer[11] = 2;  // behind the eleven bytes of "mono3d map\n"
+  newer[11] = 3;  // behind the eleven bytes of "mono3d map\n"
   EXPECT_THAT(load(newer), ThrowsMessage<Error>(
-                               HasSubstr("another version (expected version 1, found version 2)")));
+                               HasSubstr("another version (expected version 2, found version 3)")));
 }
 
 TEST(SavedMap, NeedsATrackerThatHasNotBegunAndSeesItsCamera) {

@@ -3,6 +3,7 @@
 
 #include "tracking/direct_tracking.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,8 +19,9 @@ namespace {
 
 // Correlation of a patch with itself seen from elsewhere stays above, with others rarely.
 constexpr double kMinCorrelation = 0.8;
-// px of the octave of alignment: noise of the image and of the bilinear interpolation.
-constexpr double kAlignedSigma = 0.3;
+// px of the octave of alignment: what remains besides the noise of the image, by the bilinear
+// interpolation, surfaces that are no planes, a calibration that is nearly right.
+constexpr double kAlignedSigma = 0.07;
 
 struct Candidate {
   PointId point = 0;
@@ -86,6 +88,24 @@ std::array<std::uint8_t, 3> ColourAt(const cv::Mat& bgr, const Eigen::Vector2d& 
   return {colour[2], colour[1], colour[0]};
 }
 
+// How a known point looks in `view` by its patch.
+std::optional<PatchWarp> WarpInto(const Map& map, const MapPoint& point, const View& view) {
+  const Pose T_patch_world = map.T_cam_world(point.patch_keyframe);
+  const Eigen::Vector3d p_patch = T_patch_world * point.p_world;
+  if (p_patch.z() <= 0) return std::nullopt;
+  return WarpPatch(map.camera(), view.T_cam_world * T_patch_world.Inverse(), point.patch->pixel,
+                   p_patch.z(), point.patch->slope.value);
+}
+
+// What the patch that the point has had so far knows of the slope, for its next one.
+std::optional<SurfaceSlope> SlopeSoFar(const Map& map, const MapPoint& point, const View& view,
+                                       const Eigen::Vector2d& pixel) {
+  if (!point.patch) return std::nullopt;
+  const Eigen::Quaterniond R =
+      view.T_cam_world.rotation() * map.T_cam_world(point.patch_keyframe).rotation().conjugate();
+  return SlopeInOther(map.camera(), R, point.patch->pixel, point.patch->slope, pixel);
+}
+
 }  // namespace
 
 bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& feature) {
@@ -96,6 +116,8 @@ bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& featu
   std::optional<Patch> patch = TakePatch(view.octaves, feature.pixel, octave);
   if (!patch) return false;
   MapPoint& point = map.point(id);
+  patch->slope = SlopeSoFar(map, point, view, feature.pixel)
+                     .value_or(UnknownSlope(map.camera(), feature.pixel));
   point.patch = *std::move(patch);
   point.patch_keyframe = keyframe;
   point.colour = ColourAt(view.frame.bgr, feature.pixel, point.colour);
@@ -117,14 +139,10 @@ std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,
                                  const Eigen::Vector2d& start_px) {
   const MapPoint& point = map.point(id);
   if (!point.patch || view.octaves.empty()) return std::nullopt;
-  const Pose T_patch_world = map.T_cam_world(point.patch_keyframe);
-  const Eigen::Vector3d p_patch = T_patch_world * point.p_world;
-  if (p_patch.z() <= 0) return std::nullopt;
-  const std::optional<Eigen::Matrix2d> warp = PatchWarp(
-      map.camera(), view.T_cam_world * T_patch_world.Inverse(), point.patch->pixel, p_patch.z());
+  const std::optional<PatchWarp> warp = WarpInto(map, point, view);
   if (!warp) return std::nullopt;
   const std::optional<PatchPosition> found =
-      AlignPatch(*point.patch, *warp, view.octaves, start_px);
+      AlignPatch(*point.patch, warp->by_pixel, view.octaves, start_px);
   if (!found || found->correlation < kMinCorrelation) return std::nullopt;
   const Observation& newest = point.observations.back();
   Feature feature;
@@ -133,8 +151,29 @@ std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,
       map.scales().Nearest((view.T_cam_world * point.p_world).norm(), point.max_distance);
   feature.angle_deg = map.keyframe(newest.keyframe).view.features[newest.feature].angle_deg;
   feature.descriptor = point.descriptor;
-  feature.sigma_px = kAlignedSigma * std::ldexp(1.0, found->octave);
+  feature.sigma_px = std::hypot(kAlignedSigma * std::ldexp(1.0, found->octave), found->sigma_px);
   return feature;
+}
+
+void LearnSlopes(Map& map, KeyframeId keyframe) {
+  const View& view = map.keyframe(keyframe).view;
+  if (view.octaves.empty()) return;
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (!view.points[i]) continue;
+    MapPoint& point = map.point(*view.points[i]);
+    if (!point.patch || point.patch_keyframe == keyframe) continue;
+    const std::optional<PatchWarp> warp = WarpInto(map, point, view);
+    if (!warp) continue;
+    const std::optional<SlopeEvidence> evidence =
+        MeasureSlope(*point.patch, *warp, view.octaves, view.features[i].pixel);
+    if (!evidence) continue;
+    const SurfaceSlope& before = point.patch->slope;
+    SurfaceSlope slope;
+    slope.information = before.information + evidence->information;
+    slope.value = slope.information.inverse() *
+                  (before.information * before.value + evidence->weighted_slope);
+    if (IsPlausible(map.camera(), point.patch->pixel, slope.value)) point.patch->slope = slope;
+  }
 }
 
 PoseResult TrackDirectly(Map& map, const View& previous, View& view) {

@@ -12,7 +12,8 @@
 namespace mono3d::tracking {
 
 // Takes the patch of a point from a keyframe that sees it with `feature`: how the point looks from
-// now on. False where the keyframe has no images any more or the patch would leave them.
+// now on. What is known of its surface's slope stays. False where the keyframe has no images any
+// more or the patch would leave them.
 bool TakePatchOf(Map& map, PointId point, KeyframeId keyframe, const Feature& feature);
 
 // Does a camera at `centre` see the point as keyframe `from` did: from less than 10 degrees aside,
@@ -24,6 +25,10 @@ bool LooksAlike(const Map& map, const MapPoint& point, KeyframeId from,
 // has no descriptor yet. Nothing when the point has no patch or it is not to be seen there.
 std::optional<Feature> FindPatch(const Map& map, PointId point, const View& view,
                                  const Eigen::Vector2d& start_px);
+
+// What a new keyframe shows of how the surfaces lie that its points are on: taken for facing the
+// camera of their patch, they would be found off by the more the further one has flown.
+void LearnSlopes(Map& map, KeyframeId keyframe);
 
 // Follows the previous view without features: aligns the images (sparse image alignment), then each
 // point by its patch, then refines the pose over all of them (Forster, Pizzoli, Scaramuzza 2014).

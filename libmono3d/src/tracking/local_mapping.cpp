@@ -200,6 +200,7 @@ void MapKeyframeInto(Map& map, KeyframeId keyframe, const LocalMappingOptions& o
     const ScopedStageTimer timer(times, "tracking/point_creation");
     map.ReuseReleased();
     CullPoints(map);
+    LearnSlopes(map, keyframe);
     RenewPatches(map, keyframe);
     constexpr std::size_t kFewPoints = 100;  // with the images before
     const bool is_far = map.Depths(map.keyframe(keyframe).view).size() < kFewPoints;

@@ -15,7 +15,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -76,6 +76,8 @@ void Exchange(Archive& archive, Patch& patch) {
   archive.Number(patch.octave);
   ExchangeMatrix(archive, patch.centre);
   for (std::uint8_t& grey : patch.grey) archive.Number(grey);
+  ExchangeMatrix(archive, patch.slope.value);
+  ExchangeMatrix(archive, patch.slope.information);
 }
 
 template <typename Archive>

@@ -14,6 +14,7 @@ constexpr int kHalf = 4;
 constexpr int kSide = 2 * kHalf + 1;
 constexpr int kNumPixels = kSide * kSide;
 constexpr int kBorderedSide = kSide + 2;  // for the gradients
+constexpr int kNoise = 2;                 // grey values
 
 // A row of the window and what follows up to a multiple of four: the processor's vectors. What
 // follows counts nothing: it is zero in the template.
@@ -94,8 +95,8 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
   hessian(0, 1) = Product(result.by_x, result.by_y);
   hessian(1, 0) = hessian(0, 1);
   hessian(1, 1) = Product(result.by_y, result.by_y);
-  // Noise of two grey values must leave the position sure to a quarter of a pixel.
-  constexpr float kMinEigenvalue = 64;
+  // Noise must leave the position sure to a quarter of a pixel.
+  constexpr float kMinEigenvalue = 16 * kNoise * kNoise;
   const float half_trace = 0.5F * hessian.trace();
   const float root = std::sqrt(std::max(0.0F, half_trace * half_trace - hessian.determinant()));
   if (half_trace - root < kMinEigenvalue) return std::nullopt;
@@ -137,6 +138,64 @@ bool Sample(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   return true;
 }
 
+// Standard deviation of the place in x and in y, px of the octave, by the noise that is left
+// between template and image at equal brightness and contrast.
+float PlaceSigma(const Template& to_find, float correlation) {
+  // Interpolation between the pixels takes the rest of the variance out of the difference, in the
+  // mean over all places; the slow part of the noise, which moves the patch, stays.
+  constexpr float kVarianceLeft = 4.0F / 9;
+  constexpr int kNumFitted = 4;  // brightness, contrast, place
+  const float squared_difference =
+      2 * to_find.norm * to_find.norm * std::max(0.0F, 1 - correlation);
+  const float variance = squared_difference / (kNumPixels - kNumFitted) / kVarianceLeft;
+  return std::sqrt(variance * to_find.inverse_hessian.trace() / 2);
+}
+
+// On which `warp` makes the patch neither finer nor coarser. Nothing where it mirrors it.
+std::optional<int> OctaveFor(const Patch& patch, const Eigen::Matrix2d& warp,
+                             const Octaves& octaves) {
+  const double determinant = warp.determinant();
+  if (!(determinant > 0)) return std::nullopt;
+  const double scale = std::sqrt(determinant) * std::ldexp(1.0, patch.octave);
+  return std::clamp(static_cast<int>(std::lround(std::log2(scale))), 0,
+                    static_cast<int>(octaves.size()) - 1);
+}
+
+// The difference between a patch and the image, linear in: the contrast, the place in x and y, the
+// slope in x and y.
+struct PatchEquations {
+  Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
+  double squared_error = 0;
+};
+
+// `pixels`: zero mean, the contrast of the patch. `lever`: by_slope of the warp, and `to_patch`:
+// px of the patch's full image, both per px of the octave.
+PatchEquations Linearise(const Template& to_find, const Pixels& pixels,
+                         const Eigen::Vector2d& lever, const Eigen::Matrix2d& to_patch) {
+  PatchEquations equations;
+  Eigen::Matrix<double, 5, 1> mean = Eigen::Matrix<double, 5, 1>::Zero();
+  for (int y = -kHalf; y <= kHalf; ++y) {
+    const auto row = static_cast<std::size_t>(y + kHalf);
+    for (int x = -kHalf; x <= kHalf; ++x) {
+      const double value = to_find.value[row][x + kHalf];
+      const double by_x = to_find.by_x[row][x + kHalf];
+      const double by_y = to_find.by_y[row][x + kHalf];
+      const double error = value - static_cast<double>(pixels[row][x + kHalf]);
+      const Eigen::Vector2d by_slope =
+          (by_x * lever.x() + by_y * lever.y()) * (to_patch * Eigen::Vector2d(x, y));
+      Eigen::Matrix<double, 5, 1> J;
+      J << value, by_x, by_y, by_slope;
+      equations.hessian.noalias() += J * J.transpose();
+      equations.gradient += error * J;
+      equations.squared_error += error * error;
+      mean += J / kNumPixels;
+    }
+  }
+  equations.hessian -= kNumPixels * mean * mean.transpose();  // whatever the brightness
+  return equations;
+}
+
 }  // namespace
 
 std::optional<Patch> TakePatch(const Octaves& octaves, const Eigen::Vector2d& pixel, int octave) {
@@ -160,40 +219,36 @@ std::optional<Patch> TakePatch(const Octaves& octaves, const Eigen::Vector2d& pi
   return patch;
 }
 
-std::optional<Eigen::Matrix2d> PatchWarp(const CameraModel& camera, const Pose& T_b_a,
-                                         const Eigen::Vector2d& pixel_a, double z_a) {
-  const Eigen::Vector3d ray = camera.Unproject(pixel_a);
+std::optional<PatchWarp> WarpPatch(const CameraModel& camera, const Pose& T_b_a,
+                                   const Eigen::Vector2d& pixel_a, double z_a,
+                                   const Eigen::Vector2d& slope) {
   const Eigen::Matrix3d R = T_b_a.rotation().toRotationMatrix();
-  const Eigen::Vector3d p_b = R * (z_a * ray) + T_b_a.translation();
+  const Eigen::Vector3d along_ray = z_a * (R * camera.Unproject(pixel_a));
+  const Eigen::Vector3d p_b = along_ray + T_b_a.translation();
   if (p_b.z() <= 0) return std::nullopt;
-  // The plane through the point across its ray.
-  Eigen::Matrix<double, 3, 2> by_pixel;
-  for (int axis = 0; axis < 2; ++axis) {
-    Eigen::Vector3d turned = Eigen::Vector3d::Zero();  // d ray / d pixel
-    turned[axis] = 1 / (axis == 0 ? camera.fx : camera.fy);
-    const Eigen::Vector3d moved = z_a * (turned - ray * ray.dot(turned) / ray.squaredNorm());
-    by_pixel.col(axis) = R * moved;
-  }
   Eigen::Matrix<double, 2, 3> projection;
   const double inverse_z = 1 / p_b.z();
   projection << camera.fx * inverse_z, 0, -camera.fx * p_b.x() * inverse_z * inverse_z,  //
       0, camera.fy * inverse_z, -camera.fy * p_b.y() * inverse_z * inverse_z;
-  return projection * by_pixel;
+  // At pixel u the plane is at ray(u) / (1 / z_a * (1 + slope . (u - pixel_a))).
+  PatchWarp warp;
+  warp.by_slope = -projection * along_ray;
+  warp.by_pixel.col(0) = z_a / camera.fx * projection * R.col(0);
+  warp.by_pixel.col(1) = z_a / camera.fy * projection * R.col(1);
+  warp.by_pixel += warp.by_slope * slope.transpose();
+  return warp;
 }
 
 std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2d& warp,
                                         const Octaves& octaves, const Eigen::Vector2d& start_px,
                                         double max_move) {
-  const double determinant = warp.determinant();
-  if (!(determinant > 0)) return std::nullopt;
-  const double scale = std::sqrt(determinant) * std::ldexp(1.0, patch.octave);
-  const int octave = std::clamp(static_cast<int>(std::lround(std::log2(scale))), 0,
-                                static_cast<int>(octaves.size()) - 1);
-  const double size = std::ldexp(1.0, octave);
+  const std::optional<int> octave = OctaveFor(patch, warp, octaves);
+  if (!octave) return std::nullopt;
+  const double size = std::ldexp(1.0, *octave);
   const Eigen::Matrix2d step = warp.inverse() * std::ldexp(size, -patch.octave);
   const std::optional<Template> to_find = MakeTemplate(patch, step.cast<float>());
   if (!to_find) return std::nullopt;
-  const cv::Mat& image = octaves[static_cast<std::size_t>(octave)];
+  const cv::Mat& image = octaves[static_cast<std::size_t>(*octave)];
   const Eigen::Vector2f start = (start_px / size).cast<float>();
   Eigen::Vector2f at = start;
   const Eigen::Vector2f by_value(Product(to_find->by_x, to_find->value),
@@ -213,11 +268,44 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
     at -= move;
     if (!((at - start).squaredNorm() <= max_move * max_move)) return std::nullopt;
     if (move.squaredNorm() < kSettled * kSettled) {
-      return PatchPosition{size * at.cast<double>(), octave,
-                           Product(to_find->value, pixels) / (norm * to_find->norm)};
+      const float correlation = Product(to_find->value, pixels) / (norm * to_find->norm);
+      return PatchPosition{size * at.cast<double>(), *octave, correlation,
+                           size * PlaceSigma(*to_find, correlation)};
     }
   }
   return std::nullopt;
+}
+
+std::optional<SlopeEvidence> MeasureSlope(const Patch& patch, const PatchWarp& warp,
+                                          const Octaves& octaves, const Eigen::Vector2d& at_px) {
+  const std::optional<int> octave = OctaveFor(patch, warp.by_pixel, octaves);
+  if (!octave) return std::nullopt;
+  const double size = std::ldexp(1.0, *octave);
+  const Eigen::Matrix2d to_patch = size * warp.by_pixel.inverse();
+  const Eigen::Matrix2d step = std::ldexp(1.0, -patch.octave) * to_patch;
+  const std::optional<Template> to_find = MakeTemplate(patch, step.cast<float>());
+  Pixels pixels;
+  if (!to_find ||
+      !Sample(octaves[static_cast<std::size_t>(*octave)], (at_px / size).cast<float>(), pixels)) {
+    return std::nullopt;
+  }
+  const float norm = Centre(pixels);
+  if (norm < 1) return std::nullopt;
+  for (Row& row : pixels) row *= to_find->norm / norm;
+  const PatchEquations all = Linearise(*to_find, pixels, warp.by_slope / size, to_patch);
+  // Without contrast and place.
+  const Eigen::Matrix<double, 2, 3> through =
+      all.hessian.bottomLeftCorner<2, 3>() * all.hessian.topLeftCorner<3, 3>().inverse();
+  const double variance = std::max<double>(kNoise * kNoise, all.squared_error / (kNumPixels - 6));
+  SlopeEvidence evidence;
+  evidence.information =
+      (all.hessian.bottomRightCorner<2, 2>() - through * all.hessian.topRightCorner<3, 2>()) /
+      variance;
+  evidence.weighted_slope = evidence.information * patch.slope.value +
+                            (all.gradient.tail<2>() - through * all.gradient.head<3>()) / variance;
+  if (!evidence.information.allFinite() || !evidence.weighted_slope.allFinite())
+    return std::nullopt;
+  return evidence;
 }
 
 }  // namespace mono3d::tracking

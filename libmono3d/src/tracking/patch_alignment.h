@@ -11,10 +11,12 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
 #include "tracking/octaves.h"
+#include "tracking/surface_slope.h"
 
 namespace mono3d::tracking {
 
-// What a map point looks like: the grey values around it in one octave of one image.
+// What a map point looks like: the grey values around it in one octave of one image, and how its
+// surface lies.
 struct Patch {
   static constexpr int kRadius = 10;
   static constexpr int kSide = 2 * kRadius + 1;
@@ -22,21 +24,31 @@ struct Patch {
   int octave = 0;
   Eigen::Vector2f centre = Eigen::Vector2f::Zero();  // of the point, in columns and rows of `grey`
   std::array<std::uint8_t, kSide * kSide> grey{};
+  SurfaceSlope slope;  // at `pixel`
 };
 
-// Nothing where the square would leave the image.
+// Nothing where the square would leave the image. Of the slope nothing is known yet.
 std::optional<Patch> TakePatch(const Octaves& octaves, const Eigen::Vector2d& pixel, int octave);
 
-// d pixel in camera b / d pixel in camera a of a small plane at depth `z_a` that faces camera a.
-// Nothing when the point is behind camera b.
-std::optional<Eigen::Matrix2d> PatchWarp(const CameraModel& camera, const Pose& T_b_a,
-                                         const Eigen::Vector2d& pixel_a, double z_a);
+// How a small plane in camera a looks in camera b.
+struct PatchWarp {
+  Eigen::Matrix2d by_pixel;  // d pixel in camera b / d pixel in camera a
+  Eigen::Vector2d by_slope;  // with the slope, by_pixel changes by by_slope * change^T
+};
+
+// Of a plane at depth `z_a` of that slope. Nothing when the point is behind camera b.
+std::optional<PatchWarp> WarpPatch(const CameraModel& camera, const Pose& T_b_a,
+                                   const Eigen::Vector2d& pixel_a, double z_a,
+                                   const Eigen::Vector2d& slope);
 
 // Where a patch was found.
 struct PatchPosition {
   Eigen::Vector2d pixel;   // px of the full image
   int octave = 0;          // that it was aligned on
   double correlation = 0;  // of the grey values there with the patch, -1 to 1
+  // Standard deviation in x and in y by the noise of the grey values, px of the full image: from
+  // what remains of their difference, and from how steep they are.
+  double sigma_px = 0;
 };
 
 // Finds the patch near `start_px`: inverse compositional alignment (Baker and Matthews 2004) of
@@ -46,5 +58,17 @@ struct PatchPosition {
 std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2d& warp,
                                         const Octaves& octaves, const Eigen::Vector2d& start_px,
                                         double max_move = 4);
+
+// What one image says of a slope, ready to be added up.
+struct SlopeEvidence {
+  Eigen::Matrix2d information;
+  Eigen::Vector2d weighted_slope;  // information * slope
+};
+
+// From the image in which the patch of that warp, with the slope that the patch has now, was found
+// at `at_px`: the place, the brightness and the contrast may be off too. Nothing where the patch
+// has too little texture or leaves the image.
+std::optional<SlopeEvidence> MeasureSlope(const Patch& patch, const PatchWarp& warp,
+                                          const Octaves& octaves, const Eigen::Vector2d& at_px);
 
 }  // namespace mono3d::tracking
