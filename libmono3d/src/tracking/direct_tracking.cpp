@@ -12,6 +12,7 @@
 
 #include "mono3d/geometry/triangulation.h"
 #include "tracking/image_alignment.h"
+#include "tracking/image_cells.h"
 #include "tracking/matching.h"
 
 namespace mono3d::tracking {
@@ -48,25 +49,6 @@ std::vector<PointId> PointsAround(const Map& map, const View& near) {
   }
   return points;
 }
-
-// The cells of which each gives one point.
-class Cells {
- public:
-  explicit Cells(const CameraModel& camera)
-      : num_columns_(camera.width / kCell + 1), num_rows_(camera.height / kCell + 1) {}
-  std::size_t size() const {
-    return static_cast<std::size_t>(num_columns_) * static_cast<std::size_t>(num_rows_);
-  }
-  std::size_t Index(const Eigen::Vector2d& pixel) const {
-    return static_cast<std::size_t>(static_cast<int>(pixel.y()) / kCell * num_columns_ +
-                                    static_cast<int>(pixel.x()) / kCell);
-  }
-
- private:
-  static constexpr int kCell = 24;  // px: about 600 in an image of 768 x 448
-  int num_columns_;
-  int num_rows_;
-};
 
 std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
   std::vector<SeenPoint> seen;
@@ -186,7 +168,7 @@ PoseResult TrackDirectly(Map& map, const View& previous, View& view) {
 
 int CountTrackable(const Map& map, const View& view) {
   constexpr std::size_t kMinObservations = 3;
-  const Cells cells(map.camera());
+  const ImageCells cells(map.camera());
   std::vector<char> is_filled(cells.size(), 0);
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i] || !map.camera().Contains(view.features[i].pixel)) continue;
@@ -197,7 +179,7 @@ int CountTrackable(const Map& map, const View& view) {
 }
 
 int CountExpected(const Map& map, const View& previous, const View& view) {
-  const Cells cells(map.camera());
+  const ImageCells cells(map.camera());
   std::vector<char> is_filled(cells.size(), 0);
   for (const std::optional<PointId>& point : previous.points) {
     if (!point || !map.point(*point).alive) continue;
@@ -210,7 +192,7 @@ int CountExpected(const Map& map, const View& previous, const View& view) {
 }
 
 PoseResult TrackPatches(Map& map, const View& near, View& view) {
-  const Cells cells(map.camera());
+  const ImageCells cells(map.camera());
   std::vector<std::vector<Candidate>> candidates(cells.size());
   for (const PointId point : PointsAround(map, near)) {
     if (!map.point(point).patch) continue;

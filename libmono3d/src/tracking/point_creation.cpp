@@ -14,6 +14,7 @@
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/direct_tracking.h"
+#include "tracking/image_cells.h"
 #include "tracking/matching.h"
 
 namespace mono3d::tracking {
@@ -146,13 +147,35 @@ std::vector<char> FindKnown(const Map& map, KeyframeId keyframe) {
   return is_known;
 }
 
-int CreateWithNeighbour(const Pair& pair, const std::vector<char>& is_known) {
+// Features in cells where the keyframe shows a point that has proven itself, by more keyframes than
+// its probation has: tracking follows one point of a cell. A camera that stays would add one more
+// with every visit, and keep the keyframes that it is seen from.
+std::vector<char> FindServed(const Map& map, KeyframeId keyframe) {
+  constexpr std::size_t kMinObservations = 5;
+  const View& view = map.keyframe(keyframe).view;
+  const ImageCells cells(map.camera());
+  std::vector<char> is_cell_served(cells.size(), 0);
+  for (std::size_t i = 0; i < view.features.size(); ++i) {
+    const std::optional<PointId>& point = view.points[i];
+    if (!point || map.point(*point).observations.size() < kMinObservations) continue;
+    if (!map.camera().Contains(view.features[i].pixel)) continue;
+    is_cell_served[cells.Index(view.features[i].pixel)] = 1;
+  }
+  std::vector<char> is_served;
+  for (const Feature& feature : view.features) {
+    const bool is_inside = map.camera().Contains(feature.pixel);
+    is_served.push_back(is_inside ? is_cell_served[cells.Index(feature.pixel)] : 0);
+  }
+  return is_served;
+}
+
+int CreateWithNeighbour(const Pair& pair, const std::vector<char>& is_needless) {
   Map& map = pair.map;
   int num_created = 0;
   std::vector<std::size_t> found;
   const Pose T_world_a = pair.view_a().T_cam_world.Inverse();
   for (std::size_t i = 0; i < pair.view_a().features.size(); ++i) {
-    if (pair.view_a().points[i] || is_known[i] != 0) continue;
+    if (pair.view_a().points[i] || is_needless[i] != 0) continue;
     const std::optional<std::size_t> j = SearchEpipolarLine(pair, i, found);
     if (!j) continue;
     const std::optional<Eigen::Vector3d> p_a =
@@ -312,7 +335,9 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
   const double near_su = 0.5 * depths[depths.size() / 50];
   const double far_su = 4 * depths[depths.size() - 1 - depths.size() / 50];
   int num_created = 0;
-  const std::vector<char> is_known = FindKnown(map, keyframe);
+  std::vector<char> is_needless = FindKnown(map, keyframe);
+  const std::vector<char> is_served = FindServed(map, keyframe);
+  for (std::size_t i = 0; i < is_needless.size(); ++i) is_needless[i] |= is_served[i];
   for (const Covisible& neighbour : Neighbours(map, keyframe, options.num_neighbours)) {
     const View& a = map.keyframe(keyframe).view;
     const View& b = map.keyframe(neighbour.keyframe).view;
@@ -323,7 +348,7 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
     const FeatureGrid free_b(b.features, map.camera().width, map.camera().height,
                              [&](std::size_t i) { return !b.points[i].has_value(); });
     num_created += CreateWithNeighbour(
-        {map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b}, is_known);
+        {map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b}, is_needless);
   }
   return num_created;
 }
