@@ -60,7 +60,12 @@ void Sharpen(const Map& map, View& view) {
     view.features[i].pixel = found->pixel;
     view.features[i].sigma_px = found->sigma_px;
   }
-  RefinePose(map, view);
+}
+
+// With all that the images say of how the surfaces lie, each feature once more.
+void SharpenAll(Map& map) {
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) LearnSlopes(map, id);
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) Sharpen(map, map.keyframe(id).view);
 }
 
 }  // namespace
@@ -90,6 +95,7 @@ BundleMap GrowMap(const std::vector<View>& views, const BundleStart& start,
       return grown;
     }
     Sharpen(map, next.posed);
+    RefinePose(map, next.posed);
     const KeyframeId id = map.AddKeyframe(std::move(next.posed));
     keyframe_of_view[next.view] = id;
     CreatePoints(map, id, mapping);
@@ -103,6 +109,7 @@ BundleMap GrowMap(const std::vector<View>& views, const BundleStart& start,
     FusePoints(map, id, mapping);
   }
   AdjustAll(map);
+  SharpenAll(map);
   ExtendTracks(map);
   AdjustAll(map);
   grown.keyframe_of_view = std::move(keyframe_of_view);
