@@ -22,7 +22,7 @@ namespace {
 constexpr double kMinCorrelation = 0.8;
 // px of the octave of alignment: what remains besides the noise of the image, by the bilinear
 // interpolation, surfaces that are no planes, a calibration that is nearly right.
-constexpr double kAlignedSigma = 0.07;
+constexpr double kSigmaBesidesNoise = 0.07;
 
 struct Candidate {
   PointId point = 0;
@@ -108,7 +108,7 @@ bool TakePatchOf(Map& map, PointId id, KeyframeId keyframe, const Feature& featu
 
 bool LooksAlike(const Map& map, const MapPoint& point, KeyframeId from,
                 const Eigen::Vector3d& centre) {
-  constexpr double kMinCosine = 0.985;  // 10 degrees: beyond, the slant of the surface tells
+  constexpr double kMinCosine = 0.985;  // 10 degrees: beyond, what is no plane looks otherwise
   constexpr double kMaxScale = 1.3;
   const Eigen::Vector3d centre_from = map.T_cam_world(from).Inverse().translation();
   const double before = (centre_from - point.p_world).norm();
@@ -133,7 +133,8 @@ std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,
       map.scales().Nearest((view.T_cam_world * point.p_world).norm(), point.max_distance);
   feature.angle_deg = map.keyframe(newest.keyframe).view.features[newest.feature].angle_deg;
   feature.descriptor = point.descriptor;
-  feature.sigma_px = std::hypot(kAlignedSigma * std::ldexp(1.0, found->octave), found->sigma_px);
+  feature.sigma_px =
+      std::hypot(kSigmaBesidesNoise * std::ldexp(1.0, found->octave), found->sigma_px);
   return feature;
 }
 
