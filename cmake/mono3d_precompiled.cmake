@@ -3,7 +3,7 @@
 
 # Headers that most sources include, compiled once: halves the time of a build from nothing. Off by
 # default: compiler caches do not see through them, and a source must compile without them.
-#   mono3d_precompiled       for rooms and tools
+#   mono3d_precompiled       for modules and tools
 #   mono3d_precompiled_test  for tests, which are not position-independent and use GoogleTest
 set(standard_headers <algorithm> <array> <cmath> <filesystem> <functional> <memory> <optional>
   <span> <string> <vector>)

@@ -19,30 +19,30 @@ function(mono3d_embed_shader source header array)
     VERBATIM)
 endfunction()
 
-# mono3d_shaders(<target> <room> <stage>...)
-# Embeds shaders/<room>/<stage>.comp as the array <room>_<stage>_spirv in the header
-# "<room>/<stage>.spirv.h" of the build folder.
-function(mono3d_shaders target room)
+# mono3d_shaders(<target> <module> <stage>...)
+# Embeds shaders/<module>/<stage>.comp as the array <module>_<stage>_spirv in the header
+# "<module>/<stage>.spirv.h" of the build folder.
+function(mono3d_shaders target module)
   set(headers)
   foreach(stage IN LISTS ARGN)
-    set(header ${PROJECT_BINARY_DIR}/generated/${room}/${stage}.spirv.h)
-    mono3d_embed_shader(${PROJECT_SOURCE_DIR}/shaders/${room}/${stage}.comp ${header}
-                        ${room}_${stage}_spirv)
+    set(header ${PROJECT_BINARY_DIR}/generated/${module}/${stage}.spirv.h)
+    mono3d_embed_shader(${PROJECT_SOURCE_DIR}/shaders/${module}/${stage}.comp ${header}
+                        ${module}_${stage}_spirv)
     list(APPEND headers ${header})
   endforeach()
-  # A target of its own: the room is declared in another folder, where these outputs are not known.
+  # A target of its own: the module is declared in another folder, where these outputs are not known.
   add_custom_target(${target}_shaders DEPENDS ${headers})
   add_dependencies(${target} ${target}_shaders)
 endfunction()
 
-# mono3d_test_shaders(<room> <name>...)
-# For the test program of a room: embeds tests/<room>/shaders/<name>.comp as the array
-# test_<name>_spirv in the header "<room>/shaders/<name>.spirv.h".
-function(mono3d_test_shaders room)
+# mono3d_test_shaders(<module> <name>...)
+# For the test program of a module: embeds tests/<module>/shaders/<name>.comp as the array
+# test_<name>_spirv in the header "<module>/shaders/<name>.spirv.h".
+function(mono3d_test_shaders module)
   foreach(name IN LISTS ARGN)
-    set(header ${PROJECT_BINARY_DIR}/generated/${room}/shaders/${name}.spirv.h)
-    mono3d_embed_shader(${PROJECT_SOURCE_DIR}/tests/${room}/shaders/${name}.comp ${header}
+    set(header ${PROJECT_BINARY_DIR}/generated/${module}/shaders/${name}.spirv.h)
+    mono3d_embed_shader(${PROJECT_SOURCE_DIR}/tests/${module}/shaders/${name}.comp ${header}
                         test_${name}_spirv)
-    target_sources(mono3d_${room}_test PRIVATE ${header})
+    target_sources(mono3d_${module}_test PRIVATE ${header})
   endforeach()
 endfunction()

@@ -2,7 +2,7 @@
 // Copyright the mono3d authors
 
 // The one form of a stage's parameters, read by C++ and GLSL alike. A file
-// shaders/<room>/<stage>.params.h says
+// shaders/<module>/<stage>.params.h says
 //
 //   #include "common/params.h"
 //   MONO3D_PARAMS_BEGIN(CensusParams)

@@ -103,7 +103,7 @@ uvec4 SideCosts(Side side) {
 }
 
 // Of the four pixels on the next plane.
-uvec4 NextCosts(inout Line lines[kMostSources], uvec4 reference) {
+uvec4 NextCosts(inout Line lines[kMaxSources], uvec4 reference) {
   Side before = Side(uvec4(0), 0u);
   Side after = Side(uvec4(0), 0u);
   [[unroll]] for (int s = 0; s < kSourcesPerSide; ++s) {
@@ -120,7 +120,7 @@ void StoreCosts(uvec4 words, bool narrow, int x, int y) {
       narrow ? uvec4(kNotMatched, words.zw, kNotMatched) : words;
 }
 
-void MatchBlock(Source sources[kMostSources], int x, int y, float row) {
+void MatchBlock(Source sources[kMaxSources], int x, int y, float row) {
   const int texel = kFirstLocalCensusTexel + y * texels_per_row + (x >> 1);
   const int texel_below = texel + (y + 1 < int(params.height_px) ? texels_per_row : 0);
   const uvec4 reference = uvec4(imageLoad(census, texel).xy, imageLoad(census, texel_below).xy);
@@ -129,7 +129,7 @@ void MatchBlock(Source sources[kMostSources], int x, int y, float row) {
   const float first_plane = float(range & 0xffffu) + (narrow ? 4.0 : 0.0);
   const float first = params.inverse_depth + first_plane * params.inverse_depth_step;
   const float last = first + float(kLocalPlanes - 1) * params.inverse_depth_step;
-  Line lines[kMostSources];
+  Line lines[kMaxSources];
   [[unroll]] for (int s = 0; s < kNumSources; ++s) lines[s] = LineOf(sources[s], row, first, last);
   uvec4 words[4] = uvec4[](uvec4(0), uvec4(0), uvec4(0), uvec4(0));  // of each pixel
   const int num_words = narrow ? 2 : 4;
@@ -153,7 +153,7 @@ void main() {
   image_texels = LocalCensusTexels(params.width_px, params.height_px);
   size = vec2(params.width_px, params.height_px);
   const vec3 p = vec3(float(x) + 0.5, float(first_row) + 0.5, 1);
-  Source sources[kMostSources];
+  Source sources[kMaxSources];
   [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);
   const int num_rows = min(2 * kBlocksPerInvocation, height - first_row);
   for (int row = 0; row < num_rows; row += 2) {

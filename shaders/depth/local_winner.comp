@@ -28,7 +28,7 @@ layout(binding = 5, std430) writeonly buffer Uniqueness {  // 0 to 1: 1 - smalle
 
 #include "depth/local_volume.glsl"
 
-const uint kMost = 0xffffffffu;
+const uint kMax = 0xffffffffu;
 
 void main() {
   // In the order of the volumes: eight of them are read at once.
@@ -58,16 +58,16 @@ void main() {
     sums[4 * i + 2] = even[i] >> 16;
     sums[4 * i + 3] = odd[i] >> 16;
   }
-  uint best_key = kMost;  // sum and plane, ordered by sum first
+  uint best_key = kMax;  // sum and plane, ordered by sum first
   [[unroll]] for (int d = 0; d < 16; ++d) best_key = min(best_key, (sums[d] << 8) | uint(d));
   const int best = int(best_key & 0xffu);
   const uvec4 cost_words = imageLoad(costs, pixel);
-  uint below = 0u, above = 0u, cost = 0u, second = kMost;
+  uint below = 0u, above = 0u, cost = 0u, second = kMax;
   [[unroll]] for (int d = 0; d < 16; ++d) {
     below = d + 1 == best ? sums[d] : below;
     above = d - 1 == best ? sums[d] : above;
     cost = d == best ? (cost_words[d / 4] >> (8 * (d % 4))) & 0xffu : cost;
-    second = min(second, abs(d - best) > 1 ? sums[d] : kMost);
+    second = min(second, abs(d - best) > 1 ? sums[d] : kMax);
   }
   const uint here = best_key >> 8;
   const float share = second > 0u ? 1.0 - float(here) / float(second) : 0.0;

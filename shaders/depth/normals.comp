@@ -24,7 +24,7 @@ layout(binding = 1, std430) writeonly buffer Normals {                    // x y
 #include "depth/map_row.glsl"
 
 const int kRadius = 3;
-const float kLeastSupport = 4.0;  // pixels, which then do not lie on one line
+const float kMinSupport = 4.0;  // pixels, which then do not lie on one line
 const float kNone = -3e38;  // nowhere near any inverse depth
 
 // Sums of the normal equations for w - middle = g0 + gx dx + gy dy.
@@ -42,7 +42,7 @@ vec3 NormalOf(Sums s, float middle, float x, float y) {
   const float cxw = s.n * (s.xw * per_tolerance) - s.x * sw;
   const float cyw = s.n * (s.yw * per_tolerance) - s.y * sw;
   const float determinant = cxx * cyy - cxy * cxy;
-  if (!(middle > 0.0 && s.n >= kLeastSupport && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0)) {
+  if (!(middle > 0.0 && s.n >= kMinSupport && determinant > 1e-3 * cxx * cyy && cxx > 0.0 && cyy > 0.0)) {
     return vec3(0);
   }
   const float gx = params.tolerance * (cxw * cyy - cyw * cxy) / determinant;

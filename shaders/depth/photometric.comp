@@ -88,7 +88,7 @@ void AddSource(Source from, int source, float row, float w) {
   num_visible += visible ? 1.0 : 0.0;
 }
 
-void Measure(Source sources[kMostSources], int x, int y, float row) {
+void Measure(Source sources[kMaxSources], int x, int y, float row) {
   const int width = int(params.width_px);
   const bool inside = x >= 0 && x < width && y >= 0 && y < int(params.height_px);
   const int pixel = inside ? y * width + x : 0;
@@ -122,7 +122,7 @@ void main() {
   const int x = column - kMeasurementBorder;
   const int y = first_row - kMeasurementBorder;
   const vec3 p = vec3(x, y, 1);
-  Source sources[kMostSources];
+  Source sources[kMaxSources];
   [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);
   const int rows_here = min(kRowsPerInvocation, num_rows - first_row);
   for (int row = 0; row < rows_here; ++row) Measure(sources, x, y + row, float(row));

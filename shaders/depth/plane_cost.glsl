@@ -70,7 +70,7 @@ uint CostOfMore(View a, View b, View c, View d) {
 }
 
 // Of the sources from `first` on.
-uint SideCost(View views[kMostSources], int first) {
+uint SideCost(View views[kMaxSources], int first) {
   const View last = views[first + kSourcesPerSide - 1];
   if (kSourcesPerSide <= 2) return CostOfTwo(views[first], last);
   const View none = View(false, uvec2(0));
@@ -78,6 +78,6 @@ uint SideCost(View views[kMostSources], int first) {
                     kSourcesPerSide > 3 ? views[first + 2] : none);
 }
 
-uint CostOf(View views[kMostSources]) {
+uint CostOf(View views[kMaxSources]) {
   return BothSides(SideCost(views, 0), SideCost(views, kSourcesPerSide));
 }

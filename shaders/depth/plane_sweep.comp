@@ -22,8 +22,8 @@ layout(binding = 2, std430) writeonly buffer Costs {
 #include "depth/plane_cost.glsl"
 #include "depth/projections.glsl"
 
-vec3 a[kMostSources];  // A p of each source
-vec3 b[kMostSources];
+vec3 a[kMaxSources];  // A p of each source
+vec3 b[kMaxSources];
 int stride_px;
 ivec2 last;  // positions in a source: 0 .. last
 int shift;   // 1 when there are half-pixel positions
@@ -57,7 +57,7 @@ View ViewFrom(int source, vec3 at) {
 }
 
 uint Cost(float w) {
-  View views[kMostSources];
+  View views[kMaxSources];
   [[unroll]] for (int s = 0; s < kNumSources; ++s) views[s] = ViewFrom(s, a[s] + w * b[s]);
   return CostOf(views);
 }

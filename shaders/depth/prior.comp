@@ -41,7 +41,7 @@ const float kNumPlanes = float(kLocalPlanes);
 const float kMargin = 3.0;
 // Surfaces steeper than one plane a pixel are hidden from one side or the other.
 const float kSteepest = 1.0;
-const float kLeastCosine = 0.05;  // of normal and ray; more grazing surfaces have no usable slope
+const float kMinCosine = 0.05;  // of normal and ray; more grazing surfaces have no usable slope
 
 int width;  // of the coarse level
 int height;
@@ -67,7 +67,7 @@ vec2 Slope(int x, int y, float w) {
                     floatBitsToUint(imageLoad(coarse_normal, (index + 2) >> 2)), index));
   const vec3 ray = vec3((float(x) - params.cx) / params.fx, (float(y) - params.cy) / params.fy, 1.0);
   const float cosine = dot(n, ray);
-  if (params.follow_normals == 0u || cosine > -kLeastCosine) return vec2(0);
+  if (params.follow_normals == 0u || cosine > -kMinCosine) return vec2(0);
   const vec2 slope = 0.5 * w / params.inverse_depth_step * vec2(n.x / params.fx, n.y / params.fy) /
                      cosine;
   return clamp(slope, vec2(-kSteepest), vec2(kSteepest));

@@ -6,4 +6,4 @@
 
 layout(constant_id = 0) const int kSourcesPerSide = 2;  // of the reference, 1 to 4
 const int kNumSources = 2 * kSourcesPerSide;            // in the order of flight
-const int kMostSources = 8;
+const int kMaxSources = 8;

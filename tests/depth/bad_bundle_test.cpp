@@ -56,8 +56,8 @@ std::unique_ptr<DepthEstimator> BadBundle::estimator_;
 
 // No NaN and no infinity; normal and confidence where there is depth.
 void ExpectFinite(const DepthMap& map) {
-  constexpr double kLargest = std::numeric_limits<float>::max();
-  EXPECT_TRUE(cv::checkRange(map.depth, true, nullptr, 0, kLargest));
+  constexpr double kMax = std::numeric_limits<float>::max();
+  EXPECT_TRUE(cv::checkRange(map.depth, true, nullptr, 0, kMax));
   EXPECT_TRUE(cv::checkRange(map.normal.reshape(1), true, nullptr, -1.001, 1.001));
   EXPECT_TRUE(cv::checkRange(map.confidence, true, nullptr, 0, 1.001));
   EXPECT_EQ(cv::countNonZero((map.depth > 0) != (map.confidence > 0)), 0);

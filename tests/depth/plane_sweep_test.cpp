@@ -13,7 +13,7 @@ namespace {
 
 // Positions are rounded to whole or half pixels: where one lies within rounding of a border between
 // two, float and double may differ, and no two drivers need agree on the last bit of a division.
-constexpr double kLargestShareOfOtherRounding = 0.002;
+constexpr double kMaxShareOfOtherRounding = 0.002;
 
 std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
                                         const SourceProjections& projections,
@@ -93,7 +93,7 @@ TEST(PlaneSweep, EqualsReferenceButForRounding) {
         std::size_t num_different = 0;
         for (std::size_t i = 0; i < found.size(); ++i) num_different += found[i] != expected[i];
         EXPECT_LE(static_cast<double>(num_different),
-                  kLargestShareOfOtherRounding * static_cast<double>(found.size()));
+                  kMaxShareOfOtherRounding * static_cast<double>(found.size()));
       }
     }
   }

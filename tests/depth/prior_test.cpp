@@ -15,10 +15,10 @@ using reference::LocalRange;
 
 // Where a position lies within rounding of a border between two planes, float and double may
 // differ.
-constexpr double kLargestShareOfOtherRounding = 0.005;
+constexpr double kMaxShareOfOtherRounding = 0.005;
 // Projections are interpolated over the planes, which are a pixel apart: some more are rounded to
 // another pixel.
-constexpr double kLargestShareOfOtherPixels = 0.03;
+constexpr double kMaxShareOfOtherPixels = 0.03;
 
 constexpr LevelSize kCoarse{21, 15};
 constexpr LevelSize kFine{41, 30};
@@ -68,7 +68,7 @@ TEST(Prior, EqualsReferenceButForRounding) {
       num_different += found[i].first_plane != expected[i].first_plane ||
                        found[i].narrow != expected[i].narrow || found[i].jumps != expected[i].jumps;
     }
-    EXPECT_LE(double(num_different), kLargestShareOfOtherRounding * double(found.size()));
+    EXPECT_LE(double(num_different), kMaxShareOfOtherRounding * double(found.size()));
   }
 }
 
@@ -126,7 +126,7 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t d = 0; d < 16; ++d) num_different += found[i][d] != expected[i][d];
   }
-  EXPECT_LE(double(num_different), kLargestShareOfOtherPixels * 16 * double(found.size()));
+  EXPECT_LE(double(num_different), kMaxShareOfOtherPixels * 16 * double(found.size()));
 }
 
 TEST(LocalSweep, EqualsReferenceButForRounding) {

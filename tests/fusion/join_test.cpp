@@ -71,7 +71,7 @@ TEST(Join, PutsEveryDepthMapWhereItsKeyframeIs) {
   const FusionResult next = model->Integrate(View(9));
   EXPECT_EQ(next.status, FusionStatus::kFused) << next.reason;
   EXPECT_FALSE(next.registration.moved);
-  EXPECT_EQ(next.health.num_patches, 1);  // it showed both
+  EXPECT_EQ(next.health.num_submaps, 1);  // it showed both
   EXPECT_EQ(model->Correct(Corrections({6, 10})).views.size(), 7U);
 }
 

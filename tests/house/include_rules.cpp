@@ -9,7 +9,7 @@
 namespace mono3d::house {
 namespace {
 
-// Shared by the shaders of all rooms that have some: shaders/common/.
+// Shared by the shaders of all modules that have some: shaders/common/.
 constexpr std::string_view kCommonShaderFolder = "common";
 constexpr std::string_view kPublicFolder = "libmono3d/include/";
 
@@ -23,7 +23,7 @@ std::string FolderBehind(std::string_view path, std::string_view prefix) {
 
 // Why this include is not allowed; empty when it is.
 std::string WhyNot(const SourceFile& file, const std::string& included, bool quoted,
-                   const RoomTable& table) {
+                   const ModuleTable& table) {
   const bool is_public = included.starts_with("mono3d/");
   if (!quoted) return is_public ? "a header of the library belongs in quotes" : "";
   const std::string target = FolderBehind(included, is_public ? "mono3d/" : "");
@@ -33,18 +33,18 @@ std::string WhyNot(const SourceFile& file, const std::string& included, bool quo
   if (!is_public && file.path.starts_with(kPublicFolder)) {
     return "a public header includes a private one";
   }
-  const std::string room = RoomOf(file.path);
-  if (target == room || (target == kCommonShaderFolder && !is_public)) return "";
-  if (!table.contains(target)) return "there is no room " + target;
-  const auto own = table.find(room);
-  if (own == table.end()) return room + " is not in the table of the rooms";
-  return own->second.contains(target) ? "" : room + " may not use " + target;
+  const std::string module = ModuleOf(file.path);
+  if (target == module || (target == kCommonShaderFolder && !is_public)) return "";
+  if (!table.contains(target)) return "there is no module " + target;
+  const auto own = table.find(module);
+  if (own == table.end()) return module + " is not in the table of the modules";
+  return own->second.contains(target) ? "" : module + " may not use " + target;
 }
 
 }  // namespace
 
-RoomTable ParseRoomTable(std::string_view text) {
-  RoomTable table;
+ModuleTable ParseModuleTable(std::string_view text) {
+  ModuleTable table;
   std::istringstream lines{std::string(text)};
   for (std::string line; std::getline(lines, line);) {
     const std::size_t colon = line.find(':');
@@ -56,16 +56,16 @@ RoomTable ParseRoomTable(std::string_view text) {
   return table;
 }
 
-std::string RoomOf(std::string_view path) {
+std::string ModuleOf(std::string_view path) {
   for (const std::string_view prefix :
        {"libmono3d/include/mono3d/", "libmono3d/src/", "shaders/"}) {
-    std::string room = FolderBehind(path, prefix);
-    if (!room.empty()) return room;
+    std::string module = FolderBehind(path, prefix);
+    if (!module.empty()) return module;
   }
   return {};
 }
 
-std::vector<std::string> FindIncludeViolations(const SourceFile& file, const RoomTable& table) {
+std::vector<std::string> FindIncludeViolations(const SourceFile& file, const ModuleTable& table) {
   static const std::regex kInclude(R"re(^\s*#\s*include\s*(["<])([^">]+)[">].*)re");
   std::vector<std::string> violations;
   for (std::size_t i = 0; i < file.lines.size(); ++i) {

@@ -13,19 +13,19 @@
 
 namespace mono3d::house {
 
-// Which rooms a room may include, besides itself.
-using RoomTable = std::map<std::string, std::set<std::string>, std::less<>>;
+// Which modules a module may include, besides itself.
+using ModuleTable = std::map<std::string, std::set<std::string>, std::less<>>;
 
-// Reads lines "<room>: <room> <room>".
-RoomTable ParseRoomTable(std::string_view text);
+// Reads lines "<module>: <module> <module>".
+ModuleTable ParseModuleTable(std::string_view text);
 
-// The room that a file of libmono3d/ or shaders/ lives in; empty when it is in none.
-std::string RoomOf(std::string_view path);
+// The module that a file of libmono3d/ or shaders/ lives in; empty when it is in none.
+std::string ModuleOf(std::string_view path);
 
 // What is wrong with the includes of one file, as "path:line: why"; empty when all is well.
-// - "mono3d/<room>/x.h" and "<room>/x.h" name a room that the file's own room may use.
+// - "mono3d/<module>/x.h" and "<module>/x.h" name a module that the file's own module may use.
 // - A public header includes no private one.
 // - Headers of the library are included in quotes, by their full path.
-std::vector<std::string> FindIncludeViolations(const SourceFile& file, const RoomTable& table);
+std::vector<std::string> FindIncludeViolations(const SourceFile& file, const ModuleTable& table);
 
 }  // namespace mono3d::house

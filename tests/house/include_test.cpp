@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "house/include_rules.h"
-#include "house/room_table.h"
+#include "house/module_table.h"
 #include "house/source_files.h"
 
 namespace mono3d::house {
@@ -15,19 +15,19 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::IsEmpty;
 
-const RoomTable& MadeUpTable() {
-  static const RoomTable table =
-      ParseRoomTable("core:\nimage: core\ndepth: core image\nfusion: core image\n");
+const ModuleTable& MadeUpTable() {
+  static const ModuleTable table =
+      ParseModuleTable("core:\nimage: core\ndepth: core image\nfusion: core image\n");
   return table;
 }
 
-TEST(RoomTable, IsReadLineByLine) {
+TEST(ModuleTable, IsReadLineByLine) {
   EXPECT_EQ(MadeUpTable().size(), 4U);
   EXPECT_THAT(MadeUpTable().at("core"), IsEmpty());
   EXPECT_THAT(MadeUpTable().at("depth"), ElementsAre("core", "image"));
 }
 
-TEST(IncludeRules, AllowOwnRoomUsedRoomsAndOutsideLibraries) {
+TEST(IncludeRules, AllowOwnModuleUsedModulesAndOutsideLibraries) {
   const SourceFile file = {
       "libmono3d/src/depth/census.cpp",
       {"#include <vector>", "#include <Eigen/Core>", "#include \"depth/census.h\"",
@@ -36,7 +36,7 @@ TEST(IncludeRules, AllowOwnRoomUsedRoomsAndOutsideLibraries) {
   EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()), IsEmpty());
 }
 
-TEST(IncludeRules, RefuseASiblingAndARoomAbove) {
+TEST(IncludeRules, RefuseASiblingAndAModuleAbove) {
   const SourceFile sibling = {"libmono3d/src/depth/census.cpp",
                               {"#include \"depth/census.h\"", "#include \"fusion/index_map.h\""}};
   EXPECT_THAT(FindIncludeViolations(sibling, MadeUpTable()),
@@ -64,17 +64,17 @@ TEST(IncludeRules, RefuseShortRelativeAndUnknownPaths) {
   EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()),
               ElementsAre(EndsWith("not the full path of a header"),
                           EndsWith("not the full path of a header"),
-                          EndsWith("there is no room voxels"), EndsWith("belongs in quotes")));
+                          EndsWith("there is no module voxels"), EndsWith("belongs in quotes")));
 }
 
-TEST(IncludeRules, RefuseAFileOfARoomThatTheTableDoesNotKnow) {
+TEST(IncludeRules, RefuseAFileOfAModuleThatTheTableDoesNotKnow) {
   const SourceFile file = {"libmono3d/src/voxels/grid.cpp", {"#include \"mono3d/core/error.h\""}};
   EXPECT_THAT(FindIncludeViolations(file, MadeUpTable()),
-              ElementsAre(EndsWith("voxels is not in the table of the rooms")));
+              ElementsAre(EndsWith("voxels is not in the table of the modules")));
 }
 
 TEST(House, KeepsItsStagesApart) {
-  const RoomTable table = ParseRoomTable(kRoomTable);
+  const ModuleTable table = ParseModuleTable(kModuleTable);
   for (const char* stage : {"tracking", "keyframes", "depth", "fusion"}) {
     ASSERT_TRUE(table.contains(stage)) << stage;
     for (const char* other : {"tracking", "keyframes", "depth", "fusion", "pipeline"}) {
@@ -84,7 +84,7 @@ TEST(House, KeepsItsStagesApart) {
 }
 
 TEST(House, IncludesOnlyWhatItsTableAllows) {
-  const RoomTable table = ParseRoomTable(kRoomTable);
+  const ModuleTable table = ParseModuleTable(kModuleTable);
   const std::vector<SourceFile> files = ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d", "shaders"},
                                                         {".h", ".cpp", ".comp", ".glsl"});
   std::size_t num_lines = 0;

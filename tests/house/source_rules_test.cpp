@@ -124,23 +124,24 @@ TEST(House, LibraryNeitherPrintsNorExits) {
 // A file that no list names is built by nobody and tested by nobody.
 TEST(House, FileListsAreComplete) {
   std::vector<SourceFile> lists = ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d/src"}, {".txt"});
-  const auto list_of = [&](const std::string& room) {
-    return std::ranges::find(lists, "libmono3d/src/" + room + "/CMakeLists.txt", &SourceFile::path);
+  const auto list_of = [&](const std::string& module) {
+    return std::ranges::find(lists, "libmono3d/src/" + module + "/CMakeLists.txt",
+                             &SourceFile::path);
   };
   std::size_t num_files = 0;
   for (const SourceFile& file :
        ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d/include/mono3d", "libmono3d/src", "shaders"},
                        {".h", ".cpp", ".comp"})) {
     const std::filesystem::path path = file.path;
-    const std::string room = path.parent_path().filename().string();
+    const std::string module = path.parent_path().filename().string();
     const bool is_private_header =
         path.extension() == ".h" && !file.path.starts_with("libmono3d/include/");
     if (is_private_header) continue;
     ++num_files;
     const std::string name =
         path.extension() == ".comp" ? path.stem().string() : path.filename().string();
-    ASSERT_NE(list_of(room), lists.end()) << "no file list for " << file.path;
-    EXPECT_TRUE(Lists(*list_of(room), name)) << file.path << " is in no list";
+    ASSERT_NE(list_of(module), lists.end()) << "no file list for " << file.path;
+    EXPECT_TRUE(Lists(*list_of(module), name)) << file.path << " is in no list";
   }
   EXPECT_GT(num_files, 40U) << "the tree was not read";
 }

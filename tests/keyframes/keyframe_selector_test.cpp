@@ -203,7 +203,7 @@ double LastStep(bool adapt_baseline) {
     const IdList ids = Ids(*bundle);
     step = 0.03 * static_cast<double>(ids[1] - ids[0]);
     const double density = step > 0.05 ? 0.2 : 0.9;
-    selector->Hear({bundle->reference().id, density, 0.5 * density});
+    selector->ReportDepthQuality({bundle->reference().id, density, 0.5 * density});
   }
   return step;
 }
@@ -215,7 +215,8 @@ TEST(KeyframeSelector, MakesNarrowerBundlesAfterMapsFullOfHoles) {
 
 TEST(KeyframeSelector, PassesOverWhatItHasNotChosen) {
   const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 10; ++i) selector->Hear({.reference_id = i, .density = 0, .confidence = 0});
+  for (int i = 0; i < 10; ++i)
+    selector->ReportDepthQuality({.reference_id = i, .density = 0, .confidence = 0});
   std::optional<ImageBundle> last;
   for (int i = 0; i < 12; ++i) {
     if (auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) last = std::move(bundle);

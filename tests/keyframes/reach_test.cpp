@@ -16,7 +16,7 @@ void Listen(Reach& reach, int num_maps, const IsGood& is_good) {
   for (int i = 0; i < num_maps; ++i) {
     const std::size_t width = reach.width();
     const double density = is_good(width) ? 0.9 : 0.2;
-    reach.Hear(width, density, 0.5 * density);
+    reach.ReportDepthQuality(width, density, 0.5 * density);
   }
 }
 
@@ -29,7 +29,8 @@ TEST(Reach, StaysAsWideAsAllowedWhileMapsAreDense) {
 
 TEST(Reach, BearsWithOnePoorMap) {
   Reach reach(kMax);
-  for (const double density : {0.9, 0.1, 0.9, 0.1, 0.9}) reach.Hear(0, density, density);
+  for (const double density : {0.9, 0.1, 0.9, 0.1, 0.9})
+    reach.ReportDepthQuality(0, density, density);
   EXPECT_EQ(reach.width(), 0U);
 }
 
@@ -48,9 +49,9 @@ TEST(Reach, BecomesNarrowerUntilMapsAreDense) {
 TEST(Reach, TakesTheBestOfPoorOnes) {
   Reach reach(kMax);
   const double worth[] = {0.1, 0.3, 0.2};
-  for (int i = 0; i < 6; ++i) reach.Hear(reach.width(), 0.3, worth[reach.width()]);
+  for (int i = 0; i < 6; ++i) reach.ReportDepthQuality(reach.width(), 0.3, worth[reach.width()]);
   EXPECT_EQ(reach.width(), 1U);
-  for (int i = 0; i < 4; ++i) reach.Hear(reach.width(), 0.3, worth[reach.width()]);
+  for (int i = 0; i < 4; ++i) reach.ReportDepthQuality(reach.width(), 0.3, worth[reach.width()]);
   EXPECT_EQ(reach.width(), 1U);
 }
 
@@ -66,7 +67,7 @@ TEST(Reach, TriesTheWiderOnesAgainAfterAWhile) {
 
 TEST(Reach, HeedsOnlyTheWidthInUse) {
   Reach reach(kMax);
-  for (int i = 0; i < 4; ++i) reach.Hear(2, 0.1, 0.05);
+  for (int i = 0; i < 4; ++i) reach.ReportDepthQuality(2, 0.1, 0.05);
   EXPECT_EQ(reach.width(), 0U);
 }
 

@@ -54,7 +54,7 @@ class ListeningTracker final : public Tracker {
         Pose(Eigen::Quaterniond::Identity(), Vector3d(static_cast<double>(frame.index), 0, 0));
     // The world around the first keyframe becomes twice as large before its depth map is made.
     if (frame.index == 1) result.corrections = {{0, 0, Pose(), 2}};
-    result.settled_keyframes = {{frame.index, 0, frame, *result.T_world_cam, {1}}};
+    result.finalised_keyframes = {{frame.index, 0, frame, *result.T_world_cam, {1}}};
     return result;
   }
   void Constrain(std::span<const KeyframeConstraint> constraints) override {

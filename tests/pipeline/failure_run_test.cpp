@@ -128,7 +128,7 @@ TEST_F(FailureRun, NoDepthForLongAndThenLittleOverlap) {
   EXPECT_EQ(HealthOf(run)["state"], "good");
 }
 
-// The same without any overlap, and with a tracker that has drifted meanwhile: a patch of its own,
+// The same without any overlap, and with a tracker that has drifted meanwhile: a submap of its own,
 // which joins the rest when the camera comes back.
 TEST_F(FailureRun, NoDepthForLongAndThenNoOverlap) {
   const Similarity drift(1.02, Pose(RotationExp({0.006, -0.008, 0.01}), Vector3d(0.15, -0.2, 0.1)));
@@ -145,13 +145,13 @@ TEST_F(FailureRun, NoDepthForLongAndThenNoOverlap) {
     script.push_back({view, {}});
   }
   const ScriptedRun run = Run(script);
-  EXPECT_EQ(run.json["counts"]["patches_started"], 1);
-  EXPECT_EQ(run.json["counts"]["patches_joined"], 1);
+  EXPECT_EQ(run.json["counts"]["submaps_started"], 1);
+  EXPECT_EQ(run.json["counts"]["submaps_joined"], 1);
   const json& of_map = run.json["maps"][0];
-  EXPECT_EQ(of_map["fusions"][3]["starts_patch"], true);
-  ASSERT_EQ(of_map["patch_joins"].size(), 1U);
-  EXPECT_GT(of_map["patch_joins"][0]["moved_px"], 1);
-  EXPECT_EQ(of_map["health"]["patches"], 1);
+  EXPECT_EQ(of_map["fusions"][3]["starts_submap"], true);
+  ASSERT_EQ(of_map["submap_joins"].size(), 1U);
+  EXPECT_GT(of_map["submap_joins"][0]["moved_px"], 1);
+  EXPECT_EQ(of_map["health"]["submaps"], 1);
   // The trajectory of the model has moved along: by half at least of what the tracker is off.
   for (const TrajectoryEntry& entry : run.reconstruction.maps[0].model_trajectory) {
     if (entry.frame_index < 4) continue;

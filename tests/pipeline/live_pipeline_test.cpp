@@ -45,7 +45,7 @@ class StraightTracker final : public Tracker {
     result.T_world_cam = At(static_cast<double>(frame.index), scale_ > 1 ? 1 : 0);
     entries_.push_back({frame.index, frame.timestamp_s, map_id_, *result.T_world_cam});
     if (is_correction) return result;
-    result.settled_keyframes = {{frame.index, map_id_, frame, *result.T_world_cam, {1}}};
+    result.finalised_keyframes = {{frame.index, map_id_, frame, *result.T_world_cam, {1}}};
     return result;
   }
   std::vector<KeyframeCorrection> WaitForMapping() override {

@@ -43,7 +43,7 @@ class FakeTracker final : public Tracker {
       result.recovered = {{12, frame.timestamp_s - 1, 1, *result.T_world_cam}};
       entries_.insert(entries_.end() - 1, result.recovered.front());
     }
-    if (pending_) result.settled_keyframes.push_back(*std::exchange(pending_, std::nullopt));
+    if (pending_) result.finalised_keyframes.push_back(*std::exchange(pending_, std::nullopt));
     pending_ = Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}};
     return result;
   }
@@ -216,11 +216,11 @@ class JoiningTracker final : public Tracker {
   TrackingResult Track(const Frame& frame) override {
     TrackingResult result = tracker_.Track(frame);
     if (frame.index < 15) {
-      for (const Keyframe& keyframe : result.settled_keyframes) keyframes_.push_back(keyframe);
+      for (const Keyframe& keyframe : result.finalised_keyframes) keyframes_.push_back(keyframe);
       return result;
     }
     result.map_id = 0;
-    result.settled_keyframes.clear();
+    result.finalised_keyframes.clear();
     for (const Keyframe& keyframe : keyframes_) {
       result.corrections.push_back(
           {keyframe.id, 0, InMap0(keyframe.map_id, keyframe.T_world_cam), 1});

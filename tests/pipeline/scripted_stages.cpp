@@ -33,7 +33,7 @@ class ScriptedTracker final : public Tracker {
       entry.T_world_cam = correction.T_world_cam;
     }
     entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
-    result.settled_keyframes = {
+    result.finalised_keyframes = {
         Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}}};
     return result;
   }

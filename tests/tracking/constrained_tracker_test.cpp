@@ -22,14 +22,14 @@ struct Told {
   Pose T_after;
 };
 
-// A flight at the end of which something claims that the last settled keyframe is elsewhere to the
-// first by `error`.
+// A flight at the end of which something claims that the last finalised keyframe is elsewhere to
+// the first by `error`.
 Told FlyAndTell(const Pose& error, const TrackerOptions& options) {
   static const Sequence flight = FlyOver(TexturedGround(true), 24);
   const std::unique_ptr<Tracker> tracker = CreateTracker(options);
   std::vector<Keyframe> keyframes;
   for (const Frame& frame : flight.frames) {
-    for (Keyframe& keyframe : tracker->Track(frame).settled_keyframes) {
+    for (Keyframe& keyframe : tracker->Track(frame).finalised_keyframes) {
       keyframes.push_back(std::move(keyframe));
     }
   }

@@ -44,7 +44,7 @@ Flight Fly(const Similarity& step, std::mt19937& random) {
     view.T_cam_world = (drift * T_world_cam).Inverse();
     flight.map.AddKeyframe(view);
     flight.map.keyframe(i).id = 100 + static_cast<std::int64_t>(i);
-    flight.map.keyframe(i).is_settled = true;
+    flight.map.keyframe(i).is_finalised = true;
   }
   for (int n = 0; n < 1000; ++n) {
     const Eigen::Vector3d p(Uniform(random, -5, 35), Uniform(random, -3, 3),
@@ -199,7 +199,7 @@ TEST(AddConstraint, RefusesKeyframesThatTheMapHasNotHandedOut) {
   KeyframeConstraint unknown = Between(flight, 5, 2);
   unknown.anchor_id = 7;
   EXPECT_FALSE(AddConstraint(flight.map, unknown));
-  flight.map.keyframe(5).is_settled = false;
+  flight.map.keyframe(5).is_finalised = false;
   EXPECT_FALSE(AddConstraint(flight.map, Between(flight, 5, 2)));
   EXPECT_TRUE(flight.map.constraints().empty());
 }

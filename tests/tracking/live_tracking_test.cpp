@@ -66,7 +66,7 @@ TEST(LiveTracking, IsAccurateEachTime) {
     const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
     std::size_t num_keyframes = 0;
     for (const Frame& frame : Village().frames) {
-      num_keyframes += tracker->Track(frame).settled_keyframes.size();
+      num_keyframes += tracker->Track(frame).finalised_keyframes.size();
     }
     EXPECT_TRUE(tracker->WaitForMapping().empty());  // no loop, no other map
     num_keyframes += tracker->Finish().size();
@@ -105,21 +105,21 @@ TEST(LiveTracking, JoinsTwoMapsWhenTheyMeet) {
   // Far away, then back to where the first map was made.
   for (std::size_t i = 59; i > 8; i -= 2) film.push_back(i);
   std::set<int> maps_used;
-  std::set<std::int64_t> settled;
+  std::set<std::int64_t> finalised;
   std::set<std::int64_t> corrected;
   for (std::size_t i = 0; i < film.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     if (film[i] != kBlack) frame.bgr = Field().frames[film[i]].bgr;
     const TrackingResult result = tracker->Track(frame);
     if (result.T_world_cam) maps_used.insert(result.map_id);
-    for (const Keyframe& keyframe : result.settled_keyframes) settled.insert(keyframe.id);
+    for (const Keyframe& keyframe : result.finalised_keyframes) finalised.insert(keyframe.id);
     for (const KeyframeCorrection& correction : result.corrections) corrected.insert(correction.id);
   }
   for (const KeyframeCorrection& correction : tracker->WaitForMapping()) {
     EXPECT_EQ(correction.map_id, 0);
     corrected.insert(correction.id);
   }
-  EXPECT_EQ(corrected, settled);
+  EXPECT_EQ(corrected, finalised);
   static_cast<void>(tracker->Finish());
   EXPECT_EQ(maps_used.count(1), 1U);
   for (const TrajectoryEntry& entry : tracker->Trajectory()) EXPECT_EQ(entry.map_id, 0);
@@ -135,7 +135,7 @@ TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
     const TrackingResult result = tracker->Track(frame);
     EXPECT_TRUE(result.T_world_cam.has_value() || num_told == 0) << result.reason;
     num_corrections += result.corrections.empty() ? 0U : 1U;
-    for (const Keyframe& keyframe : result.settled_keyframes) {
+    for (const Keyframe& keyframe : result.finalised_keyframes) {
       if (!anchor) anchor = keyframe;
       if (keyframe.id < anchor->id + 3) continue;
       // A pixel away from where it is, which is 0.003 rad.

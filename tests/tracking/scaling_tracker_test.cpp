@@ -52,7 +52,7 @@ TEST(ScalingTracker, LargeImagesGetTheirPosesAndKeyframesThemselves) {
   const std::unique_ptr<Tracker> tracker = CreateTracker(ForSmallImages());
   std::vector<Keyframe> keyframes;
   for (const Frame& frame : flight.frames) {
-    for (Keyframe& keyframe : tracker->Track(frame).settled_keyframes) {
+    for (Keyframe& keyframe : tracker->Track(frame).finalised_keyframes) {
       keyframes.push_back(std::move(keyframe));
     }
   }
@@ -120,7 +120,7 @@ TEST(ScalingTracker, CountsAndTellsOfKeyframesWhoseImageHasGone) {
   ScalingTracker tracker(CreateTracker(), SmallCamera().width, 0);
   std::size_t num_handed_out = 0;
   for (const Frame& frame : LargeVillage().frames) {
-    num_handed_out += tracker.Track(frame).settled_keyframes.size();
+    num_handed_out += tracker.Track(frame).finalised_keyframes.size();
   }
   num_handed_out += tracker.Finish().size();
   SetLogSink({});

@@ -59,8 +59,8 @@ Tracked TrackFilm(const Film& film) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];
     run.results.push_back(tracker->Track(frame));
-    const auto& settled = run.results.back().settled_keyframes;
-    run.keyframes.insert(run.keyframes.end(), settled.begin(), settled.end());
+    const auto& finalised = run.results.back().finalised_keyframes;
+    run.keyframes.insert(run.keyframes.end(), finalised.begin(), finalised.end());
   }
   run.trajectory = tracker->Trajectory();
   return run;

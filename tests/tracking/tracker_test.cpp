@@ -44,8 +44,8 @@ Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options
   Tracked run;
   for (const Frame& frame : frames) {
     run.results.push_back(tracker->Track(frame));
-    const auto& settled = run.results.back().settled_keyframes;
-    run.keyframes.insert(run.keyframes.end(), settled.begin(), settled.end());
+    const auto& finalised = run.results.back().finalised_keyframes;
+    run.keyframes.insert(run.keyframes.end(), finalised.begin(), finalised.end());
   }
   for (Keyframe& keyframe : tracker->Finish()) run.keyframes.push_back(std::move(keyframe));
   run.trajectory = tracker->Trajectory();
@@ -111,7 +111,7 @@ TEST(Tracker, StartsWithMedianDepthOne) {
   EXPECT_NEAR(Median(keyframes[0].sparse_depths_su), 1, 1e-3);  // but for outliers taken out since
 }
 
-TEST(Tracker, HandsOutEachKeyframeOnceSettledInOrder) {
+TEST(Tracker, HandsOutEachKeyframeOnceFinalisedInOrder) {
   const Tracked run = TrackAll(Village().frames);
   ASSERT_EQ(run.keyframes.size(), run.keyframe_trajectory.size());
   ASSERT_GE(run.keyframes.size(), 8U);
@@ -129,19 +129,19 @@ TEST(Tracker, HandsOutEachKeyframeOnceSettledInOrder) {
   }
 }
 
-TEST(Tracker, SettlesAKeyframeOnlyBehindTwoNewerOnes) {
+TEST(Tracker, FinalisesAKeyframeOnlyBehindTwoNewerOnes) {
   const std::unique_ptr<Tracker> tracker = CreateTracker();
   std::size_t num_keyframes = 1;  // the first of the start is none of the results
-  std::size_t num_settled = 0;
+  std::size_t num_finalised = 0;
   for (const Frame& frame : Village().frames) {
     const TrackingResult result = tracker->Track(frame);
     num_keyframes += result.is_keyframe ? 1U : 0U;
-    num_settled += result.settled_keyframes.size();
-    if (num_settled > 0) {
-      EXPECT_GE(num_keyframes, num_settled + 2);
+    num_finalised += result.finalised_keyframes.size();
+    if (num_finalised > 0) {
+      EXPECT_GE(num_keyframes, num_finalised + 2);
     }
   }
-  EXPECT_GT(num_settled, 3U);
+  EXPECT_GT(num_finalised, 3U);
 }
 
 TEST(Tracker, SaysWhyItDoesNotStart) {

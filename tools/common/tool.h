@@ -39,7 +39,7 @@ class Tool {
   void AddOptions(const std::vector<OptionField>& fields, const std::string& prefix = {}) {
     AddOptions(app_, fields, prefix);
   }
-  // Binds every field as --<prefix><name>, in one group of the help per room. The variables must
+  // Binds every field as --<prefix><name>, in one group of the help per module. The variables must
   // outlive the tool.
   static void AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
                          const std::string& prefix = {});

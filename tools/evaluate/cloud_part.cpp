@@ -12,7 +12,7 @@
 namespace mono3d::tools {
 namespace {
 
-constexpr double kLargestDistanceShown = 0.02;  // of the mean depth: end of the colour scale
+constexpr double kMaxDistanceShown = 0.02;  // of the mean depth: end of the colour scale
 
 Json ToJson(const CloudRegistration& registration) {
   Json json = {{"status", mono3d::ToString(registration.status)}};
@@ -107,7 +107,7 @@ std::vector<Figure> ModelFigures(const ModelEvaluation& model) {
   const CloudError& error = model.cloud.error;
   constexpr int kWidth_px = 800;
   const std::vector<CloudView> views = StandardCloudViews(model.truth, kWidth_px);
-  const double largest_m = model.mean_depth_m ? kLargestDistanceShown * *model.mean_depth_m
+  const double largest_m = model.mean_depth_m ? kMaxDistanceShown * *model.mean_depth_m
                                               : 3 * error.estimate_to_truth_plane.rmse;
   const std::string sides = " from above and from two sides";
   return {{FigureName(model, "beside_truth"), "The model (left) beside the truth (right).",

@@ -15,8 +15,8 @@
 namespace mono3d::tools {
 namespace {
 
-constexpr double kLargestValue = 65535;
-constexpr double kLargestRounding = 1e-4;  // share of the depth
+constexpr double kMaxValue = 65535;
+constexpr double kMaxRounding = 1e-4;  // share of the depth
 
 // To three digits, so that scale.txt is short and exact.
 double RoundDown(double value) {
@@ -34,8 +34,8 @@ DepthForm ChooseDepthForm(const std::string& wanted, const synthetic::SequenceSu
                                 .found = wanted});
   }
   if (wanted == "pfm") return {.is_pfm = true};
-  const double widest_scale = RoundDown(kLargestValue / (1.1 * survey.farthest_m));
-  const double exact_scale = 0.5 / (kLargestRounding * 0.8 * survey.nearest_m);
+  const double widest_scale = RoundDown(kMaxValue / (1.1 * survey.farthest_m));
+  const double exact_scale = 0.5 / (kMaxRounding * 0.8 * survey.nearest_m);
   if (widest_scale >= exact_scale) return {.png_scale = widest_scale};
   if (wanted == "auto") return {.is_pfm = true};
   return {.png_scale = std::ceil(exact_scale)};
@@ -64,7 +64,7 @@ void WriteDepth(const std::filesystem::path& path, const cv::Mat& depth, const D
     for (int x = 0; x < depth.cols; ++x) {
       const double value = std::round(form.png_scale * depth.at<float>(y, x));
       values.at<std::uint16_t>(y, x) =
-          value <= kLargestValue ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
+          value <= kMaxValue ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
     }
   }
   WriteFileAtomically(path, EncodePng(values));

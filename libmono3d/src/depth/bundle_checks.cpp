@@ -29,10 +29,10 @@ std::uint64_t LargestBufferBytes(const CameraModel& camera) {
 
 void RequireSize(const Frame& frame, const Device& device) {
   const CameraModel& camera = frame.camera;
-  if (std::min(camera.width, camera.height) < kLeastDepthSide) {
+  if (std::min(camera.width, camera.height) < kMinDepthSide) {
     throw Error(ErrorParts{.what = "image is too small for depth",
                            .where = frame.name,
-                           .expected = "at least " + SizeText(kLeastDepthSide, kLeastDepthSide),
+                           .expected = "at least " + SizeText(kMinDepthSide, kMinDepthSide),
                            .found = SizeText(camera.width, camera.height)});
   }
   const std::uint64_t limit = Limits(device).max_storage_buffer_bytes;

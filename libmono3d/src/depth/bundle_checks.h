@@ -13,7 +13,7 @@
 namespace mono3d {
 
 // Throws Error, with what is expected and what was found, on an invalid bundle, on images smaller
-// than kLeastDepthSide or too large for the buffers of the device, and when there are fewer
+// than kMinDepthSide or too large for the buffers of the device, and when there are fewer
 // matching images than a point must be seen by.
 void RequireBundle(const ImageBundle& bundle, const RefinementOptions& refinement,
                    const Device& device);

@@ -31,12 +31,12 @@ namespace {
 constexpr int kUncertainBorder_px = 4;
 
 // A range whose ends are less than this apart in the farthest camera shows nothing but noise.
-constexpr double kLeastMotionPx = 2;
+constexpr double kMinMotionPx = 2;
 // Less of the reference in view of any source, halfway through the range and at its far end, is no
 // overlap.
-constexpr double kLeastVisibleShare = 0.1;
+constexpr double kMinVisibleShare = 0.1;
 // A map with less of the image than this is what chance leaves of a bundle that does not match.
-constexpr double kLeastDensity = 0.01;
+constexpr double kMinDensity = 0.01;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -108,12 +108,12 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   if (!range) return NotMatched(bundle, "the images do not overlap or do not match");
   if (std::max(geometry.VisibleShare(range->farthest),
                geometry.VisibleShare(0.5 * (range->farthest + range->nearest))) <
-      kLeastVisibleShare) {
+      kMinVisibleShare) {
     return Rejected("the images do not overlap");
   }
   const double motion_px =
       (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
-  if (motion_px < kLeastMotionPx) return Rejected("the baseline is too small for the depth");
+  if (motion_px < kMinMotionPx) return Rejected("the baseline is too small for the depth");
 
   const SweepPlan plan = hierarchy_.Record(recorder_, geometry, *range);
   RecordRefinement(geometry, plan);
@@ -122,7 +122,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
   const double density = static_cast<double>(CountEstimates(map)) /
                          static_cast<double>(SizeAtLevel(geometry.camera(), 0).num_pixels());
-  const bool has_depth = density >= kLeastDensity;
+  const bool has_depth = density >= kMinDensity;
   DepthResult result = has_depth
                            ? DepthResult{}
                            : NotMatched(bundle, "too little texture, or the images do not match");

@@ -8,7 +8,7 @@ namespace {
 
 // Costs are at most 124 and a byte holds 255 for "not seen", which must lose against every seen
 // plane, whatever jump leads to it: 124 + P2 < 255.
-constexpr int kLargestP2 = 130;
+constexpr int kMaxP2 = 130;
 
 }  // namespace
 
@@ -81,8 +81,8 @@ void DepthEstimatorOptions::Validate() const {
       plane_sweep.max_depth_su == 0 || plane_sweep.max_depth_su > plane_sweep.min_depth_su,
       "depth.plane_sweep.max_depth_su", "0 or more than min_depth_su", plane_sweep.max_depth_su);
   require_int(plane_sweep.side_tolerance, 0, 64, "depth.plane_sweep.side_tolerance");
-  require_int(sgm.p1, 0, kLargestP2, "depth.sgm.p1");
-  require_int(sgm.p2, sgm.p1, kLargestP2, "depth.sgm.p2");
+  require_int(sgm.p1, 0, kMaxP2, "depth.sgm.p1");
+  require_int(sgm.p2, sgm.p1, kMaxP2, "depth.sgm.p2");
   require_int(sgm.min_p2, sgm.p1, sgm.p2, "depth.sgm.min_p2");
   require_int(sgm.gradient, 1, 255, "depth.sgm.gradient");
   RequireOption(sgm.finest_paths == 4 || sgm.finest_paths == 8, "depth.sgm.finest_paths", "4 or 8",
@@ -93,7 +93,7 @@ void DepthEstimatorOptions::Validate() const {
                 winner_takes_all.min_uniqueness);
   require_int(median.min_support, 0, 25, "depth.median.min_support");
   require_int(refinement.iterations, 0, 10, "depth.refinement.iterations");
-  require_int(refinement.min_views, 1, static_cast<int>(kLargestBundleSize) - 1,
+  require_int(refinement.min_views, 1, static_cast<int>(kMaxBundleSize) - 1,
               "depth.refinement.min_views");
   RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "depth.dog.min_response",
                 "0 to 255", dog.min_response);

@@ -18,7 +18,7 @@ namespace {
 // The sweep that only looks for the range does so on images of a quarter of the size or less.
 constexpr int kRangeSearchLevel = 2;
 // Below this the coarsest level shows too little for windows and paths.
-constexpr std::uint32_t kLeastCoarseSide = 48;
+constexpr std::uint32_t kMinCoarseSide = 48;
 }  // namespace
 
 Hierarchy::Hierarchy(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
@@ -143,7 +143,7 @@ int Hierarchy::CoarsestLevel(const CameraModel& camera, int finest) const {
   int level = finest;
   while (num_levels == 0 || level - finest + 1 < num_levels) {
     const LevelSize coarser = SizeAtLevel(camera, level + 1);
-    if (std::min(coarser.width_px, coarser.height_px) < kLeastCoarseSide) break;
+    if (std::min(coarser.width_px, coarser.height_px) < kMinCoarseSide) break;
     ++level;
   }
   return level;

@@ -19,7 +19,7 @@ constexpr double kMeanOfNormal = 0.7979;  // sqrt(2 / pi)
 constexpr int kBlock_px = 16;             // a mean of so many is right to 5 %
 constexpr double kFlatShare = 0.05;
 // Of cameras, grey levels. What looks like more is fine texture all over the image.
-constexpr double kMostNoise = 5;
+constexpr double kMaxNoise = 5;
 
 // Any value at the share of the way from the least to the greatest.
 double Quantile(std::vector<double>& values, double share) {
@@ -62,7 +62,7 @@ ImageNoise MeasureNoise(const cv::Mat& grey) {
 }
 
 double LeastResponse(const DogOptions& options, const ImageNoise& noise) {
-  return options.min_response * std::clamp(noise.flat, 1.0, kMostNoise);
+  return options.min_response * std::clamp(noise.flat, 1.0, kMaxNoise);
 }
 
 }  // namespace mono3d

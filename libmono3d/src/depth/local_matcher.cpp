@@ -85,7 +85,7 @@ void LocalMatcher::RecordSweep(Recorder& recorder, const Level& level,
   const std::size_t num_sources = projections.size();
   const auto index = static_cast<std::size_t>(plan.level);
   if (projections_.size() <= index) projections_.resize(index + 1);
-  Reserve(projections_[index], device_, kMostProjectionBytes, "depth/projections");
+  Reserve(projections_[index], device_, kMaxProjectionBytes, "depth/projections");
   const std::vector<float> packed = Pack(projections);
   projections_[index].Upload(std::span<const float>(packed));
   const std::size_t num_pixels = NumLocalPixels(plan.size);

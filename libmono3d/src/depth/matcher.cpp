@@ -19,7 +19,7 @@ Matcher::Matcher(std::shared_ptr<Device> device, const DepthEstimatorOptions& op
       sgm_(device_, options.sgm),
       winner_takes_all_(device_, options.winner_takes_all.sub_plane),
       choice_(device_, options),
-      projections_(device_, kMostProjectionBytes, "depth/projections") {}
+      projections_(device_, kMaxProjectionBytes, "depth/projections") {}
 
 void Matcher::RecordCensus(Recorder& recorder, const LevelSize& size, std::size_t num_sources,
                            const Buffer& images) {

@@ -18,7 +18,7 @@ Refiner::Refiner(std::shared_ptr<Device> device, const RefinementOptions& option
       photometric_(device_),
       surface_(device_, false),
       last_surface_(device_),
-      projections_(device_, kMostProjectionBytes, "depth/refiner_projections") {}
+      projections_(device_, kMaxProjectionBytes, "depth/refiner_projections") {}
 
 void Refiner::RecordDetail(Recorder& recorder, const LevelSize& size, std::uint32_t first_image,
                            std::uint32_t num_images, const Input& input, Buffer& detail) {

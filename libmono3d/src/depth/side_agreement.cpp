@@ -15,13 +15,13 @@ namespace {
 
 constexpr int kSample = 640;  // pixels
 // Below this the mean is that of a few neighbouring pixels.
-constexpr int kLeastSample = 25;
+constexpr int kMinSample = 25;
 // Windows that differ in less are of the same thing: four fifths of what a plane may cost at most,
 // 46 of 124. Resampling alone makes sharp pictures differ in up to a quarter.
-constexpr double kLargestSureDifference = 0.3;
+constexpr double kMaxSureDifference = 0.3;
 // On the way from noise, 0, to chance, 1. Noise comes to 0.3 to 0.5, as the plane was chosen for
 // the reference's noise, too; images that have nothing in common to 0.7 and more.
-constexpr double kLargestIndependence = 0.6;
+constexpr double kMaxIndependence = 0.6;
 constexpr int kRadiusX = 4;  // of the census window, 9x7
 constexpr int kRadiusY = 3;
 
@@ -120,16 +120,16 @@ std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
       ++num_samples;
     }
   }
-  if (num_samples < kLeastSample) return std::nullopt;
+  if (num_samples < kMinSample) return std::nullopt;
   return SideDifferences{sum.before / num_samples, sum.after / num_samples,
                          sum.across / num_samples, sum.worse / num_samples};
 }
 
 bool AreUnrelated(const SideDifferences& sides) {
-  if (sides.worse < kLargestSureDifference) return false;
+  if (sides.worse < kMaxSureDifference) return false;
   const double mean = 0.5 * (sides.before + sides.after);
   const double independent = sides.before + sides.after - 2 * sides.before * sides.after;
-  return sides.across - mean > kLargestIndependence * (independent - mean);
+  return sides.across - mean > kMaxIndependence * (independent - mean);
 }
 
 }  // namespace mono3d

@@ -23,14 +23,14 @@ class SourceKernels {
   SourceKernels(std::shared_ptr<Device> device, const KernelSource& source,
                 std::vector<std::uint32_t> constants = {});
 
-  // `num_sources` is even, 2 to kMostSources. The reference stays valid.
+  // `num_sources` is even, 2 to kMaxSources. The reference stays valid.
   const Kernel& For(std::size_t num_sources);
 
  private:
   std::shared_ptr<Device> device_;
   KernelSource source_;
   std::vector<std::uint32_t> constants_;
-  std::array<std::optional<Kernel>, kMostSources / 2> kernels_;  // by sources per side - 1
+  std::array<std::optional<Kernel>, kMaxSources / 2> kernels_;  // by sources per side - 1
 };
 
 }  // namespace mono3d

@@ -18,7 +18,7 @@ constexpr int kGridRows = 9;
 // borders of their depth range are its least reliable.
 constexpr double kOutlierShare = 0.02;
 // 1 / kOutlierShare: below that the quantiles are the extremes.
-constexpr std::size_t kLeastSample = 25;
+constexpr std::size_t kMinSample = 25;
 // What the points did not hit may lie a little nearer or farther: sparse points sit on textured
 // corners, on roofs and ground rather than on the tips of trees. A quarter of the range covers
 // that, and a tenth of the inverse depth keeps a flat scene from having no range at all.
@@ -28,7 +28,7 @@ constexpr double kMarginOfInverseDepth = 0.1;
 // Depth in a source over depth in the reference, below which it counts for nothing how fast pixels
 // move: seen at more than twice the size, windows do not match. A camera that stands next to a
 // plane, or has passed it, would make all others' steps too small.
-constexpr double kLeastDepthRatio = 0.5;
+constexpr double kMinDepthRatio = 0.5;
 
 // Of a translation in double precision after a few products, as a share of its length.
 constexpr double kPoseRounding = 1e-12;
@@ -110,7 +110,7 @@ double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) cons
       const Eigen::Vector3d& b = projections_[i].b;
       ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
         const Eigen::Vector3d at = projections_[i].A * p + w * b;
-        if (at.z() < kLeastDepthRatio || !Sees(source_cameras_[i], at)) return;
+        if (at.z() < kMinDepthRatio || !Sees(source_cameras_[i], at)) return;
         const Eigen::Vector2d motion = (b.head<2>() - b.z() * at.hnormalized()) / at.z();
         fastest = std::max(fastest, motion.norm());
       });
@@ -147,7 +147,7 @@ std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_
   for (const float depth : depths_su) {
     if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
   }
-  if (inverse.size() < kLeastSample) return std::nullopt;
+  if (inverse.size() < kMinSample) return std::nullopt;
   const auto quantile = [&](double share) {
     const auto at = inverse.begin() +
                     static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));

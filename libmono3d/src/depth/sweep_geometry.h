@@ -22,7 +22,7 @@ struct SourceProjection {
 // Of the matching images, the sources, in the order of flight: the first half of them lies before
 // the reference, the other half after it.
 using SourceProjections = std::vector<SourceProjection>;
-inline constexpr std::size_t kMostSources = kLargestBundleSize - 1;
+inline constexpr std::size_t kMaxSources = kMaxBundleSize - 1;
 
 // Inverse depths in 1/su, 0 <= farthest < nearest.
 struct InverseDepthRange {
@@ -70,7 +70,7 @@ class SweepGeometry {
 CameraModel HalvedCamera(CameraModel camera, int level);
 
 // As the kernels read them: per source A in rows, then b.
-inline constexpr std::size_t kMostProjectionBytes = 12 * kMostSources * sizeof(float);
+inline constexpr std::size_t kMaxProjectionBytes = 12 * kMaxSources * sizeof(float);
 std::vector<float> Pack(const SourceProjections& projections);
 
 // Range of inverse depths in which nearly all of the scene lies, from a sample of its depths: their

@@ -11,7 +11,7 @@ namespace {
 
 // Below this many pixels a side there is no room for census windows and paths, and no coarser
 // level.
-constexpr std::uint32_t kLeastSide = 32;
+constexpr std::uint32_t kMinSide = 32;
 
 // Bytes of the sums of SGM, the largest volume.
 std::uint64_t SumBytes(const LevelSize& size, std::uint32_t padded_planes) {
@@ -43,7 +43,7 @@ SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& rang
     const bool fits = intervals + 3 <= limits.max_planes &&
                       SumBytes(plan.size, plan.padded_planes) <= limits.max_buffer_bytes;
     const LevelSize coarser = plan.size.Halved();
-    if (fits || std::min(coarser.width_px, coarser.height_px) < kLeastSide) return plan;
+    if (fits || std::min(coarser.width_px, coarser.height_px) < kMinSide) return plan;
   }
 }
 

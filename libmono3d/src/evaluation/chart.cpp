@@ -93,9 +93,9 @@ std::vector<double> Ticks(double low, double high, int max_count) {
 
 std::string TickText(double tick, const std::vector<double>& ticks) {
   const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : std::abs(tick);
-  constexpr double kLeastPlain = 1e-4;
-  constexpr double kMostPlain = 1e6;
-  if (tick != 0 && (step < kLeastPlain || std::abs(tick) > kMostPlain)) {
+  constexpr double kMinPlain = 1e-4;
+  constexpr double kMaxPlain = 1e6;
+  if (tick != 0 && (step < kMinPlain || std::abs(tick) > kMaxPlain)) {
     return Format("%.*g", 4, tick);
   }
   const int digits = step > 0 ? static_cast<int>(-std::floor(std::log10(step) + 1e-9)) : 0;

@@ -13,7 +13,7 @@ namespace mono3d {
 namespace {
 
 // Less spread than this share of the distance from the origin is rounding, not motion.
-constexpr double kLeastSpread = 1e-9;
+constexpr double kMinSpread = 1e-9;
 // Extent across by extent along: under the first a path is straight, over the second it is not.
 constexpr double kStraight = 1e-3;
 constexpr double kBent = 0.05;
@@ -54,7 +54,7 @@ Spread SpreadOf(std::span<const Pose> poses, const char* side) {
   spread.direction = svd.matrixU().col(0);
   spread.along = svd.singularValues()(0) / root_of_count;
   spread.across = svd.singularValues()(1) / root_of_count;
-  if (!(spread.along > kLeastSpread * spread.mean.norm())) {
+  if (!(spread.along > kMinSpread * spread.mean.norm())) {
     throw Error(ErrorParts{.what = "cannot align trajectories",
                            .where = {},
                            .expected = "a camera that moves",

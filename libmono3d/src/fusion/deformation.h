@@ -25,7 +25,7 @@ struct FusedView {
   Pose T_world_cam;            // in the model
   double depth_scale = 1;      // by which its depths have been multiplied
   double median_depth_su = 0;  // in the model
-  int patch = 0;               // the part of the model to which it belongs
+  int submap = 0;              // the part of the model to which it belongs
   bool is_break = false;  // repeats another view, see BreakBetween; no surfel is anchored to it
 };
 

@@ -33,14 +33,14 @@ std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(behind - first_slots.begin() - 1, 0));
 }
 
-std::vector<int> Patches(std::span<const FusedView> views) {
-  std::vector<int> patches;
+std::vector<int> Submaps(std::span<const FusedView> views) {
+  std::vector<int> submaps;
   for (const FusedView& view : views) {
-    if (!view.is_break) patches.push_back(view.patch);
+    if (!view.is_break) submaps.push_back(view.submap);
   }
-  std::sort(patches.begin(), patches.end());
-  patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
-  return patches;
+  std::sort(submaps.begin(), submaps.end());
+  submaps.erase(std::unique(submaps.begin(), submaps.end()), submaps.end());
+  return submaps;
 }
 
 std::vector<FusedView> BreakBetween(const FusedView& last, const FusedView& next) {
@@ -50,26 +50,26 @@ std::vector<FusedView> BreakBetween(const FusedView& last, const FusedView& next
   return views;
 }
 
-std::vector<std::uint32_t> BlocksOfPatch(std::span<const std::uint32_t> blocks,
-                                         std::span<const FusedView> views,
-                                         std::span<const std::uint32_t> first_slots, int patch) {
+std::vector<std::uint32_t> BlocksOfSubmap(std::span<const std::uint32_t> blocks,
+                                          std::span<const FusedView> views,
+                                          std::span<const std::uint32_t> first_slots, int submap) {
   std::vector<std::uint32_t> chosen;
   if (views.empty()) return chosen;
-  const auto is_of_patch = [&](std::uint32_t slot) {
-    return views[std::min(ViewOfSlot(first_slots, slot), views.size() - 1)].patch == patch;
+  const auto is_of_submap = [&](std::uint32_t slot) {
+    return views[std::min(ViewOfSlot(first_slots, slot), views.size() - 1)].submap == submap;
   };
   for (const std::uint32_t block : blocks) {
     const std::uint32_t first = block * kSurfelsPerBlock;
-    if (is_of_patch(first) || is_of_patch(first + kSurfelsPerBlock - 1)) chosen.push_back(block);
+    if (is_of_submap(first) || is_of_submap(first + kSurfelsPerBlock - 1)) chosen.push_back(block);
   }
   return chosen;
 }
 
-std::vector<Similarity> MovePatch(std::vector<FusedView>& views, int patch,
-                                  const Similarity& motion) {
+std::vector<Similarity> MoveSubmap(std::vector<FusedView>& views, int submap,
+                                   const Similarity& motion) {
   std::vector<Similarity> motions;
   for (FusedView& view : views) {
-    const bool moves = view.patch == patch;
+    const bool moves = view.submap == submap;
     motions.push_back(moves ? motion : Similarity());
     if (!moves) continue;
     view.T_world_cam = motion * view.T_world_cam;

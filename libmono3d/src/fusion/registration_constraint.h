@@ -21,7 +21,7 @@ namespace mono3d {
 Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
                        const RegistrationOptions& options);
 
-// Of the views of one patch the one to which most of these blocks of surfels are anchored.
+// Of the views of one submap the one to which most of these blocks of surfels are anchored.
 std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
                                     std::span<const FusedView> views,
                                     std::span<const std::uint32_t> first_slots);

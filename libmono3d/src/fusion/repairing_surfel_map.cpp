@@ -39,7 +39,7 @@ FusionResult RepairingSurfelMap::Integrate(const DepthMap& map) {
       num_since_repair_ > options_.health.num_registrations) {
     Repair(result);
   }
-  result.health.num_patches = model_->num_patches();
+  result.health.num_submaps = model_->num_submaps();
   result.num_surfels = num_surfels();
   return result;
 }
@@ -87,8 +87,8 @@ void RepairingSurfelMap::Keep(KeptMap kept, FusionResult& result) {
 RetriedMap RepairingSurfelMap::TryAgain(KeptMap kept, FusionResult& all) {
   const DepthMap map = kept.map.Restore();
   FusionResult result = model_->Integrate(map);
-  all.patch_joins.insert(all.patch_joins.end(), result.patch_joins.begin(),
-                         result.patch_joins.end());
+  all.submap_joins.insert(all.submap_joins.end(), result.submap_joins.begin(),
+                          result.submap_joins.end());
   all.constraints.insert(all.constraints.end(), result.constraints.begin(),
                          result.constraints.end());
   ++kept.num_attempts;

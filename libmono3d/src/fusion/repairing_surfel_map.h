@@ -25,7 +25,7 @@ class RepairableMap : public SurfelMap {
   // to surfels of earlier ones stays.
   virtual void TakeOut(std::uint32_t first_depth_map) = 0;
   // Parts that hang together by the tracker's poses alone.
-  virtual int num_patches() const = 0;
+  virtual int num_submaps() const = 0;
 };
 
 // A model that tries depth maps again which did not fit, knows how it is, and when it refuses

@@ -71,8 +71,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   }
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
-  std::uint32_t num_new = Associate(ViewOf(placed), placement.patch);
-  while (!MakeRoom(num_new) && Coarsen()) num_new = Associate(ViewOf(placed), placement.patch);
+  std::uint32_t num_new = Associate(ViewOf(placed), placement.submap);
+  while (!MakeRoom(num_new) && Coarsen()) num_new = Associate(ViewOf(placed), placement.submap);
   if (surfels_.max_size() - surfels_.size() < num_new) {
     return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
                              std::to_string(num_new) + " new ones, room for " +
@@ -81,7 +81,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   AddView({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
            ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
            ScaleOfKeyframe(map.keyframe_id) * registration.view.depth_scale, MedianDepth(placed),
-           placement.patch});
+           placement.submap});
   const std::uint32_t num_removed = Update(ViewOf(placed), num_new);
   past_views_.Push(device_, placed, buffers_);
   surfels_.BeginDepthMap(num_depth_maps_);
@@ -100,8 +100,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   result.num_inserted = num_new;
   result.num_removed = num_removed;
   result.num_surfels = num_surfels();
-  result.starts_patch = placement.starts_patch;
-  if (placement.join) result.patch_joins.push_back(*placement.join);
+  result.starts_submap = placement.starts_submap;
+  if (placement.join) result.submap_joins.push_back(*placement.join);
   result.constraints = placement.constraints;
   return result;
 }
@@ -188,11 +188,12 @@ void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) 
 
 // What the depth map says of each surfel, and which of its pixels are new: returns how many, and
 // leaves them in buffers_.new_pixels. Leaves the model alone.
-// Of the surfels those of one patch: another one may be off, and must not be drawn to it.
-std::uint32_t VulkanSurfelMap::Associate(const ViewParams& params, int patch) {
+// Of the surfels those of one submap: another one may be off, and must not be drawn to it.
+std::uint32_t VulkanSurfelMap::Associate(const ViewParams& params, int submap) {
   FindVisible({&params, 1}, kViewMargin_px);
-  if (num_patches() > 1) {
-    visible_.Set(device_, BlocksOfPatch(visible_.numbers(), views_, surfels_.first_slots(), patch));
+  if (num_submaps() > 1) {
+    visible_.Set(device_,
+                 BlocksOfSubmap(visible_.numbers(), views_, surfels_.first_slots(), submap));
   }
   stages_.Associate(recorder_, params, buffers_, surfels_, visible_);
   stages_.DrawIndexMap(recorder_, params, buffers_, surfels_, visible_);

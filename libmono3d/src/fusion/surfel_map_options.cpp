@@ -35,7 +35,7 @@ void RegistrationOptions::Visit(OptionVisitor& visit) {
 
 void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("min_overlap", min_overlap,
-        "surfels in view per pixel below which a depth map starts a patch at the tracker's pose");
+        "surfels in view per pixel below which a depth map starts a submap at the tracker's pose");
   visit("min_agreement", min_agreement, "share of them that must lie on its surface");
   visit("max_contradiction", max_contradiction, "share of them that it may see through");
   visit("max_residual", max_residual, "root mean square distance from the model, in sigmas");
@@ -43,7 +43,7 @@ void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("max_deviation_px", max_deviation_px, "from the tracker's pose, as motion in the image");
   visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
   visit("max_join_uncertainty_px", max_join_uncertainty_px,
-        "one sigma of a pose that may move a patch of the model to another, in the image");
+        "one sigma of a pose that may move a submap of the model to another, in the image");
 }
 
 void SurfelExportOptions::Visit(OptionVisitor& visit) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// The part of VulkanSurfelMap that is about where a depth map goes, and about patches of the model
+// The part of VulkanSurfelMap that is about where a depth map goes, and about submaps of the model
 // that become one.
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 namespace mono3d {
 namespace {
 
-// Views from which patches are merged that have become one: more than after a closed loop, for two
-// patches may lie upon each other all over.
+// Views from which submaps are merged that have become one: more than after a closed loop, for two
+// submaps may lie upon each other all over.
 constexpr std::size_t kMaxMergingViews = 24;
 
-// From where a depth map lies in one patch to where it lies in another.
+// From where a depth map lies in one submap to where it lies in another.
 Similarity Between(const RegisteredView& from, const RegisteredView& to) {
   return Similarity(to.depth_scale, to.T_world_cam) *
          Similarity(from.depth_scale, from.T_world_cam).Inverse();
@@ -39,7 +39,7 @@ Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
   return predictions;
 }
 
-// Registered with the patches that it shows. Where it is sure of two, they become one first; where
+// Registered with the submaps that it shows. Where it is sure of two, they become one first; where
 // it shows none, it is the first of a new one.
 VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
   const Predictions predictions = Predict(map);
@@ -49,8 +49,8 @@ VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
                              .rejection = {},
                              .information = {},
                              .constraint = {}},
-            .patch = 0,
-            .starts_patch = false,
+            .submap = 0,
+            .starts_submap = false,
             .join = {},
             .constraints = {}};
   std::vector<ViewParams> views;
@@ -59,11 +59,11 @@ VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
   }
   FindVisible(views, static_cast<std::uint32_t>(std::ceil(options_.gate.max_deviation_px)));
   Placement placement;
-  placement.patch = views_.back().patch;
-  std::vector<PatchRegistration> shown = RegisterWithPatches(map, predictions);
-  if (shown.size() > 1) placement.join = JoinPatches(map, shown, placement.constraints);
+  placement.submap = views_.back().submap;
+  std::vector<SubmapRegistration> shown = RegisterWithSubmaps(map, predictions);
+  if (shown.size() > 1) placement.join = JoinSubmaps(map, shown, placement.constraints);
   if (!shown.empty()) {
-    placement.patch = shown.front().patch;
+    placement.submap = shown.front().submap;
     placement.registration = shown.front().registration;
   } else {
     placement.registration = Register(map, predictions, visible_);
@@ -72,8 +72,8 @@ VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
     placement.constraints = {*placement.registration.constraint};
   }
   if (!placement.registration.evidence.registered && placement.registration.rejection.empty()) {
-    placement.starts_patch = true;
-    placement.patch = Patches(views_).back() + 1;
+    placement.starts_submap = true;
+    placement.submap = Submaps(views_).back() + 1;
   }
   return placement;
 }
@@ -96,18 +96,18 @@ Registration VulkanSurfelMap::Register(const DepthMap& map, const Predictions& p
 }
 
 // With each that it shows: those first that take it, and of these the one that it shows most of.
-// Empty where the model is of one patch alone.
-std::vector<VulkanSurfelMap::PatchRegistration> VulkanSurfelMap::RegisterWithPatches(
+// Empty where the model is of one submap alone.
+std::vector<VulkanSurfelMap::SubmapRegistration> VulkanSurfelMap::RegisterWithSubmaps(
     const DepthMap& map, const Predictions& predictions) {
-  std::vector<PatchRegistration> shown;
-  const std::vector<int> patches = Patches(views_);
-  if (patches.size() < 2) return shown;
-  for (const int patch : patches) {
-    of_patch_.Set(device_,
-                  BlocksOfPatch(visible_.numbers(), views_, surfels_.first_slots(), patch));
-    if (of_patch_.size() == 0) continue;
-    Registration registration = Register(map, predictions, of_patch_);
-    if (registration.evidence.registered) shown.push_back({patch, std::move(registration)});
+  std::vector<SubmapRegistration> shown;
+  const std::vector<int> submaps = Submaps(views_);
+  if (submaps.size() < 2) return shown;
+  for (const int submap : submaps) {
+    of_submap_.Set(device_,
+                   BlocksOfSubmap(visible_.numbers(), views_, surfels_.first_slots(), submap));
+    if (of_submap_.size() == 0) continue;
+    Registration registration = Register(map, predictions, of_submap_);
+    if (registration.evidence.registered) shown.push_back({submap, std::move(registration)});
   }
   std::stable_sort(shown.begin(), shown.end(), [](const auto& a, const auto& b) {
     const bool is_a_fit = a.registration.rejection.empty();
@@ -117,40 +117,40 @@ std::vector<VulkanSurfelMap::PatchRegistration> VulkanSurfelMap::RegisterWithPat
   return shown;
 }
 
-// Where two patches at least are sure of the depth map: the others move to the oldest of them, with
+// Where two submaps at least are sure of the depth map: the others move to the oldest of them, with
 // which the depth map is registered then; `shown` is that alone afterwards.
 // Those that the tracker has elsewhere are added to `constraints`.
-std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(
-    const DepthMap& map, std::vector<PatchRegistration>& shown,
+std::optional<SubmapJoin> VulkanSurfelMap::JoinSubmaps(
+    const DepthMap& map, std::vector<SubmapRegistration>& shown,
     std::vector<KeyframeConstraint>& constraints) {
-  std::vector<PatchRegistration> sure;
+  std::vector<SubmapRegistration> sure;
   std::copy_if(shown.begin(), shown.end(), std::back_inserter(sure), [&](const auto& of) {
     const RegistrationEvidence& evidence = of.registration.evidence;
     return of.registration.rejection.empty() &&
            (!evidence.moved || evidence.uncertainty_px <= options_.gate.max_join_uncertainty_px);
   });
   if (sure.size() < 2) return std::nullopt;
-  for (const PatchRegistration& of : sure) {
+  for (const SubmapRegistration& of : sure) {
     if (of.registration.constraint) constraints.push_back(*of.registration.constraint);
   }
   std::sort(sure.begin(), sure.end(),
-            [](const auto& a, const auto& b) { return a.patch < b.patch; });
-  const PatchRegistration& oldest = sure.front();
-  PatchJoin join;
+            [](const auto& a, const auto& b) { return a.submap < b.submap; });
+  const SubmapRegistration& oldest = sure.front();
+  SubmapJoin join;
   join.frame_index = map.frame_index;
-  join.num_patches = static_cast<int>(sure.size()) - 1;
+  join.num_submaps = static_cast<int>(sure.size()) - 1;
   std::vector<bool> is_other(views_.size());
   bool is_moved = false;
   for (auto other = sure.begin() + 1; other != sure.end(); ++other) {
     for (std::size_t i = 0; i < views_.size(); ++i) {
-      is_other[i] = is_other[i] || views_[i].patch == other->patch;
+      is_other[i] = is_other[i] || views_[i].submap == other->submap;
     }
     if (oldest.registration.evidence.moved || other->registration.evidence.moved) {
       is_moved = true;
       MoveToOldest(map, *other, oldest, join);
     }
     for (FusedView& view : views_)
-      view.patch = view.patch == other->patch ? oldest.patch : view.patch;
+      view.submap = view.submap == other->submap ? oldest.submap : view.submap;
   }
   if (is_moved) {
     past_views_.Clear();
@@ -160,15 +160,15 @@ std::optional<PatchJoin> VulkanSurfelMap::JoinPatches(
   }
   shown = {oldest};
   Log(LogLevel::kInfo, "depth map of frame " + std::to_string(map.frame_index) + ": joins " +
-                           std::to_string(join.num_patches) + " patch(es) of the model, " +
+                           std::to_string(join.num_submaps) + " submap(s) of the model, " +
                            std::to_string(join.moved_px) + " px off");
   return join;
 }
 
-void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const PatchRegistration& other,
-                                   const PatchRegistration& oldest, PatchJoin& join) {
+void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const SubmapRegistration& other,
+                                   const SubmapRegistration& oldest, SubmapJoin& join) {
   const Similarity motion = Between(other.registration.view, oldest.registration.view);
-  const std::vector<Similarity> motions = MovePatch(views_, other.patch, motion);
+  const std::vector<Similarity> motions = MoveSubmap(views_, other.submap, motion);
   corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
   const RegistrationProblem problem = MakeProblem(map, options_, other.registration.view);
   const double moved_px = ImageMotion(problem, Deviation(problem, oldest.registration.view));
@@ -186,8 +186,8 @@ std::int64_t VulkanSurfelMap::MergeAcross(const std::vector<bool>& is_other) {
 
 // The next depth map is fused as this view.
 void VulkanSurfelMap::AddView(const FusedView& view) {
-  if (!views_.empty() && views_.back().patch != view.patch) {
-    past_views_.Clear();  // of another patch
+  if (!views_.empty() && views_.back().submap != view.submap) {
+    past_views_.Clear();  // of another submap
     const std::vector<FusedView> between = BreakBetween(views_.back(), view);
     views_.insert(views_.end(), between.begin(), between.end());
   }
@@ -237,12 +237,12 @@ void VulkanSurfelMap::MoveInto(const MapJoin& join) {
   (void)Correct(corrections);
 }
 
-// Makes another model in the same world, which is empty afterwards, a part of this one. Its patches
+// Makes another model in the same world, which is empty afterwards, a part of this one. Its submaps
 // are further ones; but where as much of them lies upon this one as a depth map would have to show,
 // within the noise of both, two become one. Returns the number of surfels that were merged.
 std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
-  const int first_patch = views_.empty() ? 0 : Patches(views_).back() + 1;
-  for (FusedView& view : other.views_) view.patch += first_patch;
+  const int first_submap = views_.empty() ? 0 : Submaps(views_).back() + 1;
+  for (FusedView& view : other.views_) view.submap += first_submap;
   AddView(other.views_.front());
   const std::uint32_t first_view = num_depth_maps_;
   views_.insert(views_.end(), other.views_.begin() + 1, other.views_.end());
@@ -264,8 +264,8 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   const std::int64_t num_merged = MergeAcross(is_other);
   const CameraModel& camera = views_.back().camera;
   const double needed = options_.gate.min_overlap * camera.width * camera.height;
-  if (first_patch == 1 && num_patches() == 2 && static_cast<double>(num_merged) >= needed) {
-    for (FusedView& view : views_) view.patch = views_.front().patch;
+  if (first_submap == 1 && num_submaps() == 2 && static_cast<double>(num_merged) >= needed) {
+    for (FusedView& view : views_) view.submap = views_.front().submap;
   }
   return num_merged;
 }

@@ -56,7 +56,7 @@ class VulkanSurfelMap : public RepairableMap {
     return found == scale_of_keyframe_.end() ? 1 : found->second;
   }
   void TakeOut(std::uint32_t first_depth_map) override;
-  int num_patches() const override { return static_cast<int>(Patches(views_).size()); }
+  int num_submaps() const override { return static_cast<int>(Submaps(views_).size()); }
   std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join) override;
   void Rest() override;
 
@@ -77,31 +77,31 @@ class VulkanSurfelMap : public RepairableMap {
   // Where a depth map goes.
   struct Placement {
     Registration registration;
-    int patch = 0;
-    bool starts_patch = false;
-    std::optional<PatchJoin> join;
+    int submap = 0;
+    bool starts_submap = false;
+    std::optional<SubmapJoin> join;
     std::vector<KeyframeConstraint> constraints;
   };
-  // What one patch makes of it.
-  struct PatchRegistration {
-    int patch = 0;
+  // What one submap makes of it.
+  struct SubmapRegistration {
+    int submap = 0;
     Registration registration;
   };
   Placement Place(const DepthMap& map);
   Registration Register(const DepthMap& map, const Predictions& predictions,
                         const BlockList& blocks);
-  std::vector<PatchRegistration> RegisterWithPatches(const DepthMap& map,
-                                                     const Predictions& predictions);
-  std::optional<PatchJoin> JoinPatches(const DepthMap& map, std::vector<PatchRegistration>& shown,
-                                       std::vector<KeyframeConstraint>& constraints);
-  void MoveToOldest(const DepthMap& map, const PatchRegistration& other,
-                    const PatchRegistration& oldest, PatchJoin& join);
+  std::vector<SubmapRegistration> RegisterWithSubmaps(const DepthMap& map,
+                                                      const Predictions& predictions);
+  std::optional<SubmapJoin> JoinSubmaps(const DepthMap& map, std::vector<SubmapRegistration>& shown,
+                                        std::vector<KeyframeConstraint>& constraints);
+  void MoveToOldest(const DepthMap& map, const SubmapRegistration& other,
+                    const SubmapRegistration& oldest, SubmapJoin& join);
   std::int64_t MergeAcross(const std::vector<bool>& is_other);
   void AddView(const FusedView& view);
   std::vector<MovedView> MovedViews() const;
   void MoveInto(const MapJoin& join);
   std::int64_t Append(VulkanSurfelMap& other);
-  std::uint32_t Associate(const ViewParams& params, int patch);
+  std::uint32_t Associate(const ViewParams& params, int submap);
   std::uint32_t Update(ViewParams params, std::uint32_t num_new);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
@@ -122,7 +122,7 @@ class VulkanSurfelMap : public RepairableMap {
   SurfelStorage surfels_;
   BlockList visible_;  // what the stages work on
   BlockList latest_;   // what the last depth map has added
-  BlockList of_patch_;
+  BlockList of_submap_;
   DepthMapBuffers buffers_;
   PastViews past_views_;
   std::uint32_t merge_radius_px_ = 1;

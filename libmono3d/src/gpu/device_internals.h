@@ -18,7 +18,7 @@
 
 namespace mono3d {
 
-// The open device as the files of this room see it. Its public face is mono3d/gpu/device.h and
+// The open device as the files of this module see it. Its public face is mono3d/gpu/device.h and
 // gpu/device_handle.h. Thread-safe.
 class Device {
  public:

@@ -25,7 +25,7 @@ std::uint32_t DivideRoundingUp(std::uint64_t items, std::uint64_t per_group);
 using BufferRefs = std::initializer_list<std::reference_wrapper<const Buffer>>;
 
 // Many steps, one submission. Each step sees all that the steps before it wrote. Keep one for the
-// life of a stage room: what it needs from Vulkan is made once. Kernels and buffers that were
+// life of a stage module: what it needs from Vulkan is made once. Kernels and buffers that were
 // recorded are kept alive until Submit. One thread at a time; several recorders may share a device.
 //
 // A step that throws records nothing; earlier steps stay recorded.

@@ -15,7 +15,7 @@ namespace mono3d {
 Error MakeVulkanError(const std::string& where, const std::string& what, vk::Result result);
 
 // Runs `call`; a Vulkan failure inside comes out as Error. vk::raii checks every result in every
-// build type and throws vk::SystemError, which must not leave the room.
+// build type and throws vk::SystemError, which must not leave the module.
 template <typename Call>
 decltype(auto) CallVulkan(const std::string& where, const std::string& what, Call&& call) {
   try {

@@ -18,7 +18,7 @@ namespace {
 // A camera line begins with CAMERA_ID MODEL WIDTH HEIGHT.
 constexpr std::size_t kNumHead = 4;
 // Nobody has larger images; keeps a wild number from overflowing.
-constexpr double kLargestSize = 1e6;
+constexpr double kMaxSize = 1e6;
 
 struct Model {
   std::string_view name;
@@ -72,8 +72,8 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
     values.push_back(*value);
   }
   CameraModel camera;
-  camera.width = static_cast<int>(std::clamp(values[0], 0.0, kLargestSize));
-  camera.height = static_cast<int>(std::clamp(values[1], 0.0, kLargestSize));
+  camera.width = static_cast<int>(std::clamp(values[0], 0.0, kMaxSize));
+  camera.height = static_cast<int>(std::clamp(values[1], 0.0, kMaxSize));
   const double* params = values.data() + 2;
   camera.fx = params[0];
   camera.fy = params[model.num_focal_lengths - 1];

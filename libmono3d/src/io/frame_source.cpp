@@ -27,13 +27,13 @@ std::string SizeText(int width, int height) {
 
 // "768x448"; nothing when it is anything else.
 std::optional<cv::Size> ParseSize(const std::string& text) {
-  constexpr std::int64_t kLargest = 32767;  // what cv::remap can address
+  constexpr std::int64_t kMax = 32767;  // what cv::remap can address
   const std::size_t cross = text.find('x');
   if (cross == std::string::npos) return std::nullopt;
   const std::optional<std::int64_t> width = ParseInteger(text.substr(0, cross));
   const std::optional<std::int64_t> height = ParseInteger(text.substr(cross + 1));
   const auto fits = [](std::optional<std::int64_t> size) {
-    return size && *size >= 1 && *size <= kLargest;
+    return size && *size >= 1 && *size <= kMax;
   };
   if (!fits(width) || !fits(height)) return std::nullopt;
   return cv::Size(static_cast<int>(*width), static_cast<int>(*height));

@@ -111,8 +111,8 @@ class VertexSink {
   template <typename T>
   static T ToUnsigned(double value) {
     if (!(value > 0)) return 0;
-    constexpr T kLargest = std::numeric_limits<T>::max();
-    return value >= kLargest ? kLargest : static_cast<T>(value);
+    constexpr T kMax = std::numeric_limits<T>::max();
+    return value >= kMax ? kMax : static_cast<T>(value);
   }
 
   PointCloud& cloud_;

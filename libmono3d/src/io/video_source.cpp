@@ -29,7 +29,7 @@ class VideoSource : public ImageSource {
     const bool has_fps = std::isfinite(container_fps) && container_fps > 0;
     fps_ = options.fps > 0 ? options.fps : has_fps ? container_fps : kDefaultFps;
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-    if (count >= 1 && count < kLargestCount) num_in_file_ = static_cast<std::int64_t>(count);
+    if (count >= 1 && count < kMaxCount) num_in_file_ = static_cast<std::int64_t>(count);
   }
 
   std::optional<SourceImage> Next() override {
@@ -59,7 +59,7 @@ class VideoSource : public ImageSource {
   std::int64_t num_skipped() const override { return 0; }
 
  private:
-  static constexpr double kLargestCount = 1e12;  // containers without a count say wild things
+  static constexpr double kMaxCount = 1e12;  // containers without a count say wild things
 
   std::optional<SourceImage> AtEnd() {
     if (num_read_ == 0) {

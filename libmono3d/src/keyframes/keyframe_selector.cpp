@@ -60,13 +60,13 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return FindBundle();
   }
 
-  void Hear(const BundleWorth& worth) override {
+  void ReportDepthQuality(const DepthQuality& worth) override {
     if (!options_.adapt_baseline) return;
     const auto chosen = std::find_if(chosen_.begin(), chosen_.end(), [&](const Chosen& bundle) {
       return bundle.reference_id == worth.reference_id;
     });
     if (chosen == chosen_.end()) return;
-    reach_.Hear(chosen->width, worth.density, worth.confidence);
+    reach_.ReportDepthQuality(chosen->width, worth.density, worth.confidence);
     chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 

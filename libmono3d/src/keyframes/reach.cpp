@@ -15,7 +15,7 @@ constexpr std::int64_t kMemory = 16;  // maps: some two views' width of flight
 
 }  // namespace
 
-void Reach::Hear(std::size_t width, double density, double worth) {
+void Reach::ReportDepthQuality(std::size_t width, double density, double worth) {
   ++num_heard_;
   std::optional<Heard>& heard = heard_.at(width);
   if (!IsFresh(width)) heard.emplace();

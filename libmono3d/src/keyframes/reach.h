@@ -27,7 +27,7 @@ class Reach {
 
   // Of a bundle that was chosen for that width: the share of its pixels with an estimate, and the
   // mean confidence over all pixels.
-  void Hear(std::size_t width, double density, double worth);
+  void ReportDepthQuality(std::size_t width, double density, double worth);
 
  private:
   // Each doubles what a pixel of matching error makes of the depth in two steps.

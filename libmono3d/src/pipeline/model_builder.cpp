@@ -10,8 +10,8 @@
 namespace mono3d {
 namespace {
 
-BundleWorth WorthOf(const ImageBundle& bundle, const DepthResult& depth) {
-  BundleWorth worth;
+DepthQuality WorthOf(const ImageBundle& bundle, const DepthResult& depth) {
+  DepthQuality worth;
   worth.reference_id = bundle.reference().id;
   const cv::Mat& map = depth.map.depth;
   if (depth.status != DepthStatus::kEstimated || map.empty()) return worth;
@@ -64,14 +64,14 @@ void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion) {
     ++counts_.rejected_depth_maps[ReasonClass(fusion.reason)];
   }
   of_map.fusions.push_back({map.frame_index, fusion.status, fusion.reason, false,
-                            fusion.registration, fusion.starts_patch, fusion.is_repaired});
+                            fusion.registration, fusion.starts_submap, fusion.is_repaired});
   counts_.num_repairs += fusion.is_repaired ? 1 : 0;
-  counts_.num_patches_started += fusion.starts_patch ? 1 : 0;
-  for (const PatchJoin& join : fusion.patch_joins) {
-    counts_.num_patches_joined += join.num_patches;
+  counts_.num_submaps_started += fusion.starts_submap ? 1 : 0;
+  for (const SubmapJoin& join : fusion.submap_joins) {
+    counts_.num_submaps_joined += join.num_submaps;
     TakeViews(map.map_id, join.views);
-    of_map.patch_joins.push_back(join);
-    of_map.patch_joins.back().views.clear();
+    of_map.submap_joins.push_back(join);
+    of_map.submap_joins.back().views.clear();
   }
   if (fusion.health.state != of_map.health.state) {
     of_map.health_changes.push_back({map.frame_index, fusion.health.state, fusion.health.reason});
@@ -227,7 +227,7 @@ void ModelBuilder::JoinRecords(const JoinedMap& joined) {
   };
   append(into.fusions, from.fusions);
   append(into.health_changes, from.health_changes);
-  append(into.patch_joins, from.patch_joins);
+  append(into.submap_joins, from.submap_joins);
   if (current_id_ == joined.from) {
     into.health = from.health;
     current_id_ = joined.into;
@@ -249,8 +249,8 @@ void AddModelCounts(const PipelineCounts& model, PipelineCounts& counts) {
   counts.num_fused += model.num_fused;
   counts.num_fused_late += model.num_fused_late;
   counts.num_repairs += model.num_repairs;
-  counts.num_patches_started += model.num_patches_started;
-  counts.num_patches_joined += model.num_patches_joined;
+  counts.num_submaps_started += model.num_submaps_started;
+  counts.num_submaps_joined += model.num_submaps_joined;
   counts.num_models_joined += model.num_models_joined;
   counts.num_constraints += model.num_constraints;
   for (const auto& [reason, times] : model.rejected_bundles) {

@@ -36,8 +36,8 @@ struct ModelProgress {
 // What the stages before are told.
 struct ModelFeedback {
   std::vector<KeyframeConstraint>
-      constraints;                  // where models have keyframes, in the tracker's terms
-  std::vector<BundleWorth> worths;  // what became of bundles
+      constraints;                   // where models have keyframes, in the tracker's terms
+  std::vector<DepthQuality> worths;  // what became of bundles
 
   void Append(const ModelFeedback& more);
 };
@@ -68,7 +68,7 @@ class ModelBuilder {
     std::vector<FusionRecord> fusions;
     ModelHealth health;
     std::vector<HealthChange> health_changes;
-    std::vector<PatchJoin> patch_joins;
+    std::vector<SubmapJoin> submap_joins;
   };
   OfMap& Of(int map_id) { return of_map_[map_id]; }
 

@@ -91,7 +91,7 @@ void Pipeline::State::Change(const std::vector<KeyframeCorrection>& corrections)
 // selector, what its bundles were worth. True where the tracker was told something.
 bool Pipeline::State::FeedBack() {
   const ModelFeedback feedback = thread ? thread->TakeFeedback() : builder.TakeFeedback();
-  for (const BundleWorth& worth : feedback.worths) keyframe_selector->Hear(worth);
+  for (const DepthQuality& worth : feedback.worths) keyframe_selector->ReportDepthQuality(worth);
   if (feedback.constraints.empty()) return false;
   tracker->Constrain(feedback.constraints);
   return true;
@@ -117,7 +117,7 @@ void Pipeline::State::Process(const Frame& frame) {
   TakePoses(frame, tracking);
   try {
     Change(tracking.corrections);
-    for (const Keyframe& keyframe : tracking.settled_keyframes) Select(keyframe);
+    for (const Keyframe& keyframe : tracking.finalised_keyframes) Select(keyframe);
   } catch (...) {
     has_thrown = true;
     throw;
@@ -178,7 +178,7 @@ MapReconstruction Pipeline::State::OfMap(int map_id, const std::vector<Trajector
           std::move(made.fusions),
           made.health,
           std::move(made.health_changes),
-          std::move(made.patch_joins)};
+          std::move(made.submap_joins)};
 }
 
 Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,

@@ -110,8 +110,8 @@ Json CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
           {"fused", counts.num_fused},
           {"fused_late", counts.num_fused_late},
           {"repairs", counts.num_repairs},
-          {"patches_started", counts.num_patches_started},
-          {"patches_joined", counts.num_patches_joined},
+          {"submaps_started", counts.num_submaps_started},
+          {"submaps_joined", counts.num_submaps_joined},
           {"models_joined", counts.num_models_joined},
           {"corrections", counts.num_corrections},
           {"constraints", counts.num_constraints},
@@ -136,7 +136,7 @@ Json HealthJson(const ModelHealth& health) {
                {"depth_residual_sigmas", health.depth_residual},
                {"scale_drift", health.scale_drift},
                {"deviation_px", health.deviation_px},
-               {"patches", health.num_patches}};
+               {"submaps", health.num_submaps}};
   if (!health.reason.empty()) json["reason"] = health.reason;
   return json;
 }
@@ -151,11 +151,11 @@ Json HealthChangesJson(const std::vector<HealthChange>& changes) {
   return list;
 }
 
-Json PatchJoinsJson(const std::vector<PatchJoin>& joins) {
+Json SubmapJoinsJson(const std::vector<SubmapJoin>& joins) {
   Json list = Json::array();
-  for (const PatchJoin& join : joins) {
+  for (const SubmapJoin& join : joins) {
     list.push_back({{"frame", join.frame_index},
-                    {"patches", join.num_patches},
+                    {"submaps", join.num_submaps},
                     {"moved_px", join.moved_px},
                     {"scale", join.scale},
                     {"merged", join.num_merged}});
@@ -171,7 +171,7 @@ Json FusionsJson(const std::vector<FusionRecord>& fusions) {
     Json json = {{"frame", fusion.frame_index}, {"fused", fusion.status == FusionStatus::kFused}};
     if (!fusion.reason.empty()) json["reason"] = fusion.reason;
     if (fusion.is_retry) json["retry"] = true;
-    if (fusion.starts_patch) json["starts_patch"] = true;
+    if (fusion.starts_submap) json["starts_submap"] = true;
     if (fusion.is_repaired) json["repair"] = true;
     json["registered"] = evidence.registered;
     if (evidence.registered) {
@@ -204,7 +204,7 @@ Json MapsJson(const std::vector<MapReconstruction>& maps) {
                     {"sparse_reprojection_px", MeanReprojection_px(map.sparse)},
                     {"health", HealthJson(map.health)},
                     {"health_changes", HealthChangesJson(map.health_changes)},
-                    {"patch_joins", PatchJoinsJson(map.patch_joins)},
+                    {"submap_joins", SubmapJoinsJson(map.submap_joins)},
                     {"fusions", FusionsJson(map.fusions)}});
   }
   return list;

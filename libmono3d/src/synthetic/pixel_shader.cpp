@@ -18,7 +18,7 @@ constexpr float kSameNormal = 0.95F;  // cosine: 18 degrees
 // How far the hits of a patch may be apart in footprints of a pixel. A surface that is seen under
 // less than some 25 degrees is longer than that within a pixel and gets several patches.
 constexpr float kReach = 1.25F;
-constexpr float kLeastSlant = 0.1F;  // sine of the angle below which footprints grow no more
+constexpr float kMinSlant = 0.1F;  // sine of the angle below which footprints grow no more
 
 }  // namespace
 
@@ -64,7 +64,7 @@ PixelShader::Patch& PixelShader::Open(const Ray& ray, const Hit& hit) {
   Patch& patch = patches_[num_patches_++];
   const float slant = -hit.normal.dot(ray.direction) / ray.direction.norm();
   patch.first = hit;
-  patch.reach_m = kReach * hit.distance * pixel_width_ / std::sqrt(std::max(slant, kLeastSlant));
+  patch.reach_m = kReach * hit.distance * pixel_width_ / std::sqrt(std::max(slant, kMinSlant));
   patch.weight = 0;
   patch.ray = {Vector3f::Zero(), Vector3f::Zero(), 0};
   patch.hit = hit;

@@ -76,9 +76,9 @@ void SequenceCameraOptions::Visit(OptionVisitor& visit) {
 }
 
 void SequenceCameraOptions::Validate() const {
-  constexpr int kLargest = 16384;
-  RequireOption(width >= 16 && width <= kLargest, "camera.width", "16 to 16384", width);
-  RequireOption(height >= 16 && height <= kLargest, "camera.height", "16 to 16384", height);
+  constexpr int kMax = 16384;
+  RequireOption(width >= 16 && width <= kMax, "camera.width", "16 to 16384", width);
+  RequireOption(height >= 16 && height <= kMax, "camera.height", "16 to 16384", height);
   RequireOption(std::isfinite(focal_px) && focal_px >= 0, "camera.focal_px", "at least 0",
                 focal_px);
   for (const double coefficient : {k1, k2, p1, p2, k3}) {

@@ -58,9 +58,9 @@ Vector3f Reflection(const Eye& eye, const Ray& ray, const Hit& hit, float footpr
     normal = (normal - Vector3f(slope.x(), slope.y(), 0)).normalized();
   }
   Vector3f mirrored = ray.direction - 2 * normal.dot(ray.direction) * normal;
-  constexpr float kLeast = 0.01F;  // a ripple's far side does not look into the water
+  constexpr float kMin = 0.01F;  // a ripple's far side does not look into the water
   const float away = mirrored.dot(hit.normal);
-  const float least = kLeast * ray.direction.norm();
+  const float least = kMin * ray.direction.norm();
   if (away < least) mirrored += (least - away) * hit.normal;
   const Ray on{hit.p + kRayOffset_m * hit.normal, mirrored, ray.time_s};
   return RadianceOn(eye, on, {hit.distance, false});

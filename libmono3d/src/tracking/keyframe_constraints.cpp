@@ -27,9 +27,9 @@ constexpr std::size_t kMinGap = 10;
 // map, one that is left out only leaves it as it was.
 constexpr double kMaxCost = 24.322;
 
-std::optional<KeyframeId> FindSettled(const Map& map, std::int64_t id) {
+std::optional<KeyframeId> FindFinalised(const Map& map, std::int64_t id) {
   for (KeyframeId k = 0; k < map.keyframes().size(); ++k) {
-    if (map.keyframe(k).is_settled && map.keyframe(k).id == id) return k;
+    if (map.keyframe(k).is_finalised && map.keyframe(k).id == id) return k;
   }
   return std::nullopt;
 }
@@ -40,7 +40,7 @@ KeyframeId Living(const Map& map, KeyframeId id) {
 }
 
 // By which lengths around a keyframe have been multiplied since it was handed out.
-double Ratio(const MapKeyframe& keyframe) { return keyframe.scale / keyframe.settled_scale; }
+double Ratio(const MapKeyframe& keyframe) { return keyframe.scale / keyframe.finalised_scale; }
 
 // An error of T_moved * T is this times the error of T: T_moved Exp(e) = Exp(this * e) T_moved.
 Matrix7d Adjoint(const Pose& T_moved) {
@@ -121,8 +121,8 @@ double Contradiction(const Map& map, const PresentConstraint& constraint) {
 }
 
 bool AddConstraint(Map& map, const KeyframeConstraint& constraint) {
-  const std::optional<KeyframeId> keyframe = FindSettled(map, constraint.id);
-  const std::optional<KeyframeId> anchor = FindSettled(map, constraint.anchor_id);
+  const std::optional<KeyframeId> keyframe = FindFinalised(map, constraint.id);
+  const std::optional<KeyframeId> anchor = FindFinalised(map, constraint.anchor_id);
   if (!keyframe || !anchor) return false;
   map.constraints().push_back({*keyframe, *anchor, constraint.T_cam_anchor, constraint.scale,
                                constraint.information, true});

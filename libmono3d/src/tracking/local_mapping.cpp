@@ -18,7 +18,7 @@
 namespace mono3d::tracking {
 namespace {
 
-// Keyframes after this many newer ones in their bundle adjustments have settled.
+// Keyframes after this many newer ones in their bundle adjustments are final.
 constexpr int kMinNewer = 2;
 
 // The next keyframe adjusts nearly the same again: what a further step would gain comes with it.
@@ -135,7 +135,7 @@ BundleReport AdjustCopy(MapBundle& bundle, BundleOptions options, MappingTurn& t
   return AdjustBundle(bundle.problem, options);
 }
 
-// Every keyframe that moved together with two newer ones comes closer to being settled.
+// Every keyframe that moved together with two newer ones comes closer to being finalised.
 void CountNewer(std::vector<KeyframeId> adjusted, Map& map) {
   std::sort(adjusted.begin(), adjusted.end());
   for (std::size_t i = 0; i < adjusted.size(); ++i) {
@@ -297,8 +297,8 @@ void RemoveOutliers(Map& map) {
 
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
   for (const Covisible& neighbour : map.CovisibleKeyframes(keyframe)) {
-    // The first one defines the world; those that have not settled are still awaited.
-    if (neighbour.keyframe == 0 || !map.keyframe(neighbour.keyframe).is_settled) continue;
+    // The first one defines the world; those that have not finalised are still awaited.
+    if (neighbour.keyframe == 0 || !map.keyframe(neighbour.keyframe).is_finalised) continue;
     if (!IsRedundant(map, neighbour.keyframe, options.max_redundant_share)) continue;
     map.RemoveKeyframe(neighbour.keyframe, AnchorOf(map, neighbour.keyframe));
   }
@@ -308,9 +308,9 @@ std::vector<KeyframeCorrection> CorrectionsOf(const Map& map) {
   std::vector<KeyframeCorrection> corrections;
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
     const MapKeyframe& keyframe = map.keyframe(id);
-    if (!keyframe.is_settled) continue;
+    if (!keyframe.is_finalised) continue;
     corrections.push_back({keyframe.id, map.id(), map.T_cam_world(id).Inverse(),
-                           keyframe.scale / keyframe.settled_scale});
+                           keyframe.scale / keyframe.finalised_scale});
   }
   return corrections;
 }
@@ -324,22 +324,22 @@ std::vector<KeyframeId> InOrderOfFlight(const Map& map) {
   return ids;
 }
 
-std::vector<Keyframe> TakeSettled(Map& map, bool all, std::int64_t& next_id) {
+std::vector<Keyframe> TakeFinalised(Map& map, bool all, std::int64_t& next_id) {
   // One that has lost sight of the newer ones settles by age.
   constexpr KeyframeId kMaxAge = 8;
-  std::vector<Keyframe> settled;
+  std::vector<Keyframe> finalised;
   for (const KeyframeId id : InOrderOfFlight(map)) {
     MapKeyframe& keyframe = map.keyframe(id);
-    if (keyframe.is_settled) continue;
+    if (keyframe.is_finalised) continue;
     const bool is_old = id + kMaxAge < map.keyframes().size();
     if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
     keyframe.id = next_id++;
-    settled.push_back(ToKeyframe(map, keyframe));
-    keyframe.is_settled = true;
-    keyframe.settled_scale = keyframe.scale;
+    finalised.push_back(ToKeyframe(map, keyframe));
+    keyframe.is_finalised = true;
+    keyframe.finalised_scale = keyframe.scale;
     keyframe.view.frame.bgr.release();
   }
-  return settled;
+  return finalised;
 }
 
 void MarkAdjusted(Map& map, KeyframeId keyframe) {

@@ -46,10 +46,10 @@ std::vector<KeyframeCorrection> CorrectionsOf(const Map& map);
 // The keyframes of a map, also the culled ones, by time: those from before a start came later.
 std::vector<KeyframeId> InOrderOfFlight(const Map& map);
 
-// Hands out the keyframes that have settled, in the order of flight: those that shared a bundle
+// Hands out the keyframes that are final, in the order of flight: those that shared a bundle
 // adjustment with two newer ones. `all`: every one left. They are numbered by `next_id`; their
 // images are released here.
-std::vector<Keyframe> TakeSettled(Map& map, bool all, std::int64_t& next_id);
+std::vector<Keyframe> TakeFinalised(Map& map, bool all, std::int64_t& next_id);
 
 // Counts a keyframe as adjusted with newer ones as often as it takes to settle.
 void MarkAdjusted(Map& map, KeyframeId keyframe);

@@ -70,12 +70,12 @@ struct MapPoint {
 
 struct MapKeyframe {
   View view;
-  std::int64_t id = 0;  // over all maps, from when it has settled
+  std::int64_t id = 0;  // over all maps, from when it is final
   bool alive = true;
   int num_newer_adjusted = 0;  // newer keyframes that it shared a bundle adjustment with
-  bool is_settled = false;
-  double scale = 1;          // by which corrections have multiplied the lengths around it
-  double settled_scale = 1;  // the same when it was handed out
+  bool is_finalised = false;
+  double scale = 1;            // by which corrections have multiplied the lengths around it
+  double finalised_scale = 1;  // the same when it was handed out
   // Where a culled keyframe is to be found: fixed to another one.
   KeyframeId anchor = 0;
   Pose T_cam_anchor;

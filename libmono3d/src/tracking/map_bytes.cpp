@@ -114,7 +114,7 @@ void Exchange(Archive& archive, MapKeyframe& keyframe) {
   archive.Number(keyframe.id);
   archive.Number(keyframe.alive);
   archive.Number(keyframe.num_newer_adjusted);
-  archive.Number(keyframe.is_settled);
+  archive.Number(keyframe.is_finalised);
   archive.Number(keyframe.scale);
   ExchangeIndex(archive, keyframe.anchor);
   Exchange(archive, keyframe.T_cam_anchor);
@@ -248,9 +248,9 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
   for (const MapKeyframe& keyframe : content.keyframes)
     next_id = std::max(next_id, keyframe.id + 1);
   for (MapKeyframe& keyframe : content.keyframes) {
-    if (!keyframe.is_settled) keyframe.id = next_id++;
-    keyframe.is_settled = true;
-    keyframe.settled_scale = keyframe.scale;
+    if (!keyframe.is_finalised) keyframe.id = next_id++;
+    keyframe.is_finalised = true;
+    keyframe.finalised_scale = keyframe.scale;
     keyframe.view.frame.camera = content.camera;
     keyframe.view.grid =
         FeatureGrid(keyframe.view.features, content.camera.width, content.camera.height);

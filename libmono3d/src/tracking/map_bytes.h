@@ -28,7 +28,7 @@ struct SavedMap {
 std::string ToBytes(const Map& map, const FeatureOptions& features,
                     const std::vector<FrameRecord>& frames);
 
-// The map gets the id 0; its keyframes count as settled. `where` names the bytes in messages.
+// The map gets the id 0; its keyframes count as finalised. `where` names the bytes in messages.
 // Throws Error on anything but what ToBytes has made: other files, other versions, bytes cut off or
 // changed, references to what is not there.
 SavedMap FromBytes(std::string_view bytes, const std::string& where);

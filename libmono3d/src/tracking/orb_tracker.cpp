@@ -211,7 +211,7 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
     const bool has_moved = RecognisePlace(newest_, alone);
     if (FollowModel(alone) || has_moved) result.corrections = CorrectionsOf(map());
     result.map_id = map().id();  // another one where two were joined
-    result.settled_keyframes = TakeSettled(map(), false, next_keyframe_id_);
+    result.finalised_keyframes = TakeFinalised(map(), false, next_keyframe_id_);
   }
   if (result.is_keyframe) view = map().keyframe(newest_).view;
   result.T_world_cam = view.T_cam_world.Inverse();
@@ -230,7 +230,7 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   result.reason = reason;
   result.map_id = map().id();
   if (is_over) {
-    result.settled_keyframes = TakeSettled(map(), true, next_keyframe_id_);
+    result.finalised_keyframes = TakeFinalised(map(), true, next_keyframe_id_);
     result.reason += "; starting anew";
     has_map_ = false;
     previous_.reset();
@@ -293,7 +293,7 @@ std::vector<Keyframe> OrbTracker::Finish() {
   const std::unique_ptr<TrackingTurn> turn = TakeTurn();
   if (mapping_) mapping_->Wait(*turn);
   if (!has_map_) return {};
-  return TakeSettled(map(), true, next_keyframe_id_);
+  return TakeFinalised(map(), true, next_keyframe_id_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {

@@ -40,8 +40,8 @@ void OrbTracker::HandOver(TrackingResult& result) {
   if (is_correction_due_) result.corrections = CorrectionsOf(map());
   is_correction_due_ = false;
   if (!has_map_) return;
-  for (Keyframe& keyframe : TakeSettled(map(), false, next_keyframe_id_)) {
-    result.settled_keyframes.push_back(std::move(keyframe));
+  for (Keyframe& keyframe : TakeFinalised(map(), false, next_keyframe_id_)) {
+    result.finalised_keyframes.push_back(std::move(keyframe));
   }
 }
 

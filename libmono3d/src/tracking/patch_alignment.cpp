@@ -255,7 +255,7 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
                                  Product(to_find->by_y, to_find->value));
   Pixels pixels;
   constexpr int kMaxSteps = 12;
-  constexpr float kSettled = 0.01F;  // px
+  constexpr float kConverged = 0.01F;  // px
   for (int i = 0; i < kMaxSteps; ++i) {
     if (!Sample(image, at, pixels)) return std::nullopt;
     const float norm = Centre(pixels);
@@ -267,7 +267,7 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
     const Eigen::Vector2f move = to_find->inverse_hessian * gradient;
     at -= move;
     if (!((at - start).squaredNorm() <= max_move * max_move)) return std::nullopt;
-    if (move.squaredNorm() < kSettled * kSettled) {
+    if (move.squaredNorm() < kConverged * kConverged) {
       const float correlation = Product(to_find->value, pixels) / (norm * to_find->norm);
       return PatchPosition{size * at.cast<double>(), *octave, correlation,
                            size * PlaceSigma(*to_find, correlation)};

@@ -66,7 +66,7 @@ TrackingResult ScalingTracker::Track(const Frame& frame) {
   camera_ = frame.camera;
   if (!result.T_world_cam || result.is_keyframe) images_.Add(frame.index, frame.bgr);
   result.reprojection_px *= frame.camera.fx / small.camera.fx;
-  GiveImagesBack(result.settled_keyframes);
+  GiveImagesBack(result.finalised_keyframes);
   return result;
 }
 

@@ -13,7 +13,7 @@ namespace mono3d::reference {
 namespace {
 
 constexpr int kRadius = 3;
-constexpr Eigen::Index kLeastSupport = 4;
+constexpr Eigen::Index kMinSupport = 4;
 
 // Rows (dx, dy, 1) and values of the pixels on the surface of (x, y).
 void CollectSurface(const std::vector<float>& inverse_depth, const NormalsParams& params, int x,
@@ -54,7 +54,7 @@ std::vector<Eigen::Vector3f> Normals(const std::vector<float>& inverse_depth,
       Eigen::MatrixX3d rows;
       Eigen::VectorXd values;
       CollectSurface(inverse_depth, params, x, y, &rows, &values);
-      if (rows.rows() < kLeastSupport) continue;
+      if (rows.rows() < kMinSupport) continue;
       const Eigen::Vector3d g = rows.colPivHouseholderQr().solve(values);
       // w = g . (dx, dy, 1) = (g_x, g_y, g_0 - g_x x - g_y y) . (u, v, 1) = n . K^-1 (u, v, 1).
       const Eigen::Vector3d n =

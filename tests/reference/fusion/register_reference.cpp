@@ -53,8 +53,8 @@ Vector3d Moved(const Vector3d& p_cam, const Vector7d& step) {
   return p_cam + step.head<3>().cross(p_cam) + step.segment<3>(3);
 }
 
-// The grey image between its pixels: the bilinear patch that contains `inside`, continued.
-struct GreyPatch {
+// The grey image between its pixels: the bilinear submap that contains `inside`, continued.
+struct GreySubmap {
   double x, y, a, b, c, d, shrink;
 
   double At(const Eigen::Vector2d& pixel) const {
@@ -64,8 +64,8 @@ struct GreyPatch {
   }
 };
 
-std::optional<GreyPatch> PatchAt(const RegisterParams& params, const std::vector<float>& grey,
-                                 const Eigen::Vector2d& inside) {
+std::optional<GreySubmap> SubmapAt(const RegisterParams& params, const std::vector<float>& grey,
+                                   const Eigen::Vector2d& inside) {
   const int width = static_cast<int>(params.width_px >> params.grey_level);
   const int height = static_cast<int>(params.height_px >> params.grey_level);
   const double shrink = std::ldexp(1.0, -static_cast<int>(params.grey_level));
@@ -75,8 +75,8 @@ std::optional<GreyPatch> PatchAt(const RegisterParams& params, const std::vector
   const auto at = [&](int col, int row) {
     return static_cast<double>(grey[static_cast<std::size_t>(row * width + col)]);
   };
-  return GreyPatch{static_cast<double>(x), static_cast<double>(y), at(x, y), at(x + 1, y),
-                   at(x, y + 1),           at(x + 1, y + 1),       shrink};
+  return GreySubmap{static_cast<double>(x), static_cast<double>(y), at(x, y), at(x + 1, y),
+                    at(x, y + 1),           at(x + 1, y + 1),       shrink};
 }
 
 double GreyOf(std::uint32_t rgb10) {
@@ -97,22 +97,22 @@ void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const
                            params.fy * p.y() / p.z() + params.cy);
   };
   const Eigen::Vector2d pixel = project(p_cam);
-  const auto patch = PatchAt(params, grey, pixel);
-  if (!patch) return;
-  const double seen = patch->At(pixel);
+  const auto submap = SubmapAt(params, grey, pixel);
+  if (!submap) return;
+  const double seen = submap->At(pixel);
   const double of_surfel = GreyOf(rgb10);
   ++system.num_grey;
   sums.image += seen, sums.image2 += seen * seen;
   sums.surfel += of_surfel, sums.surfel2 += of_surfel * of_surfel;
   if (params.grey_gain <= 0) return;
   const Eigen::Vector2d gradient(
-      (patch->At(pixel + Eigen::Vector2d(0.5, 0)) - patch->At(pixel - Eigen::Vector2d(0.5, 0))),
-      (patch->At(pixel + Eigen::Vector2d(0, 0.5)) - patch->At(pixel - Eigen::Vector2d(0, 0.5))));
+      (submap->At(pixel + Eigen::Vector2d(0.5, 0)) - submap->At(pixel - Eigen::Vector2d(0.5, 0))),
+      (submap->At(pixel + Eigen::Vector2d(0, 0.5)) - submap->At(pixel - Eigen::Vector2d(0, 0.5))));
   const double sigma = std::hypot(params.grey_noise, params.grey_shift_px * gradient.norm());
   const double expected = params.grey_gain * of_surfel + params.grey_bias;
   system.grey_cost += Add(
       [&](const Vector7d& step) {
-        return (patch->At(project(Moved(p_cam, step))) - expected) / sigma;
+        return (submap->At(project(Moved(p_cam, step))) - expected) / sigma;
       },
       system);
 }

@@ -13,7 +13,7 @@ namespace mono3d {
 
 // Sums over all calls of one stage. GPU time is 0 for a stage that runs on the CPU alone.
 struct StageTime {
-  std::string stage;  // "<room>/<stage>"
+  std::string stage;  // "<module>/<stage>"
   std::int64_t num_calls = 0;
   double wall_ms = 0;
   double gpu_ms = 0;

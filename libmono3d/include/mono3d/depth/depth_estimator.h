@@ -29,14 +29,14 @@ struct DepthResult {
 };
 
 // Width and height that images need at least.
-inline constexpr int kLeastDepthSide = 64;
+inline constexpr int kMinDepthSide = 64;
 
 // Depth of the middle image of a bundle (paper, section 3.2).
 class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
 
-  // Throws Error on an invalid bundle, on images smaller than kLeastDepthSide or larger than the
+  // Throws Error on an invalid bundle, on images smaller than kMinDepthSide or larger than the
   // device's buffers allow (3840x2160 fits any), and with fewer matching images than
   // RefinementOptions::min_views; a bundle without depth in it is a status.
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;

@@ -23,7 +23,7 @@ struct ModelHealth {
   double depth_residual = 0;  // of the accepted ones, root mean square from the model, in sigmas
   double scale_drift = 0;     // latest logarithm of the scale over the tracker's
   double deviation_px = 0;    // of the latest accepted one: from the tracker's pose, in the image
-  int num_patches = 1;        // parts that hang together by the tracker's poses alone
+  int num_submaps = 1;        // parts that hang together by the tracker's poses alone
 };
 
 // When a model is no longer good. Broken is one that refuses rather more than it takes.

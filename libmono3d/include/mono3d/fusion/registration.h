@@ -31,14 +31,14 @@ struct RegistrationOptions {
 // When a registered depth map is not to be trusted, and not fused. One whose pose is not the
 // tracker's needs twice the evidence: it may have half of what is allowed against it.
 struct RegistrationGateOptions {
-  double min_overlap = 0.05;         // below it there is nothing to register with: a patch starts
+  double min_overlap = 0.05;         // below it there is nothing to register with: a submap starts
   double min_agreement = 0.5;        // rather more than less
   double max_contradiction = 0.2;    // outlines and moving things
   double max_residual = 2;           // in sigmas; 1 is expected
   double max_grey_residual = 4;      // the same of grey values, which change with the view as well
   double max_deviation_px = 40;      // from the tracker's pose, as motion in the image
   double max_scale_deviation = 0.1;  // from the tracker's, of its logarithm
-  // One sigma of a pose by which a whole patch of the model is moved to another: it must be known
+  // One sigma of a pose by which a whole submap of the model is moved to another: it must be known
   // far better than the prior knows it.
   double max_join_uncertainty_px = 1;
 

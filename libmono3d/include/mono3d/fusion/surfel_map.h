@@ -43,11 +43,11 @@ struct MovedView {
   double scale = 1;  // by which its depths have been multiplied altogether
 };
 
-// Patches of the model, which hung together by the tracker's poses alone, have become one: a depth
+// Submaps of the model, which hung together by the tracker's poses alone, have become one: a depth
 // map showed both, and was registered with each.
-struct PatchJoin {
+struct SubmapJoin {
   std::int64_t frame_index = 0;  // of that depth map
-  int num_patches = 0;           // that became one with the oldest of them
+  int num_submaps = 0;           // that became one with the oldest of them
   double moved_px = 0;           // by how much the farthest was off, as motion in the image
   double scale = 1;              // by which its lengths were multiplied
   std::vector<MovedView> views;  // every depth map of the model; empty: nothing had to be moved
@@ -70,8 +70,8 @@ struct FusionResult {
   // out and made again from its depth maps before that.
   std::vector<RetriedMap> retried;
   bool is_repaired = false;
-  bool starts_patch = false;  // it shows nothing of the model: it lies where the tracker has it
-  std::vector<PatchJoin> patch_joins;  // by it, and by those that were tried again
+  bool starts_submap = false;  // it shows nothing of the model: it lies where the tracker has it
+  std::vector<SubmapJoin> submap_joins;  // by it, and by those that were tried again
   // Of this depth map, and of those that were tried again, where the model contradicted the
   // tracker: for Tracker::Constrain. Lengths are those at the time the depth maps came.
   std::vector<KeyframeConstraint> constraints;

@@ -19,13 +19,13 @@ struct ImageBundle {
 };
 
 inline constexpr std::size_t kBundleSize = 5;  // by default
-inline constexpr std::size_t kLeastBundleSize = 3;
-inline constexpr std::size_t kLargestBundleSize = 9;
+inline constexpr std::size_t kMinBundleSize = 3;
+inline constexpr std::size_t kMaxBundleSize = 9;
 inline constexpr const char* kBundleSizesText = "3, 5, 7 or 9";  // for messages
 
 // Is it odd, so that half the images lie before the reference and half after it, and from 3 to 9?
 constexpr bool IsBundleSize(std::size_t num_images) {
-  return num_images % 2 == 1 && num_images >= kLeastBundleSize && num_images <= kLargestBundleSize;
+  return num_images % 2 == 1 && num_images >= kMinBundleSize && num_images <= kMaxBundleSize;
 }
 
 // Throws Error unless IsBundleSize() keyframes of one map are there, with valid frames of one size

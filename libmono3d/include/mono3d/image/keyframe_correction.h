@@ -9,7 +9,7 @@
 
 namespace mono3d {
 
-// A keyframe that has settled and was moved nevertheless: by the closing of a loop, or because its
+// A keyframe that is final and was moved nevertheless: by the closing of a loop, or because its
 // map was joined with another one.
 struct KeyframeCorrection {
   std::int64_t id = 0;  // of the keyframe

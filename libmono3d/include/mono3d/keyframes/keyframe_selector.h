@@ -15,7 +15,7 @@
 namespace mono3d {
 
 // What the depth map of a bundle was worth.
-struct BundleWorth {
+struct DepthQuality {
   std::int64_t reference_id = 0;  // of the bundle's reference keyframe
   double density = 0;     // share of pixels with an estimate; 0 where there was no depth map
   double confidence = 0;  // mean over all pixels, 0 where there is no estimate
@@ -26,9 +26,9 @@ class KeyframeSelector {
  public:
   virtual ~KeyframeSelector() = default;
 
-  // Takes the next settled keyframe, in the order of flight; returns a bundle when one is complete.
-  // A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a new map
-  // starts afresh.
+  // Takes the next finalised keyframe, in the order of flight; returns a bundle when one is
+  // complete. A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a
+  // new map starts afresh.
   [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe) = 0;
 
   // Keyframes were moved: those that are still to become part of a bundle move as well.
@@ -36,7 +36,7 @@ class KeyframeSelector {
 
   // What earlier bundles have come to, so that the next ones may be chosen otherwise. A selector
   // need not listen.
-  virtual void Hear(const BundleWorth& /*worth*/) {}
+  virtual void ReportDepthQuality(const DepthQuality& /*worth*/) {}
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,

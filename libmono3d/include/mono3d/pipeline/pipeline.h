@@ -27,7 +27,7 @@
 
 namespace mono3d {
 
-// All options of the chain, by room.
+// All options of the chain, by module.
 struct PipelineOptions {
   TrackerOptions tracking;
   KeyframeSelectorOptions keyframes;
@@ -59,7 +59,7 @@ struct PipelineCounts {
   std::int64_t num_frames = 0;
   std::int64_t num_tracked = 0;                  // when they came
   std::int64_t num_recovered = 0;                // later: before a start, or during a loss
-  std::int64_t num_keyframes = 0;                // settled ones
+  std::int64_t num_keyframes = 0;                // finalised ones
   std::int64_t num_keyframes_without_image = 0;  // they came to nothing; see Tracker
   std::int64_t num_bundles = 0;
   std::int64_t num_dropped_bundles = 0;  // of them, live: the depth stage was busy
@@ -67,12 +67,12 @@ struct PipelineCounts {
   std::int64_t num_fused = 0;
   std::int64_t num_fused_late = 0;       // of them, at a later attempt
   std::int64_t num_repairs = 0;          // times that the latest part of a model was made again
-  std::int64_t num_patches_started = 0;  // depth maps that showed nothing of the model so far
-  std::int64_t num_patches_joined = 0;   // that a depth map showed to be part of an older one
+  std::int64_t num_submaps_started = 0;  // depth maps that showed nothing of the model so far
+  std::int64_t num_submaps_joined = 0;   // that a depth map showed to be part of an older one
   std::int64_t num_models_joined = 0;    // of two maps of the tracker that became one
   std::int64_t num_corrections = 0;      // times that the model was moved with the tracker's map
   // Depth maps of which the tracker was told that the model has them elsewhere; some twice, of two
-  // patches.
+  // submaps.
   std::int64_t num_constraints = 0;
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
@@ -101,8 +101,8 @@ struct FusionRecord {
   std::string reason;     // why it was rejected
   bool is_retry = false;  // it had been tried before
   RegistrationEvidence registration;
-  bool starts_patch = false;  // it showed nothing of the model so far
-  bool is_repaired = false;   // after it the latest part of the model was made again
+  bool starts_submap = false;  // it showed nothing of the model so far
+  bool is_repaired = false;    // after it the latest part of the model was made again
 };
 
 // From this depth map on the model was in another state.
@@ -124,7 +124,7 @@ struct MapReconstruction {
   std::vector<FusionRecord> fusions;         // in the order in which they were tried
   ModelHealth health;                        // at the end
   std::vector<HealthChange> health_changes;  // good at first
-  std::vector<PatchJoin> patch_joins;        // without the views that were moved
+  std::vector<SubmapJoin> submap_joins;      // without the views that were moved
 };
 
 struct Reconstruction {

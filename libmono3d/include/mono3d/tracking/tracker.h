@@ -48,9 +48,9 @@ struct TrackingResult {
   // Frames that came before without a pose and have one now, as known now: those before a start,
   // tracked backwards, and those of a loss, once the track is found again. Of map `map_id`.
   std::vector<TrajectoryEntry> recovered;
-  // Keyframes that have settled since the last call: their poses have been through local bundle
+  // Keyframes that are final since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
-  std::vector<Keyframe> settled_keyframes;
+  std::vector<Keyframe> finalised_keyframes;
   // Where a loop was closed or another map joined: all keyframes of the map that were handed out
   // before.
   std::vector<KeyframeCorrection> corrections;
@@ -76,11 +76,12 @@ class Tracker {
   // Where it has moved by that, all keyframes that were handed out before, as in TrackingResult.
   [[nodiscard]] virtual std::vector<KeyframeCorrection> WaitForMapping() { return {}; }
 
-  // No more frames will come: returns the keyframes that had not settled yet. After
+  // No more frames will come: returns the keyframes that had not finalised yet. After
   // WaitForMapping, or corrections may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
-  // Keyframes that settled so far but could not be handed out, as their images were no longer kept.
+  // Keyframes that were finalised so far but could not be handed out, as their images were no
+  // longer kept.
   virtual std::int64_t num_keyframes_without_image() const { return 0; }
 
   // Every tracked frame by the final poses of its keyframes, in the order of flight.

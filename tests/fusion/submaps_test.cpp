@@ -43,8 +43,8 @@ struct Flight {
   std::unique_ptr<SurfelMap> model;
   std::vector<DepthMap> maps;  // of the tracker
   int num_started = 0;
-  int max_patches = 0;
-  std::vector<PatchJoin> joins;
+  int max_submaps = 0;
+  std::vector<SubmapJoin> joins;
   FusionResult last;
 };
 
@@ -57,9 +57,9 @@ Flight Fly(const Similarity& drift, const HouseScene& scene = {}) {
     const DepthMap view = View(x, scene);
     flight.maps.push_back(x < -15 ? view : Drifted(view, drift));
     const FusionResult result = flight.model->Integrate(flight.maps.back());
-    flight.num_started += result.starts_patch ? 1 : 0;
-    flight.max_patches = std::max(flight.max_patches, result.health.num_patches);
-    flight.joins.insert(flight.joins.end(), result.patch_joins.begin(), result.patch_joins.end());
+    flight.num_started += result.starts_submap ? 1 : 0;
+    flight.max_submaps = std::max(flight.max_submaps, result.health.num_submaps);
+    flight.joins.insert(flight.joins.end(), result.submap_joins.begin(), result.submap_joins.end());
     flight.last = result;
   }
   return flight;
@@ -70,13 +70,13 @@ double FromTruth_px(std::int64_t frame_index, const Pose& T_world_cam) {
   return ImageDistance_px(T_world_cam, PoseOver(x_su, 0));
 }
 
-TEST(Patches, BecomeOneWhereADepthMapShowsBoth) {
+TEST(Submaps, BecomeOneWhereADepthMapShowsBoth) {
   const Flight flight = Fly(Drift());
   EXPECT_EQ(flight.num_started, 1);
-  EXPECT_EQ(flight.max_patches, 2);
+  EXPECT_EQ(flight.max_submaps, 2);
   ASSERT_EQ(flight.joins.size(), 1U);
-  const PatchJoin& join = flight.joins.front();
-  EXPECT_EQ(join.num_patches, 1);
+  const SubmapJoin& join = flight.joins.front();
+  EXPECT_EQ(join.num_submaps, 1);
   EXPECT_GT(join.moved_px, 1);
   EXPECT_GT(join.num_merged, 0);
   // A third of the image was enough to go by: what is known to a pixel there is less so elsewhere.
@@ -92,34 +92,34 @@ TEST(Patches, BecomeOneWhereADepthMapShowsBoth) {
     before_px = std::max(before_px, FromTruth_px(view.frame_index, flight.maps[i].T_world_cam));
   }
   EXPECT_GT(before_px, 2 * kTolerance_px);
-  EXPECT_EQ(flight.last.health.num_patches, 1);
+  EXPECT_EQ(flight.last.health.num_submaps, 1);
   EXPECT_LT(FromTruth_px(90, flight.last.T_world_cam), kTolerance_px);
   EXPECT_LT(FalseShare(flight.model->Export(1), {View(-19), View(-8), View(0), View(4)}), 0.02);
 }
 
 // Where the tracker's poses are right, there is nothing to move.
-TEST(Patches, StayWhereTheTrackerIsRight) {
+TEST(Submaps, StayWhereTheTrackerIsRight) {
   const Flight flight = Fly(Similarity());
-  EXPECT_EQ(flight.last.health.num_patches, 1);
-  for (const PatchJoin& join : flight.joins) {
+  EXPECT_EQ(flight.last.health.num_submaps, 1);
+  for (const SubmapJoin& join : flight.joins) {
     EXPECT_EQ(join.moved_px, 0);
     EXPECT_TRUE(join.views.empty());
   }
 }
 
-// Grey ground holds no depth map in its plane: no patch may be moved by such a pose.
-TEST(Patches, AreNotMovedByAPoseThatNothingHolds) {
+// Grey ground holds no depth map in its plane: no submap may be moved by such a pose.
+TEST(Submaps, AreNotMovedByAPoseThatNothingHolds) {
   HouseScene bare;
   bare.with_house = false;
   bare.with_texture = false;
-  for (const PatchJoin& join : Fly(Drift(), bare).joins) {
+  for (const SubmapJoin& join : Fly(Drift(), bare).joins) {
     EXPECT_EQ(join.moved_px, 0);
     EXPECT_TRUE(join.views.empty());
   }
 }
 
 // The tracker closes a loop after all: what the model has moved already must not move twice.
-TEST(Patches, AreNotMovedTwice) {
+TEST(Submaps, AreNotMovedTwice) {
   const Flight flight = Fly(Drift());
   std::vector<KeyframeCorrection> corrections;
   for (const DepthMap& map : flight.maps) {
@@ -138,24 +138,24 @@ TEST(Patches, AreNotMovedTwice) {
   EXPECT_FALSE(next.registration.moved);
 }
 
-TEST(Patches, AreKeptApartByABreak) {
+TEST(Submaps, AreKeptApartByABreak) {
   FusedView first;
   first.frame_index = 3;
   FusedView second;
   second.frame_index = 9;
-  second.patch = 1;
+  second.submap = 1;
   const std::vector<FusedView> between = BreakBetween(first, second);
   ASSERT_EQ(between.size(), 2 * kDeformationWindow);
   EXPECT_EQ(between.front().frame_index, 3);
   EXPECT_EQ(between.back().frame_index, 9);
   std::vector<FusedView> views = {first};
   views.insert(views.end(), between.begin(), between.end());
-  EXPECT_EQ(Patches(views), std::vector<int>{0});  // a break is nobody's view
+  EXPECT_EQ(Submaps(views), std::vector<int>{0});  // a break is nobody's view
   views.push_back(second);
-  EXPECT_EQ(Patches(views), (std::vector<int>{0, 1}));
+  EXPECT_EQ(Submaps(views), (std::vector<int>{0, 1}));
 
   const Similarity motion(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3)));
-  const auto motions = MovePatch(views, 1, motion);
+  const auto motions = MoveSubmap(views, 1, motion);
   EXPECT_EQ(motions.front().scale(), 1);
   EXPECT_EQ(motions.back().scale(), 2);
   EXPECT_EQ(views.front().depth_scale, 1);
@@ -163,14 +163,14 @@ TEST(Patches, AreKeptApartByABreak) {
   EXPECT_EQ(views.back().T_world_cam.translation(), Vector3d(1, 2, 3));
 }
 
-// Blocks of 64 surfels; depth map 0 has the first 100, of patch 0, depth map 1 the rest.
-TEST(Patches, HaveTheirBlocks) {
+// Blocks of 64 surfels; depth map 0 has the first 100, of submap 0, depth map 1 the rest.
+TEST(Submaps, HaveTheirBlocks) {
   std::vector<FusedView> views(2);
-  views[1].patch = 1;
+  views[1].submap = 1;
   const std::vector<std::uint32_t> blocks = {0, 1, 2, 5};
   const std::vector<std::uint32_t> first_slots = {0, 100};
-  EXPECT_EQ(BlocksOfPatch(blocks, views, first_slots, 0), (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(BlocksOfPatch(blocks, views, first_slots, 1), (std::vector<std::uint32_t>{1, 2, 5}));
+  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 0), (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 1), (std::vector<std::uint32_t>{1, 2, 5}));
 }
 
 }  // namespace
