@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "mono3d/core/error.h"
 
@@ -14,10 +15,10 @@ namespace {
 
 // A rotation that cannot be normalised, of a matrix that is none, comes out as NaN or of another
 // length.
-void ValidatePose(const Keyframe& keyframe) {
+void ValidatePose(const Keyframe& keyframe, const Pose& T_ref_cam) {
   constexpr double kLengthRounding = 1e-6;
-  const Eigen::Quaterniond& q = keyframe.T_world_cam.rotation();
-  const Eigen::Vector3d& t = keyframe.T_world_cam.translation();
+  const Eigen::Quaterniond& q = T_ref_cam.rotation();
+  const Eigen::Vector3d& t = T_ref_cam.translation();
   const bool is_rotation = std::abs(q.norm() - 1) <= kLengthRounding;  // false for NaN
   if (is_rotation && t.allFinite()) return;
   std::ostringstream found;
@@ -42,10 +43,17 @@ void Validate(const ImageBundle& bundle) {
                            .expected = kBundleSizesText,
                            .found = std::to_string(bundle.keyframes.size())});
   }
+  if (bundle.T_ref_cam.size() != bundle.keyframes.size()) {
+    throw Error(ErrorParts{.what = "wrong number of poses in a bundle",
+                           .where = {},
+                           .expected = std::to_string(bundle.keyframes.size()),
+                           .found = std::to_string(bundle.T_ref_cam.size())});
+  }
   const Keyframe& reference = bundle.reference();
-  for (const Keyframe& keyframe : bundle.keyframes) {
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    const Keyframe& keyframe = bundle.keyframes[i];
     Validate(keyframe.frame);
-    ValidatePose(keyframe);
+    ValidatePose(keyframe, bundle.T_ref_cam[i]);
     if (keyframe.frame.bgr.size() != reference.frame.bgr.size()) {
       throw Error(ErrorParts{.what = "images of a bundle differ in size",
                              .where = keyframe.frame.name,
@@ -54,13 +62,21 @@ void Validate(const ImageBundle& bundle) {
                              .found = std::to_string(keyframe.frame.bgr.cols) + "x" +
                                       std::to_string(keyframe.frame.bgr.rows)});
     }
-    if (keyframe.map_id != reference.map_id) {
-      throw Error(ErrorParts{.what = "images of a bundle belong to different maps",
-                             .where = keyframe.frame.name,
-                             .expected = "map " + std::to_string(reference.map_id),
-                             .found = "map " + std::to_string(keyframe.map_id)});
-    }
   }
+}
+
+bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle) {
+  const KeyframePose* reference = poses.Find(bundle.reference().id);
+  if (reference == nullptr) return false;
+  std::vector<Pose> T_ref_cam;
+  for (const Keyframe& keyframe : bundle.keyframes) {
+    const KeyframePose* pose = poses.Find(keyframe.id);
+    if (pose == nullptr || pose->map_id != reference->map_id) return false;
+    T_ref_cam.push_back(reference->S_world_kf.Inverse() * pose->T_world_cam());
+  }
+  T_ref_cam[bundle.reference_index()] = Pose();
+  bundle.T_ref_cam = std::move(T_ref_cam);
+  return true;
 }
 
 }  // namespace mono3d

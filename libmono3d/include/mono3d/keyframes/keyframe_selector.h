@@ -6,11 +6,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 
 #include "mono3d/core/options.h"
 #include "mono3d/image/image_bundle.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 
 namespace mono3d {
 
@@ -27,12 +26,11 @@ class KeyframeSelector {
   virtual ~KeyframeSelector() = default;
 
   // Takes the next finalised keyframe, in the order of flight; returns a bundle when one is
-  // complete. A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a
-  // new map starts afresh.
-  [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe) = 0;
-
-  // Keyframes were moved: those that are still to become part of a bundle move as well.
-  virtual void Correct(std::span<const KeyframeCorrection> corrections) = 0;
+  // complete. `poses` are the tracker's of this moment: every keyframe that is still to become part
+  // of a bundle is where they have it. A keyframe without sparse depths or without a pose cannot be
+  // judged and is passed over. A keyframe of another map starts afresh.
+  [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe,
+                                                       const KeyframePoses& poses) = 0;
 
   // What earlier bundles have come to, so that the next ones may be chosen otherwise. A selector
   // need not listen.

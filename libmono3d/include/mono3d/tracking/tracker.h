@@ -18,7 +18,7 @@
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_constraint.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d {
@@ -27,13 +27,6 @@ enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
 
-struct TrajectoryEntry {
-  std::int64_t frame_index = 0;
-  double timestamp_s = 0;
-  int map_id = 0;
-  Pose T_world_cam;
-};
-
 // What became of one frame.
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
@@ -41,19 +34,17 @@ struct TrackingResult {
   // Counts the starts; poses of different maps have nothing in common. When the camera sees what
   // another map holds, its own goes into that one, and the number of its own is no more.
   int map_id = 0;
-  std::optional<Pose> T_world_cam;
+  std::optional<FramePose> pose;    // of this frame
+  std::optional<Pose> T_world_cam;  // the same in the world of its map, as known now
   bool is_keyframe = false;
   int num_inliers = 0;         // map points that the pose rests on
   double reprojection_px = 0;  // root mean square over the inliers
-  // Frames that came before without a pose and have one now, as known now: those before a start,
-  // tracked backwards, and those of a loss, once the track is found again. Of map `map_id`.
-  std::vector<TrajectoryEntry> recovered;
+  // Frames that came before without a pose and have one now: those before a start, tracked
+  // backwards, and those of a loss, once the track is found again. Of map `map_id`.
+  std::vector<FramePose> recovered;
   // Keyframes that are final since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> finalised_keyframes;
-  // Where a loop was closed or another map joined: all keyframes of the map that were handed out
-  // before.
-  std::vector<KeyframeCorrection> corrections;
 };
 
 // Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
@@ -72,12 +63,16 @@ class Tracker {
   // need not listen.
   virtual void Constrain(std::span<const KeyframeConstraint> /*constraints*/) {}
 
-  // Until everything is mapped, live by the thread behind, and the map follows its constraints.
-  // Where it has moved by that, all keyframes that were handed out before, as in TrackingResult.
-  [[nodiscard]] virtual std::vector<KeyframeCorrection> WaitForMapping() { return {}; }
+  // Where the keyframes are that were handed out, or that a FramePose names. A new snapshot comes
+  // with each call of Track, WaitForMapping and Finish after which one of them is elsewhere; live
+  // also in between. Never null. From any thread, at any time; takes no longer than a lock.
+  virtual KeyframePosesPtr Poses() const = 0;
 
-  // No more frames will come: returns the keyframes that had not finalised yet. After
-  // WaitForMapping, or corrections may be missed.
+  // Until everything is mapped, live by the thread behind, and the map follows its constraints.
+  virtual void WaitForMapping() {}
+
+  // No more frames will come: returns the keyframes that were not final yet. After
+  // WaitForMapping, or what it changes may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
   // Keyframes that were finalised so far but could not be handed out, as their images were no
