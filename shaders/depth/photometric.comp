@@ -37,7 +37,7 @@ layout(binding = 5, std430) writeonly buffer Measurements {
 #define WORDS detail
 #include "depth/three_words.glsl"
 
-const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
+const int kRowsPerInvocation = 16;  // as kernels.cpp dispatches
 
 int stride;
 int image_words;

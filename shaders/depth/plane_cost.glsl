@@ -7,7 +7,7 @@
 // A cost is twice the mean distance, 0 to 124; kInvalidCost where no source sees the point.
 //
 // The including shader includes depth/sources.glsl and declares the rg32ui binding `census`: of the
-// reference, then per source of its positions_per_px^2 images (census.comp).
+// reference, then of each source (census.comp).
 
 const uint kInvalidCost = 255u;
 

@@ -23,7 +23,7 @@ layout(local_size_x = 64) in;
 layout(binding = 0, rgba32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
 layout(binding = 1, rgba32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
-// Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23, and
+// Two words of each pixel, in the order of fine_volume.glsl. The first plane in bits 0..15, the grey value in bits 16..23, and
 // kNarrow where the 8 planes in the middle hold the neighbourhood with a margin, so that the others need
 // not be matched; and the planes from the pixel before to this one, 4 bits with sign for each direction
 // of a path.
@@ -32,10 +32,10 @@ layout(binding = 3, std430) writeonly buffer Ranges {
 };
 
 #define WORDS image
-#include "depth/local_volume.glsl"
+#include "depth/fine_volume.glsl"
 #include "depth/three_words.glsl"
 
-const float kNumPlanes = float(kLocalPlanes);
+const float kNumPlanes = float(kFinePlanes);
 // A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must fit
 // on each side.
 const float kMargin = 3.0;
@@ -123,7 +123,7 @@ void main() {
     const int word = PaddedWordIndex(words_per_row, x >> 2, y);
     const uint greys = CutWord(imageLoad(image, word >> 2), word) >> (8 * (x & 2));
     if (y < int(params.height_px)) {
-      const int pixel = LocalPixel(x, y, int(params.height_px));
+      const int pixel = FinePixel(x, y, int(params.height_px));
       ranges[pixel] = uvec2(range | ((greys & 0xffu) << 16), jumps);
       // In a column of pixels the next one is there, if only as a place that nobody reads.
       ranges[pixel + 1] = uvec2(range | ((greys & 0xff00u) << 8), jumps);

@@ -36,7 +36,7 @@ layout(binding = 3, std430) writeonly buffer Confidence {  // 0 to 1
 #include "depth/measurement.glsl"
 
 const int kRadius = kMeasurementBorder;
-const int kPixelsPerInvocation = 2;  // in a row, and rows, as surface.cpp dispatches
+const int kPixelsPerInvocation = 2;  // in a row, and rows, as kernels.cpp dispatches
 // exp(-d^2 / (2 * 1.5^2)): half of the weight lies within 1.8 px.
 const float kFalloff[4] = float[](1.0, 0.8007, 0.4111, 0.1353);
 const float kWholeWindow = 13.6686;  // sum over the window

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/normals.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -25,7 +23,7 @@ std::vector<Eigen::Vector3f> NormalsOnDevice(const std::vector<float>& inverse_d
                                              const NormalsParams& params) {
   const Buffer normals = MakeBuffer<float>(3 * inverse_depth.size());
   Recorder recorder(TestDevice());
-  NormalsStage(TestDevice()).Record(recorder, params, ToBuffer(inverse_depth), normals);
+  TestKernels().Normals(recorder, params, ToBuffer(inverse_depth), normals);
   recorder.Submit();
   const auto numbers = FirstOf<float>(normals, 3 * inverse_depth.size());
   std::vector<Eigen::Vector3f> result;

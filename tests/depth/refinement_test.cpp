@@ -5,10 +5,9 @@
 #include <bit>
 #include <cmath>
 
-#include "depth/detail.h"
-#include "depth/photometric.h"
+#include "depth/measurement.h"
 #include "depth/stage_testing.h"
-#include "depth/surface.h"
+#include "depth/sweep_geometry.h"
 #include "reference/depth/pyramid_reference.h"
 #include "reference/depth/refinement_reference.h"
 
@@ -26,9 +25,8 @@ std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, Le
   }
   const Buffer detail = MakeBuffer<std::uint32_t>(5 * size.num_strided_pixels());
   Recorder recorder(TestDevice());
-  DetailStage(TestDevice())
-      .Record(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
-              ImagesToBuffer(quarter), detail);
+  TestKernels().Detail(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
+                       ImagesToBuffer(quarter), detail);
   recorder.Submit();
   return FirstOf<std::uint32_t>(detail, 5 * size.num_strided_pixels());
 }
@@ -156,11 +154,11 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
   };
   const Buffer measurements = MakeBuffer<std::uint32_t>(2 * NumMeasurements(kSize));
   Recorder recorder(TestDevice());
-  PhotometricStage(TestDevice())
-      .Record(recorder, num_sources, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views},
-              {detail_of(0, 1), detail_of(1, num_sources / 2),
-               detail_of(1 + num_sources / 2, num_sources / 2)},
-              ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth), measurements);
+  TestKernels().Photometric(
+      recorder, num_sources, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views},
+      {detail_of(0, 1), detail_of(1, num_sources / 2),
+       detail_of(1 + num_sources / 2, num_sources / 2)},
+      ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth), measurements);
   recorder.Submit();
   const auto fields = FirstOf<std::uint32_t>(measurements, 2 * NumMeasurements(kSize));
   std::vector<Eigen::Vector4f> result;
@@ -258,9 +256,8 @@ reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measureme
               words.begin() + std::ptrdiff_t(2 * MeasurementIndex(i)));
   }
   Recorder recorder(TestDevice());
-  SurfaceStage(TestDevice())
-      .Record(recorder, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(words),
-              ToBuffer(uniqueness), inverse_depth, confidence);
+  TestKernels().Surface(recorder, true, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(words),
+                        ToBuffer(uniqueness), {inverse_depth, confidence});
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, measurements.size()),
           FirstOf<float>(confidence, measurements.size())};

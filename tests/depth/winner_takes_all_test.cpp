@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/winner_takes_all.h"
-
 #include "depth/stage_testing.h"
 #include "reference/depth/winner_takes_all_reference.h"
 
@@ -29,8 +27,8 @@ reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
   const Buffer inverse_depth = MakeBuffer<float>(num_pixels);
   const Buffer uniqueness = MakeBuffer<float>(num_pixels);
   Recorder recorder(TestDevice());
-  WinnerTakesAllStage(TestDevice(), sub_plane)
-      .Record(recorder, params, ToBuffer(sums), ToBuffer(costs), inverse_depth, uniqueness);
+  TestKernels().WinnerTakesAll(recorder, sub_plane, params, ToBuffer(sums), ToBuffer(costs),
+                               {inverse_depth, uniqueness});
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, num_pixels), FirstOf<float>(uniqueness, num_pixels)};
 }

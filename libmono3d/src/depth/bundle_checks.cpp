@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "depth/photometric.h"
+#include "depth/measurement.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {

@@ -12,16 +12,13 @@
 
 #include "depth/buffers.h"
 #include "depth/bundle_checks.h"
-#include "depth/dog.h"
 #include "depth/hierarchy.h"
 #include "depth/image_noise.h"
-#include "depth/normals.h"
+#include "depth/kernels.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
-#include "depth/texture_filter.h"
-#include "depth/upsample.h"
 #include "gpu/recorder.h"
 
 namespace mono3d {
@@ -68,12 +65,9 @@ class VulkanDepthEstimator final : public DepthEstimator {
   DepthEstimatorOptions options_;
   StageTimes* times_;
   Recorder recorder_;
+  DepthKernels kernels_;
   Hierarchy hierarchy_;
-  UpsampleStage upsample_;
   Refiner refiner_;
-  NormalsStage normals_stage_;
-  DogStage dog_;
-  TextureFilterStage texture_filter_;
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
@@ -89,12 +83,11 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       options_(options),
       times_(times),
       recorder_(device_),
-      hierarchy_(device_, options),
-      upsample_(device_),
-      refiner_(device_, options.refinement),
-      normals_stage_(device_),
-      dog_(device_),
-      texture_filter_(device_) {}
+      kernels_(device_),
+      hierarchy_(device_, kernels_, options),
+      refiner_(device_, kernels_, options.refinement) {
+  kernels_.Prepare(options);
+}
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   RequireBundle(bundle, options_.refinement, *device_);
@@ -157,10 +150,14 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     Reserve(upsampled_depth_, device_, map_bytes, "depth/upsample");
     Reserve(upsampled_confidence_, device_, map_bytes, "depth/upsampled_confidence");
     // Neighbours on one surface differ by at most a plane each way.
-    upsample_.Record(recorder_,
-                     {plan.size.width_px, plan.size.height_px, size.width_px, size.height_px,
-                      factor, static_cast<float>(2 * plan.step)},
-                     *inverse_depth, *confidence, upsampled_depth_, upsampled_confidence_);
+    kernels_.Upsample(recorder_,
+                      {.coarse_width_px = plan.size.width_px,
+                       .coarse_height_px = plan.size.height_px,
+                       .width_px = size.width_px,
+                       .height_px = size.height_px,
+                       .factor = factor,
+                       .tolerance = static_cast<float>(2 * plan.step)},
+                      {*inverse_depth, *confidence}, {upsampled_depth_, upsampled_confidence_});
     inverse_depth = &upsampled_depth_;
     confidence = &upsampled_confidence_;
   }
@@ -175,20 +172,23 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
   }
-  normals_stage_.Record(recorder_,
-                        {.width_px = size.width_px,
-                         .height_px = size.height_px,
-                         .fx = static_cast<float>(camera.fx),
-                         .fy = static_cast<float>(camera.fy),
-                         .cx = static_cast<float>(camera.cx),
-                         .cy = static_cast<float>(camera.cy),
-                         .tolerance = static_cast<float>(plan.step / factor)},
-                        *inverse_depth, normals_);
-  dog_.Record(recorder_, hierarchy_.images(0), size, response_);
+  kernels_.Normals(recorder_,
+                   {.width_px = size.width_px,
+                    .height_px = size.height_px,
+                    .fx = static_cast<float>(camera.fx),
+                    .fy = static_cast<float>(camera.fy),
+                    .cx = static_cast<float>(camera.cx),
+                    .cy = static_cast<float>(camera.cy),
+                    .tolerance = static_cast<float>(plan.step / factor)},
+                   *inverse_depth, normals_);
+  kernels_.Dog(recorder_, hierarchy_.images(0), size, response_);
   const double min_sum = LeastResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
-  texture_filter_.Record(
-      recorder_, {size.width_px, size.height_px, static_cast<std::uint32_t>(min_sum)}, response_,
-      *inverse_depth, *confidence, filtered_depth_, filtered_confidence_);
+  kernels_.TextureFilter(recorder_,
+                         {.width_px = size.width_px,
+                          .height_px = size.height_px,
+                          .min_response_sum = static_cast<std::uint32_t>(min_sum)},
+                         response_, {*inverse_depth, *confidence}, filtered_depth_,
+                         filtered_confidence_);
 }
 
 DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double largest_baseline_su) {

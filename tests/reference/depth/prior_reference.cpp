@@ -30,15 +30,15 @@ Eigen::Vector2d Slope(const Eigen::Vector3d& n, double x, double y, double w,
 
 }  // namespace
 
-std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
-                              const std::vector<Eigen::Vector3f>& coarse_normals,
-                              const cv::Mat& grey, const PriorParams& params) {
+std::vector<FineRange> Prior(const std::vector<float>& coarse_depth,
+                             const std::vector<Eigen::Vector3f>& coarse_normals,
+                             const cv::Mat& grey, const PriorParams& params) {
   const int width = static_cast<int>(params.coarse_width_px);
   const int height = static_cast<int>(params.coarse_height_px);
   const auto plane_of = [&](double w) {
     return (w - double(params.inverse_depth)) / double(params.inverse_depth_step);
   };
-  std::vector<LocalRange> ranges;
+  std::vector<FineRange> ranges;
   for (int y = 0; y < grey.rows; ++y) {
     for (int x = 0; x < grey.cols; ++x) {
       std::vector<double> around;
@@ -66,7 +66,7 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
       }
       if (around.empty()) middle = position;
       const double centre = std::clamp(middle, position - 5, position + 5);
-      LocalRange range;
+      FineRange range;
       range.first_plane = static_cast<int>(
           std::clamp(std::floor(centre - 7), 0.0, std::max(double(params.num_planes) - 16, 0.0)));
       range.narrow = !around.empty() && spread <= 2 && range.first_plane == std::floor(centre - 7);

@@ -57,7 +57,6 @@ struct PlaneSweepOptions {
   double min_depth_su = 0;  // 0: from the sparse points, else from a first sweep on a coarse level
   double max_depth_su = 0;
   int max_planes = 256;
-  bool half_pixel = false;  // look the sources of the coarsest level up at half pixels
   // What hides a point from the images before the reference seldom hides it from those after it. A
   // cost is the mean of the two sides, but at most this more than that of the better one. Of
   // unrelated windows of two images a side, half the difference has a standard deviation of 4 (of
