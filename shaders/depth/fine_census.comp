@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Census transform of half of a 9x7 window, its black fields as on a chessboard with a white centre:
-// bit n is set where the n-th of these 32 neighbours, in rows from the top left, is darker than the
-// centre. Around a prior that tells nearly as much as all 62, in one word.
+// Census transform of every second pixel of a 9x7 window, in the pattern of a chessboard: bit n is
+// set where the n-th of these 32 neighbours, in rows from the top left, is darker than the centre.
+// With a prior for the depth this is nearly as selective as all 62 neighbours, and one word.
 // Four pixels of two rows an invocation, compared as the bytes of a word; image = z.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -24,7 +24,8 @@ layout(binding = 1, std430) writeonly buffer Census {  // texels of four words, 
 #include "depth/fine_census.glsl"
 #include "depth/three_words.glsl"
 
-// Of the four pixels in the middle of seven rows of three words; `texel` is that of the first pixel.
+// Of the four pixels in the middle of seven rows of three words; `texel` is that of the first
+// pixel.
 void StoreCensus(uvec3 r0, uvec3 r1, uvec3 r2, uvec3 r3, uvec3 r4, uvec3 r5, uvec3 r6, int texel) {
   const uint centre = r3.y;
   uint before, here, after;

@@ -3,10 +3,10 @@
 
 // Semi-global matching over per-pixel ranges of 16 planes, one path direction:
 //   L(p, d) = min(255, C(p, d) + min(L'(q, d'), L'(q, d' +- 1) + P1, P2)),  q = p - step,
-// where d' is the plane of q that lies on p's surface with d (SGM^sn) and L' = L - min L. Planes
-// that q was not matched on cannot be come from but by a jump, P2. One invocation a scanline; the
-// path is held as bytes, so that another range is a shift of bytes. Diagonal scanlines wrap around at
-// the left and right border and start anew there, so that all take the same number of steps.
+// where d' is the plane of q on p's surface (SGM^sn) and L' = L - min L. From planes that q was not
+// matched on, the only way is a jump, P2. One invocation a scanline; the path is held as bytes, so
+// that a change of range is a shift of bytes. Diagonal scanlines wrap around at the left and right
+// border and start anew there, so that all take the same number of steps.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -2,13 +2,12 @@
 // Copyright the mono3d authors
 
 // Matching costs of the 16 planes around each pixel's prior (prior.comp), or of the 8 in the middle
-// where its range is narrow: as those of plane_cost.glsl, on the words of fine_census.comp, so that
-// a cost is four times the mean distance, 0 to 128.
+// where its range is narrow. Combined as in plane_cost.glsl, from the words of fine_census.comp: a
+// cost is four times the mean distance, 0 to 128.
 //
-// The 2x2 pixels of a block have one range, and on a plane they move together: where a source sees
-// the middle of the block decides for all four. Where images are turned by 10 degrees against each
-// other that is wrong by 0.12 px. A few blocks, one below the other, an invocation, which share
-// the projections.
+// The 2x2 pixels of a block have one range and are projected together, by the middle of the block;
+// between images turned by 10 degrees against each other the error of that is 0.12 px. Eight blocks
+// in a column are one invocation and share the projections.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -3,8 +3,8 @@
 
 // Of the 16 planes of each pixel that of the smallest sum over the paths, the first of equals,
 // and between the planes the lowest point of the parabola through its neighbours; at an end of the
-// range the plane itself. No estimate where the plane does not match, and where another one, not next
-// to it, is nearly as good. One pixel an invocation.
+// range the plane itself. No estimate where the plane does not match, and where another one, not
+// next to it, is nearly as good. One pixel an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -24,15 +24,16 @@
 namespace mono3d {
 namespace {
 
-// Half the width of the 9x7 census: nearer to the border the image cuts it.
+// Half the width of the 9x7 census window, which the image border cuts nearer than this.
 constexpr int kUncertainBorder_px = 4;
 
-// A range whose ends are less than this apart in the farthest camera shows nothing but noise.
+// If the nearest and the farthest depth project to places less than this apart in every image, the
+// sweep measures nothing but noise.
 constexpr double kMinMotionPx = 2;
-// Less of the reference in view of any source, halfway through the range and at its far end, is no
-// overlap.
+// Images overlap when a source sees at least this share of the reference, in the middle of the
+// range of inverse depths or at its far end.
 constexpr double kMinVisibleShare = 0.1;
-// A map with less of the image than this is what chance leaves of a bundle that does not match.
+// A bundle that does not match keeps a few chance estimates: fewer than this share of the pixels.
 constexpr double kMinDensity = 0.01;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
@@ -45,7 +46,7 @@ DepthResult Rejected(std::string reason) {
   return result;
 }
 
-// For the images' own reason where they have one.
+// With the reason that the images themselves show, such as no texture, where there is one.
 DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
   return Rejected(ReasonInTheImages(bundle).value_or(std::move(reason)));
 }
@@ -182,7 +183,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
                     .tolerance = static_cast<float>(plan.step / factor)},
                    *inverse_depth, normals_);
   kernels_.Dog(recorder_, hierarchy_.images(0), size, response_);
-  const double min_sum = LeastResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
+  const double min_sum = MinResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
   kernels_.TextureFilter(recorder_,
                          {.width_px = size.width_px,
                           .height_px = size.height_px,

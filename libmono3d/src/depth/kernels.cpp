@@ -187,10 +187,9 @@ void DepthKernels::FineSweep(Recorder& recorder, const SweepSources& sources,
                              const FineSweepParams& params, const Buffer& census,
                              const Buffer& projections, const FineVolumes& volumes) {
   const Kernel& kernel = fine_sweep_.With(ConstantsOf(sources));
-  recorder.Dispatch(
-      kernel, {census, projections, volumes.ranges, volumes.costs}, params,
-      GridOf(kernel, (params.width_px + kFineSweepColumns - 1) / kFineSweepColumns,
-             DivideRoundingUp(params.height_px, kFineSweepRows)));
+  recorder.Dispatch(kernel, {census, projections, volumes.ranges, volumes.costs}, params,
+                    GridOf(kernel, (params.width_px + kFineSweepColumns - 1) / kFineSweepColumns,
+                           DivideRoundingUp(params.height_px, kFineSweepRows)));
 }
 
 void DepthKernels::FineSgm(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
@@ -219,20 +218,19 @@ void DepthKernels::FineWinner(Recorder& recorder, std::uint32_t num_paths, bool 
                               const EstimateBuffers& winners) {
   const Kernel& kernel = fine_winner_.With(FineWinnerConstants(num_paths, sub_plane));
   // In the order of the volumes: columns of eight pixels.
-  recorder.Dispatch(kernel,
-                    {volumes.paths, volumes.more_paths, volumes.costs, volumes.ranges,
-                     winners.inverse_depth, winners.confidence},
-                    params,
-                    GridOf(kernel, std::uint64_t{8} * params.height_px,
-                           DivideRoundingUp(params.width_px, 8)));
+  recorder.Dispatch(
+      kernel,
+      {volumes.paths, volumes.more_paths, volumes.costs, volumes.ranges, winners.inverse_depth,
+       winners.confidence},
+      params,
+      GridOf(kernel, std::uint64_t{8} * params.height_px, DivideRoundingUp(params.width_px, 8)));
 }
 
 void DepthKernels::Median(Recorder& recorder, bool with_confidence, const MedianParams& params,
                           const EstimateBuffers& from, const EstimateBuffers& to) {
   const Kernel& kernel = median_.With({with_confidence ? 1u : 0u});
-  recorder.Dispatch(kernel,
-                    {from.inverse_depth, from.confidence, to.inverse_depth, to.confidence}, params,
-                    GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+  recorder.Dispatch(kernel, {from.inverse_depth, from.confidence, to.inverse_depth, to.confidence},
+                    params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
 }
 
 void DepthKernels::Normals(Recorder& recorder, const NormalsParams& params,
@@ -245,9 +243,9 @@ void DepthKernels::Normals(Recorder& recorder, const NormalsParams& params,
 void DepthKernels::Upsample(Recorder& recorder, const UpsampleParams& params,
                             const EstimateBuffers& coarse, const EstimateBuffers& fine) {
   const Kernel& kernel = upsample_.With();
-  recorder.Dispatch(
-      kernel, {coarse.inverse_depth, coarse.confidence, fine.inverse_depth, fine.confidence},
-      params, GridOf(kernel, params.width_px, params.height_px));
+  recorder.Dispatch(kernel,
+                    {coarse.inverse_depth, coarse.confidence, fine.inverse_depth, fine.confidence},
+                    params, GridOf(kernel, params.width_px, params.height_px));
 }
 
 void DepthKernels::Detail(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
@@ -292,9 +290,9 @@ void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& 
                                  const Buffer& response, const EstimateBuffers& estimates,
                                  const Buffer& depth, const Buffer& confidence) {
   const Kernel& kernel = texture_filter_.With();
-  recorder.Dispatch(
-      kernel, {response, estimates.inverse_depth, estimates.confidence, depth, confidence}, params,
-      GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+  recorder.Dispatch(kernel,
+                    {response, estimates.inverse_depth, estimates.confidence, depth, confidence},
+                    params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
 }
 
 }  // namespace mono3d

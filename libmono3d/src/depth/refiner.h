@@ -14,8 +14,9 @@
 
 namespace mono3d {
 
-// From the depth of the sweep to fractions of a plane: photometric steps and fits of the surface in
-// turn, at full resolution. Keeps its buffers from one bundle to the next.
+// Refines the depth of the sweep to fractions of a plane at full resolution, by alternating a
+// photometric Gauss-Newton step of each pixel and a fit of the surface around it. Keeps its buffers
+// from one bundle to the next.
 class Refiner {
  public:
   // `kernels` must outlive it.

@@ -14,20 +14,20 @@ namespace {
 constexpr int kGridColumns = 13;
 constexpr int kGridRows = 9;
 
-// Shares of the sample that are taken to be outliers at either end. A tracker's points at the
-// borders of their depth range are its least reliable.
+// Share of the sample at either end that counts as outliers: the nearest and the farthest of a
+// tracker's points are the least reliable.
 constexpr double kOutlierShare = 0.02;
-// 1 / kOutlierShare: below that the quantiles are the extremes.
-constexpr std::size_t kMinSample = 25;
-// What the points did not hit may lie a little nearer or farther: sparse points sit on textured
-// corners, on roofs and ground rather than on the tips of trees. A quarter of the range covers
-// that, and a tenth of the inverse depth keeps a flat scene from having no range at all.
+// About 1 / (2 kOutlierShare): with fewer depths the quantiles are the extremes.
+constexpr std::size_t kMinNumDepths = 25;
+// Parts of the scene without points may be somewhat nearer or farther: points lie on corners with
+// texture, on roofs and ground rather than on the tips of trees. A quarter of the range covers
+// that; a tenth of the inverse depth gives a flat scene a range at all.
 constexpr double kMarginOfRange = 0.25;
 constexpr double kMarginOfInverseDepth = 0.1;
 
-// Depth in a source over depth in the reference, below which it counts for nothing how fast pixels
-// move: seen at more than twice the size, windows do not match. A camera that stands next to a
-// plane, or has passed it, would make all others' steps too small.
+// Depth in a source over depth in the reference. Below it windows are seen at more than twice the
+// size and do not match, so that the motion of these pixels does not limit the step between planes:
+// a camera next to a plane would otherwise make the steps too small for all others.
 constexpr double kMinDepthRatio = 0.5;
 
 template <typename Visit>
@@ -142,7 +142,7 @@ std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_
   for (const float depth : depths_su) {
     if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
   }
-  if (inverse.size() < kMinSample) return std::nullopt;
+  if (inverse.size() < kMinNumDepths) return std::nullopt;
   const auto quantile = [&](double share) {
     const auto at = inverse.begin() +
                     static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));
