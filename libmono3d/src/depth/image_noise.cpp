@@ -7,7 +7,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
+
+#include "core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -21,14 +24,6 @@ constexpr double kFlatShare = 0.05;
 // Grey levels. Cameras have less; what measures as more is fine texture all over the image.
 constexpr double kMaxNoise = 5;
 
-// Any value at the share of the way from the least to the greatest.
-double Quantile(std::vector<double>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 double MedianMagnitude(const cv::Mat& response) {
   std::vector<double> magnitudes;
   for (int y = 0; y < response.rows; y += 3) {
@@ -36,7 +31,7 @@ double MedianMagnitude(const cv::Mat& response) {
       magnitudes.push_back(std::abs(response.at<short>(y, x)));
     }
   }
-  return Quantile(magnitudes, 0.5);
+  return Quantile(std::move(magnitudes), 0.5);
 }
 
 // Blocks without any variation, saturated or drawn by a program, do not count; 0 when all are such.
@@ -48,7 +43,7 @@ double FlatMagnitude(const cv::Mat& response) {
       if (sum > 0) means.push_back(sum / (kBlock_px * kBlock_px));
     }
   }
-  return means.empty() ? 0 : Quantile(means, kFlatShare);
+  return means.empty() ? 0 : Quantile(std::move(means), kFlatShare);
 }
 
 }  // namespace

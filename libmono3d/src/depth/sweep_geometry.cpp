@@ -6,6 +6,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -143,15 +146,9 @@ std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_
     if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
   }
   if (inverse.size() < kMinNumDepths) return std::nullopt;
-  const auto quantile = [&](double share) {
-    const auto at = inverse.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));
-    std::nth_element(inverse.begin(), at, inverse.end());
-    return *at;
-  };
-  const double farthest = quantile(kOutlierShare);
-  const double middle = quantile(0.5);
-  const double nearest = quantile(1 - kOutlierShare);
+  const double farthest = Quantile(inverse, kOutlierShare);
+  const double middle = Quantile(inverse, 0.5);
+  const double nearest = Quantile(std::move(inverse), 1 - kOutlierShare);
   const double margin = kMarginOfRange * (nearest - farthest) + kMarginOfInverseDepth * middle;
   return InverseDepthRange{std::max(0.0, farthest - margin), nearest + margin};
 }
