@@ -20,7 +20,11 @@ KeyframePoses::KeyframePoses(std::uint64_t version, std::vector<KeyframePose> po
     const KeyframePose& pose = poses_[i];
     const std::string name = "keyframe " + std::to_string(pose.keyframe_id);
     if (i > 0 && poses_[i - 1].keyframe_id == pose.keyframe_id) {
-      throw Error(ErrorParts{.what = "two poses", .where = name, .expected = "one", .found = {}});
+      throw Error(ErrorParts{.what = "two poses",
+                             .where = name,
+                             .expected = "one",
+                             .found = {},
+                             .code = ErrorCode::kInvalidArgument});
     }
     const double scale = pose.S_world_kf.scale();
     if (!pose.T_world_cam().Matrix().allFinite() || !std::isfinite(scale) || scale <= 0) {
@@ -43,7 +47,8 @@ const KeyframePose& KeyframePoses::At(std::int64_t keyframe_id) const {
   throw Error(ErrorParts{.what = "no pose",
                          .where = "keyframe " + std::to_string(keyframe_id),
                          .expected = "a keyframe of this tracker",
-                         .found = {}});
+                         .found = {},
+                         .code = ErrorCode::kInvalidArgument});
 }
 
 std::optional<TrajectoryEntry> InWorld(const FramePose& frame, const KeyframePoses& poses) {
