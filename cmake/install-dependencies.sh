@@ -9,7 +9,7 @@ set -eu
 packages="
   git ca-certificates
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libopencv-dev libceres-dev libflann-dev nlohmann-json3-dev
+  libeigen3-dev libopencv-dev libceres-dev libflann-dev nlohmann-json3-dev libyaml-cpp-dev
   libembree-dev libopenexr-dev
   libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers glslang-tools
   libspirv-cross-c-shared-dev
