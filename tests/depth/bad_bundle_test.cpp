@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "depth/plane_scene.h"
 #include "gpu/test_device.h"
@@ -150,6 +151,7 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
   const double nan = std::nan("");
   ImageBundle bundle = PlaneScene().Bundle();
   const Keyframe good = bundle.keyframes[1];
+  const Pose good_pose = bundle.T_ref_cam[1];
   const auto refusal = [&] {
     std::string message;
     try {
@@ -158,13 +160,14 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
       message = error.what();
     }
     bundle.keyframes[1] = good;
+    bundle.T_ref_cam[1] = good_pose;
     return message;
   };
-  bundle.keyframes[1].T_world_cam = Pose(good.T_world_cam.rotation(), {nan, 0, 0});
+  bundle.T_ref_cam[1] = Pose(good_pose.rotation(), {nan, 0, 0});
   EXPECT_THAT(refusal(), HasSubstr("plane: pose is no rigid motion"));
-  bundle.keyframes[1].T_world_cam = Pose(good.T_world_cam.rotation(), {0, HUGE_VAL, 0});
+  bundle.T_ref_cam[1] = Pose(good_pose.rotation(), {0, HUGE_VAL, 0});
   EXPECT_THAT(refusal(), HasSubstr("pose is no rigid motion"));
-  bundle.keyframes[1].T_world_cam = Pose(Eigen::Quaterniond(nan, 0, 0, 0), {0, 0, 0});
+  bundle.T_ref_cam[1] = Pose(Eigen::Quaterniond(nan, 0, 0, 0), {0, 0, 0});
   EXPECT_THAT(refusal(), HasSubstr("pose is no rigid motion"));
   bundle.keyframes[1].frame.camera.fx = 0;
   EXPECT_THAT(refusal(), HasSubstr("focal length fx"));
@@ -175,8 +178,8 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
 
 TEST_F(BadBundle, WithIdenticalPosesIsRejected) {
   ImageBundle bundle = PlaneScene().Bundle();
-  for (Keyframe& keyframe : bundle.keyframes)
-    keyframe.T_world_cam = bundle.keyframes[0].T_world_cam;
+  const Pose T_world_cam(RotationExp({0.3, -0.2, 1}), {1e6, -3e5, 70});
+  SetPoses(std::vector<Pose>(bundle.keyframes.size(), T_world_cam), bundle);
   ExpectRejected(bundle, "no baseline");
 }
 
@@ -190,8 +193,8 @@ class PosesAsFarApartAsNumbersGo : public BadBundle {
  protected:
   static ImageBundle BundleOf(const PlaneScene& scene) {
     ImageBundle bundle = scene.Bundle();
-    bundle.keyframes[0].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {1e300, 0, 0});
-    bundle.keyframes[4].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {-1e300, 0, 1e300});
+    bundle.T_ref_cam[0] = Pose(Eigen::Quaterniond::Identity(), {1e300, 0, 0});
+    bundle.T_ref_cam[4] = Pose(Eigen::Quaterniond::Identity(), {-1e300, 0, 1e300});
     return bundle;
   }
 };
@@ -218,7 +221,7 @@ TEST_F(BadBundle, OfCamerasThatLookAwayFromEachOtherIsRejected) {
     ImageBundle bundle = scene.Bundle();
     for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
       if (i == bundle.reference_index()) continue;
-      Pose& pose = bundle.keyframes[i].T_world_cam;
+      Pose& pose = bundle.T_ref_cam[i];
       pose = Pose(RotationExp({0, 3, 0}), pose.translation());
     }
     ExpectRejected(bundle, "do not overlap");
@@ -240,7 +243,7 @@ TEST_F(BadBundle, WithPlanesBehindACameraHasDepthAllTheSame) {
 TEST_F(BadBundle, WithACameraBehindTheSurfaceHasDepthFromTheOthers) {
   const PlaneScene scene;
   ImageBundle bundle = scene.Bundle();
-  Pose& last = bundle.keyframes[4].T_world_cam;
+  Pose& last = bundle.T_ref_cam[4];
   last = Pose(last.rotation(), {0.1, 0, 3});
   const DepthResult result = Estimate(bundle);
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;

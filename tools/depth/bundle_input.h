@@ -12,6 +12,7 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/image/image_bundle.h"
+#include "mono3d/image/keyframe_poses.h"
 #include "mono3d/tracking/bundle_poses.h"
 
 namespace mono3d::tools {
@@ -26,6 +27,7 @@ struct BundleInput {
 
 struct PosedBundle {
   ImageBundle bundle;
+  KeyframePoses poses;                    // of its images, in the world that was given or estimated
   CameraModel calibration;                // as the file has it
   std::optional<BundlePoses> estimation;  // where the poses were estimated
 };

@@ -205,11 +205,9 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.normal.setTo(cv::Scalar::all(0), map.depth == 0);
   map.bgr = reference.frame.bgr;
   map.camera = camera;
-  map.T_world_cam = reference.T_world_cam;
   map.keyframe_id = reference.id;
   map.frame_index = reference.frame.index;
   map.timestamp_s = reference.frame.timestamp_s;
-  map.map_id = reference.map_id;
   map.depth_sigma_per_square_depth = 1 / (camera.fx * largest_baseline_su);
   map.uncertain_border_px = kUncertainBorder_px;
   return map;

@@ -30,9 +30,6 @@ constexpr double kMarginOfInverseDepth = 0.1;
 // plane, or has passed it, would make all others' steps too small.
 constexpr double kMinDepthRatio = 0.5;
 
-// Of a translation in double precision after a few products, as a share of its length.
-constexpr double kPoseRounding = 1e-12;
-
 template <typename Visit>
 void ForEachGridPixel(const CameraModel& camera, const Visit& visit) {
   for (int row = 0; row < kGridRows; ++row) {
@@ -65,7 +62,7 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.referen
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     if (i == bundle.reference_index()) continue;
     const Keyframe& keyframe = bundle.keyframes[i];
-    const Pose T_src_ref = keyframe.T_world_cam.Inverse() * bundle.reference().T_world_cam;
+    const Pose T_src_ref = bundle.T_ref_cam[i].Inverse();
     const Eigen::Matrix3d K_src = keyframe.frame.camera.Matrix();
     projections_.push_back(
         {K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
@@ -73,8 +70,6 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.referen
     source_cameras_.push_back(keyframe.frame.camera);
     largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
   }
-  const double rounding = kPoseRounding * bundle.reference().T_world_cam.translation().norm();
-  has_baseline_ = largest_baseline_su_ > rounding;
 }
 
 SourceProjections SweepGeometry::Projections(int level) const {
@@ -121,7 +116,7 @@ double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) cons
 
 std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
   const double pixels_at_infinity = PixelsPerInverseDepth({0, 0});
-  if (!has_baseline_) return std::nullopt;
+  if (!HasBaseline()) return std::nullopt;
   // From 1/8 px of motion on, in steps of a tenth; beyond 1e5 px nothing is in view.
   const double px =
       pixels_at_infinity > 0 ? 1 / pixels_at_infinity : 1 / (camera_.fx * largest_baseline_su_);

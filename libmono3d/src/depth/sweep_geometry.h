@@ -38,8 +38,8 @@ class SweepGeometry {
   const CameraModel& camera() const { return camera_; }  // of the reference
   std::size_t num_sources() const { return projections_.size(); }
   double largest_baseline_su() const { return largest_baseline_su_; }
-  // False when the cameras stand in one place, up to the rounding of their poses.
-  bool HasBaseline() const { return has_baseline_; }
+  // False when the cameras stand in one place.
+  bool HasBaseline() const { return largest_baseline_su_ > 0; }
 
   // For images halved `level` times.
   SourceProjections Projections(int level) const;
@@ -62,7 +62,6 @@ class SweepGeometry {
   std::vector<CameraModel> source_cameras_;
   SourceProjections projections_;
   double largest_baseline_su_ = 0;
-  bool has_baseline_ = false;
 };
 
 // The camera of an image halved `level` times: c' = (c + 0.5) / 2 - 0.5, f' = f / 2, sizes rounded

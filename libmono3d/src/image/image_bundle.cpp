@@ -34,6 +34,24 @@ void ValidatePose(const Keyframe& keyframe, const Pose& T_ref_cam) {
                          .found = found.str()});
 }
 
+void RequireNumPoses(std::size_t num_poses, const ImageBundle& bundle) {
+  if (num_poses == bundle.keyframes.size()) return;
+  throw Error(ErrorParts{.what = "wrong number of poses in a bundle",
+                         .where = {},
+                         .expected = std::to_string(bundle.keyframes.size()),
+                         .found = std::to_string(num_poses)});
+}
+
+// The difference of the places comes first: far from the world's origin it is more exact, and it is
+// zero, with no rounding, where both are in one place.
+Pose Relative(const Similarity& S_world_ref, const Pose& T_world_cam) {
+  const Pose& T_world_ref = S_world_ref.pose();
+  const Eigen::Quaterniond R_ref_world = T_world_ref.rotation().conjugate();
+  return {R_ref_world * T_world_cam.rotation(),
+          R_ref_world *
+              ((T_world_cam.translation() - T_world_ref.translation()) / S_world_ref.scale())};
+}
+
 }  // namespace
 
 void Validate(const ImageBundle& bundle) {
@@ -43,12 +61,7 @@ void Validate(const ImageBundle& bundle) {
                            .expected = kBundleSizesText,
                            .found = std::to_string(bundle.keyframes.size())});
   }
-  if (bundle.T_ref_cam.size() != bundle.keyframes.size()) {
-    throw Error(ErrorParts{.what = "wrong number of poses in a bundle",
-                           .where = {},
-                           .expected = std::to_string(bundle.keyframes.size()),
-                           .found = std::to_string(bundle.T_ref_cam.size())});
-  }
+  RequireNumPoses(bundle.T_ref_cam.size(), bundle);
   const Keyframe& reference = bundle.reference();
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     const Keyframe& keyframe = bundle.keyframes[i];
@@ -72,11 +85,19 @@ bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle) {
   for (const Keyframe& keyframe : bundle.keyframes) {
     const KeyframePose* pose = poses.Find(keyframe.id);
     if (pose == nullptr || pose->map_id != reference->map_id) return false;
-    T_ref_cam.push_back(reference->S_world_kf.Inverse() * pose->T_world_cam());
+    T_ref_cam.push_back(Relative(reference->S_world_kf, pose->T_world_cam()));
   }
-  T_ref_cam[bundle.reference_index()] = Pose();
   bundle.T_ref_cam = std::move(T_ref_cam);
   return true;
+}
+
+void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle) {
+  RequireNumPoses(T_world_cam.size(), bundle);
+  std::vector<Pose> T_ref_cam;
+  for (const Pose& pose : T_world_cam) {
+    T_ref_cam.push_back(Relative({1, T_world_cam[bundle.reference_index()]}, pose));
+  }
+  bundle.T_ref_cam = std::move(T_ref_cam);
 }
 
 }  // namespace mono3d

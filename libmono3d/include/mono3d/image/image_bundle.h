@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "mono3d/image/keyframe.h"
@@ -39,5 +41,9 @@ void Validate(const ImageBundle& bundle);
 // Sets T_ref_cam from these poses. False, with the bundle as it was, where a keyframe is not known
 // or the keyframes are not of one map.
 [[nodiscard]] bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle);
+
+// The same from poses in one world, one for each keyframe in their order. The unit of that world is
+// the own unit of the reference. Throws Error unless there are as many as keyframes.
+void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle);
 
 }  // namespace mono3d
