@@ -89,7 +89,8 @@ TEST(FindMapJoins, MeasuresFromWhereALoopHadMovedTheMapByTheNewestKeyframe) {
 
 TEST(FindMapJoins, ListsSeveralByTheMapThatIsNoMore) {
   const KeyframePoses before(1, {Posed(0, 0, {}), Posed(1, 2, {}), Posed(2, 1, {})});
-  const KeyframePoses after(2, {Posed(0, 0, {}), Posed(1, 0, {}), Posed(2, 0, {}), Posed(3, 3, {})});
+  const KeyframePoses after(2,
+                            {Posed(0, 0, {}), Posed(1, 0, {}), Posed(2, 0, {}), Posed(3, 3, {})});
   const std::vector<MapJoin> joins = FindMapJoins(before, after);
   ASSERT_EQ(joins.size(), 2U);
   EXPECT_EQ(joins[0].from, 1);

@@ -46,8 +46,8 @@ class KeyframeTable {
   std::vector<TrajectoryEntry> Entries(double frame_interval_s) const {
     std::vector<TrajectoryEntry> entries;
     for (const auto& [id, pose] : poses_) {
-      entries.push_back({id, frame_interval_s * static_cast<double>(id), pose.map_id,
-                         pose.T_world_cam()});
+      entries.push_back(
+          {id, frame_interval_s * static_cast<double>(id), pose.map_id, pose.T_world_cam()});
     }
     return entries;
   }
