@@ -21,12 +21,17 @@ std::vector<TrajectoryEntry> EntriesOfMap(const std::vector<TrajectoryEntry>& en
   return selected;
 }
 
+void SortByFrame(std::vector<TrajectoryEntry>& entries) {
+  std::ranges::stable_sort(entries, {}, &TrajectoryEntry::frame_index);
+}
+
 std::vector<TrajectoryEntry> EntriesInWorld(const std::vector<FramePose>& frames,
                                             const KeyframePoses& poses) {
   std::vector<TrajectoryEntry> entries;
   for (const FramePose& frame : frames) {
     if (const auto entry = InWorld(frame, poses)) entries.push_back(*entry);
   }
+  SortByFrame(entries);
   return entries;
 }
 
@@ -132,10 +137,7 @@ Reconstruction Chain::Finish() {
   }
   const std::vector<TrajectoryEntry> trajectory = tracker_->Trajectory();
   const std::vector<TrajectoryEntry> keyframes = tracker_->KeyframeTrajectory();
-  std::stable_sort(online_trajectory_.begin(), online_trajectory_.end(),
-                   [](const TrajectoryEntry& a, const TrajectoryEntry& b) {
-                     return a.frame_index < b.frame_index;
-                   });
+  SortByFrame(online_trajectory_);
   std::map<int, std::int64_t> num_frames_of_map;
   for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
   Reconstruction result;
