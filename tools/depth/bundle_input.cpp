@@ -97,6 +97,7 @@ PosedBundle ReadBundle(const BundleInput& input, StageTimes* times) {
     posed.estimation = EstimateBundlePoses(frames, input.estimation, times);
     if (!posed.estimation->is_estimated) throw Error("no poses: " + posed.estimation->reason);
     posed.bundle.keyframes = posed.estimation->keyframes;
+    posed.bundle.T_ref_cam = posed.estimation->T_world_cam;
     return posed;
   }
   if (std::filesystem::is_directory(input.poses)) {
