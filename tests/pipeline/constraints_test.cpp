@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 TEST(Constraints, TellTheTrackerWhereTheModelHasItsKeyframes) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 6; ++i) {
-    const DepthMap view = HouseView({}, 3 * i);
+    const TrackedMap view = HouseView({}, 3 * i);
     const bool is_wrong = i == 3;
     script.push_back(
         {is_wrong ? Misplaced(view, {0.02, -0.03, 0.02}, {0.3, -0.2, 0.2}, 1) : view, {}});
