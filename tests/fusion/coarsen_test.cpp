@@ -18,7 +18,7 @@ constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 
 // A wall 10 su away as a camera at x su to the side sees it.
-DepthMap WallMap(double x_su) {
+TrackedMap WallMap(double x_su) {
   return PlaneMap(TestCamera(kWidth, kHeight),
                   Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
 }
@@ -50,7 +50,7 @@ TEST(SurfelMap, BecomesCoarserWhenItIsFull) {
   constexpr int kNumMaps = 5;
   SurfelMapOptions options;
   options.max_surfels = kWidth * kHeight * 2;
-  const auto map = CreateSurfelMap(TestDevice(), options);
+  const auto map = CreateTrackedModel(options);
   for (int i = 0; i < kNumMaps; ++i) {
     const FusionResult result = map->Integrate(WallMap(11.0 * i));  // side by side
     EXPECT_EQ(result.status, FusionStatus::kFused) << result.reason;

@@ -26,25 +26,27 @@ std::vector<FusedView> Flight(int num_views) {
     FusedView view;
     view.keyframe_id = view.frame_index = 10 * i;
     view.camera = TestCamera(96, 64);
-    view.T_tracker_cam = view.T_world_cam =
-        Pose(Eigen::Quaterniond::Identity(), Vector3d(2.0 * i, 0, 0));
+    view.S_tracker_kf = view.S_world_kf =
+        Similarity(1, Pose(Eigen::Quaterniond::Identity(), Vector3d(2.0 * i, 0, 0)));
     view.median_depth_su = kDepth_su;
     views.push_back(view);
   }
   return views;
 }
 
-// What a tracker says that has found its world to be `motion` of what it was, at each view.
+// The poses of a tracker that has found its world to be `motion` of what it was, at each view.
 template <typename MotionOf>
-std::vector<KeyframeCorrection> Corrections(const std::vector<FusedView>& views,
-                                            MotionOf&& motion_of) {
-  std::vector<KeyframeCorrection> corrections;
+std::vector<KeyframePose> MovedPoses(const std::vector<FusedView>& views, MotionOf&& motion_of) {
+  std::vector<KeyframePose> poses;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const Similarity motion = motion_of(i);
-    corrections.push_back(
-        {views[i].keyframe_id, 0, motion * views[i].T_tracker_cam, motion.scale()});
+    poses.push_back({views[i].keyframe_id, 0, motion_of(i) * views[i].S_tracker_kf});
   }
-  return corrections;
+  return poses;
+}
+
+std::vector<Similarity> MoveTo(const std::vector<KeyframePose>& poses,
+                               std::vector<FusedView>& views) {
+  return MoveViews(views, KeyframePoses(1, poses), 0);
 }
 
 // Surfels at random places of the ground, each anchored to the view above it.
@@ -86,8 +88,7 @@ constexpr float kRounding_su = 1e-4F;
 
 TEST(Deform, LeavesAloneWhatDoesNotMove) {
   std::vector<FusedView> views = Flight(12);
-  const auto motions =
-      MoveViews(views, Corrections(views, [](std::size_t) { return Similarity(); }));
+  const std::vector<Similarity> motions(views.size());
   const Surfels before = Ground(12, 500, 1);
   const Surfels after = Deformed(before, MakeNodes(views, motions));
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -96,10 +97,25 @@ TEST(Deform, LeavesAloneWhatDoesNotMove) {
   }
 }
 
+// Local adjustments by parts of a pixel are left for later, but not forgotten.
+TEST(Deform, WaitsUntilAMotionCanBeNoticed) {
+  std::vector<FusedView> views = Flight(6);
+  const auto turned = [&](double angle_px) {
+    const double angle_rad = angle_px / views.front().camera.fx;
+    return MovedPoses(Flight(6), [&](std::size_t i) {
+      return i != 2 ? Similarity() : Similarity(1, Pose(RotationExp({0, 0, angle_rad}), {0, 0, 0}));
+    });
+  };
+  EXPECT_TRUE(MoveTo(turned(0.05), views).empty());
+  EXPECT_EQ(views[2].S_tracker_kf.pose().RotationAngle(), 0);
+  EXPECT_EQ(MoveTo(turned(2), views).size(), 6U);
+  EXPECT_GT(views[2].S_tracker_kf.pose().RotationAngle(), 0);
+}
+
 TEST(Deform, MovesAllAlikeWhenAllViewsDo) {
   const Similarity motion = PartOfALoop(1);
   std::vector<FusedView> views = Flight(12);
-  const auto motions = MoveViews(views, Corrections(views, [&](std::size_t) { return motion; }));
+  const auto motions = MoveTo(MovedPoses(views, [&](std::size_t) { return motion; }), views);
   const Surfels before = Ground(12, 500, 2);
   const Surfels after = Deformed(before, MakeNodes(views, motions));
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -113,9 +129,9 @@ TEST(Deform, MovesAllAlikeWhenAllViewsDo) {
 
 TEST(Deform, EqualsReference) {
   std::vector<FusedView> views = Flight(20);
-  const auto motions = MoveViews(views, Corrections(views, [](std::size_t i) {
-                                   return PartOfALoop(static_cast<double>(i) / 19);
-                                 }));
+  const auto motions = MoveTo(
+      MovedPoses(views, [](std::size_t i) { return PartOfALoop(static_cast<double>(i) / 19); }),
+      views);
   const auto nodes = MakeNodes(views, motions);
   Surfels expected = Ground(20, 3000, 3);
   expected.normal_weight[7] = {0, 0, 0, 0};  // removed: stays so
@@ -134,9 +150,11 @@ TEST(Deform, EqualsReference) {
 TEST(Deform, DoesNotTearBetweenAnchors) {
   constexpr int kNumViews = 20;
   std::vector<FusedView> views = Flight(kNumViews);
-  const auto motions = MoveViews(views, Corrections(views, [](std::size_t i) {
-                                   return PartOfALoop(static_cast<double>(i) / (kNumViews - 1));
-                                 }));
+  const auto motions = MoveTo(
+      MovedPoses(
+          views,
+          [](std::size_t i) { return PartOfALoop(static_cast<double>(i) / (kNumViews - 1)); }),
+      views);
   Surfels pairs;
   for (int i = 4; i < kNumViews - 5; ++i) {
     for (const int anchor : {i, i + 1}) {
@@ -156,29 +174,25 @@ TEST(Deform, DoesNotTearBetweenAnchors) {
   }
 }
 
-TEST(Deform, ViewsWithoutACorrectionMoveWithTheirNeighbour) {
+TEST(Deform, ViewsWithoutAPoseMoveWithTheirNeighbour) {
   std::vector<FusedView> views = Flight(4);
-  auto corrections =
-      Corrections(views, [](std::size_t i) { return PartOfALoop(0.25 * static_cast<double>(i)); });
-  corrections.erase(corrections.begin() + 2);
-  corrections.erase(corrections.begin());
-  const auto motions = MoveViews(views, corrections);
+  auto poses =
+      MovedPoses(views, [](std::size_t i) { return PartOfALoop(0.25 * static_cast<double>(i)); });
+  poses.erase(poses.begin() + 2);
+  poses.erase(poses.begin());
+  const auto motions = MoveTo(poses, views);
   ASSERT_EQ(motions.size(), 4U);
   EXPECT_EQ(motions[0].scale(), motions[1].scale());
   EXPECT_EQ(motions[2].scale(), motions[1].scale());
   EXPECT_NEAR(motions[3].scale(), std::exp(0.03 * 0.75), 1e-12);
-  EXPECT_TRUE(MoveViews(views, {}).empty());
+  EXPECT_TRUE(MoveTo({}, views).empty());
 }
 
-TEST(Deform, AppliesTheSameCorrectionOnce) {
+TEST(Deform, AppliesTheSamePosesOnce) {
   std::vector<FusedView> views = Flight(3);
-  const auto corrections = Corrections(views, [](std::size_t) { return PartOfALoop(1); });
-  (void)MoveViews(views, corrections);
-  for (const Similarity& again : MoveViews(views, corrections)) {
-    EXPECT_NEAR(again.scale(), 1, 1e-12);
-    EXPECT_LT(again.pose().translation().norm(), 1e-9);
-    EXPECT_LT(again.pose().RotationAngle(), 1e-7);
-  }
+  const auto poses = MovedPoses(views, [](std::size_t) { return PartOfALoop(1); });
+  EXPECT_EQ(MoveTo(poses, views).size(), 3U);
+  EXPECT_TRUE(MoveTo(poses, views).empty());
 }
 
 }  // namespace

@@ -13,12 +13,13 @@ namespace {
 constexpr std::uint32_t kRoom = 100'000;  // surfels
 
 // `wall_columns` of the image, on the left, show a wall that stands before the rest.
-DepthMap SceneMap(int width_px, int height_px, const Pose& pose, int wall_columns, unsigned seed) {
+TrackedMap SceneMap(int width_px, int height_px, const Pose& pose, int wall_columns,
+                    unsigned seed) {
   // Two per cent is half the sigma of the map: matching noise that is mostly associated.
   constexpr double kNoise = 0.02;
   const Plane slanted{Eigen::Vector3d(0.3, -0.4, -1).normalized(), -9};
-  DepthMap map = PlaneMap(TestCamera(width_px, height_px), pose, slanted);
-  const DepthMap wall = PlaneMap(map.camera, pose, Plane{{0, 0, -1}, -5});
+  TrackedMap map = PlaneMap(TestCamera(width_px, height_px), pose, slanted);
+  const TrackedMap wall = PlaneMap(map.camera, pose, Plane{{0, 0, -1}, -5});
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < wall_columns; ++x) {
       map.depth.at<float>(y, x) = wall.depth.at<float>(y, x);
@@ -40,8 +41,8 @@ CameraModel TestCamera(int width_px, int height_px) {
   return camera;
 }
 
-DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane) {
-  DepthMap map;
+TrackedMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane) {
+  TrackedMap map;
   map.camera = camera;
   map.T_world_cam = T_world_cam;
   map.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(0));
@@ -60,7 +61,7 @@ DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plan
   return map;
 }
 
-void Disturb(DepthMap& map, double amount, int nth_missing, unsigned seed) {
+void Disturb(TrackedMap& map, double amount, int nth_missing, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> noise(-amount, amount);
   std::uniform_int_distribution<int> colour(0, 255);
@@ -81,7 +82,7 @@ Pose MovedPose() { return {RotationExp({0.02, -0.05, 0.03}), Eigen::Vector3d(0.7
 
 StageScene::StageScene(int width_px, int height_px, unsigned seed)
     : StageScene(SceneMap(width_px, height_px, MovedPose(), width_px / 10, seed + 1), [&] {
-        const DepthMap first = SceneMap(width_px, height_px, Pose(), width_px / 3, seed);
+        const TrackedMap first = SceneMap(width_px, height_px, Pose(), width_px / 3, seed);
         Surfels model;
         reference::Integrate(MakeViewParams(first, {}, 0, 0), Pack(first), model);
         for (int i = 0; i < 40; ++i) {  // hidden behind it all
@@ -90,7 +91,7 @@ StageScene::StageScene(int width_px, int height_px, unsigned seed)
         return model;
       }()) {}
 
-StageScene::StageScene(const DepthMap& map, const Surfels& model, const SurfelMapOptions& options)
+StageScene::StageScene(const TrackedMap& map, const Surfels& model, const SurfelMapOptions& options)
     : view(MakeViewParams(map, options, static_cast<std::uint32_t>(model.size()), 1)),
       packed(Pack(map)),
       surfels(model),

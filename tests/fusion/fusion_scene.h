@@ -8,9 +8,9 @@
 #include "fusion/depth_map_buffers.h"
 #include "fusion/fusion_stages.h"
 #include "fusion/surfel_storage.h"
+#include "fusion/tracked_model.h"
 #include "fusion/view.h"
 #include "gpu/recorder.h"
-#include "mono3d/image/depth_map.h"
 #include "reference/fusion/fusion_reference.h"
 
 namespace mono3d {
@@ -24,12 +24,17 @@ struct Plane {
 // Width w, height h, focal length w: some 53 degrees wide.
 CameraModel TestCamera(int width_px, int height_px);
 
+inline ViewParams MakeViewParams(const TrackedMap& map, const SurfelMapOptions& options,
+                                 std::uint32_t num_surfels, std::uint32_t map_index) {
+  return MakeViewParams(map, map.T_world_cam, options, num_surfels, map_index);
+}
+
 // The exact depth map of a plane, in grey 100, with a baseline of a tenth of 10 su.
-DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane = {});
+TrackedMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane = {});
 
 // Multiplies inverse depths by 1 + uniform noise of +-`amount`, takes every `nth_missing` pixel
 // away (0: none), and paints at random.
-void Disturb(DepthMap& map, double amount, int nth_missing, unsigned seed);
+void Disturb(TrackedMap& map, double amount, int nth_missing, unsigned seed);
 
 // A camera that has moved sideways and turned a little: most of a scene 10 su away is still in
 // view.
@@ -41,7 +46,7 @@ class StageScene {
  public:
   StageScene(int width_px, int height_px, unsigned seed);
   // A model of the given surfels that meets `map`.
-  StageScene(const DepthMap& map, const Surfels& surfels, const SurfelMapOptions& options = {});
+  StageScene(const TrackedMap& map, const Surfels& surfels, const SurfelMapOptions& options = {});
 
   // Runs the stages of FusionStages up to and with the named one, in order.
   void RunPrepare() { stages.Prepare(recorder, view, buffers), recorder.Submit(); }
@@ -64,7 +69,7 @@ class StageScene {
   BlockList all_blocks;
 
  private:
-  void Upload(const DepthMap& map);
+  void Upload(const TrackedMap& map);
 };
 
 // One surfel at a point of the world, seen by one depth map.

@@ -22,7 +22,7 @@ Surfels RunInsert(StageScene& scene) {
 }
 
 TEST(Insert, MakesASurfelOfAPixel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.bgr.at<cv::Vec3b>(2, 5) = cv::Vec3b(10, 20, 30);
   map.confidence = cv::Mat(5, 9, CV_32FC1, cv::Scalar(0.5));
   StageScene scene(map, {});

@@ -23,7 +23,7 @@ Surfels TwoLayers(std::uint32_t second_anchor, double by, unsigned seed) {
   for (const bool second : {false, true}) {
     const Plane plane{Eigen::Vector3d(0.2, -0.1, -1).normalized(), -9 - (second ? by : 0)};
     const Pose pose = second ? MovedPose() : Pose();
-    DepthMap map = PlaneMap(camera, pose, plane);
+    TrackedMap map = PlaneMap(camera, pose, plane);
     Disturb(map, 0.005, 11, seed + (second ? 1 : 0));
     Surfels part;
     reference::Integrate(MakeViewParams(map, {}, 0, second ? second_anchor : 0), Pack(map), part);
@@ -54,7 +54,7 @@ Merged Merge(const Surfels& surfels, const ViewParams& view) {
 }
 
 ViewParams ViewOf(const Surfels& surfels) {
-  const DepthMap map = PlaneMap(TestCamera(kWidth, kHeight), Pose());
+  const TrackedMap map = PlaneMap(TestCamera(kWidth, kHeight), Pose());
   return MakeViewParams(map, {}, static_cast<std::uint32_t>(surfels.size()), 10);
 }
 

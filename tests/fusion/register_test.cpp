@@ -60,13 +60,13 @@ struct Case {
   }
 
   static Surfels Model() {
-    const DepthMap first = HouseView({}, 0);
+    const TrackedMap first = HouseView({}, 0);
     Surfels model;
     reference::Integrate(MakeViewParams(first, {}, 0, 0), Pack(first), model);
     return model;
   }
 
-  DepthMap map;
+  TrackedMap map;
   StageScene scene;
   RegisterParams params;
   RegistrationSystem found;

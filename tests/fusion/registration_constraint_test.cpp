@@ -49,19 +49,18 @@ TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
   EXPECT_EQ(InformationOf({}, 9, options), Matrix7d::Zero());
 }
 
-TEST(MakeConstraint, IsInLengthsAsTheDepthMapsHadThem) {
+TEST(MakeConstraint, IsInTheOwnUnitsOfTheKeyframes) {
   FusedView anchor;
   anchor.keyframe_id = 3;
-  anchor.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0));
-  anchor.depth_scale = 2;  // half as large as the model when it came
-  const RegisteredView view = {Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)), 1.5};
-  const KeyframeConstraint constraint = MakeConstraint(8, 4, view, Matrix7d::Identity(), anchor);
+  // Its own unit is two of the world.
+  anchor.S_world_kf = Similarity(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0)));
+  const Similarity S_world_kf(6, Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)));
+  const KeyframeConstraint constraint = MakeConstraint(8, S_world_kf, Matrix7d::Identity(), anchor);
   EXPECT_EQ(constraint.id, 8);
   EXPECT_EQ(constraint.anchor_id, 3);
-  // Six of the model's su to the left, three of the anchor's.
+  // Six of the world's units to the left, three of the anchor's.
   EXPECT_EQ(constraint.T_cam_anchor.translation(), Vector3d(-3, 0, 0));
-  EXPECT_EQ(constraint.scale,
-            3);  // times 4 times 1.5 is the model's su, half of which the anchor's
+  EXPECT_EQ(constraint.scale, 3);  // six of the world's units are three of the anchor's
   EXPECT_EQ(constraint.information(0, 0), 1);
   EXPECT_EQ(constraint.information(3, 3), 4);
 }
@@ -72,16 +71,16 @@ class ModelAgainstTracker : public testing::TestWithParam<double> {};
 TEST_P(ModelAgainstTracker, TellsWhereTheKeyframeIs) {
   HouseScene scene;
   scene.world_scale = GetParam();
-  const auto map = CreateSurfelMap(TestDevice(), {});
-  DepthMap first = HouseView(scene, 0);
+  const auto map = CreateTrackedModel({});
+  TrackedMap first = HouseView(scene, 0);
   first.keyframe_id = 20;
   EXPECT_TRUE(map->Integrate(first).constraints.empty());
-  DepthMap second = HouseView(scene, 3);
+  TrackedMap second = HouseView(scene, 3);
   second.keyframe_id = 21;
   EXPECT_TRUE(map->Integrate(second).constraints.empty());  // the tracker is right
-  const DepthMap truth = HouseView(scene, 5);
-  DepthMap third = Misplaced(truth, Vector3d(0.02, -0.03, 0.02),
-                             scene.world_scale * Vector3d(0.3, -0.2, 0.2), 1.02);
+  const TrackedMap truth = HouseView(scene, 5);
+  TrackedMap third = Misplaced(truth, Vector3d(0.02, -0.03, 0.02),
+                               scene.world_scale * Vector3d(0.3, -0.2, 0.2), 1.02);
   third.keyframe_id = 22;
   const FusionResult result = map->Integrate(third);
   ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;

@@ -18,7 +18,7 @@ TEST(ListSelected, NumbersTheBitsThatAreSet) {
 TEST(ListSelected, TakesNothingForNothing) { EXPECT_TRUE(ListSelected({}).empty()); }
 
 TEST(SelectNew, TakesEveryPixelForAnEmptyModel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.depth.at<float>(0, 3) = 0;
   StageScene scene(map, {});
   scene.RunSelectNew();
@@ -27,7 +27,7 @@ TEST(SelectNew, TakesEveryPixelForAnEmptyModel) {
 
 // The pixels of a 9x5 map of a wall that one surfel covers.
 std::vector<int> CoveredBy(const Surfels& surfel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.depth_sigma_per_square_depth = 1.0 / 900;  // infinity is not within three sigmas
   StageScene scene(map, surfel);
   scene.RunSelectNew();

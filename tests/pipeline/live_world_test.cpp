@@ -39,35 +39,36 @@ class PoseDepthEstimator final : public DepthEstimator {
     result.status = DepthStatus::kEstimated;
     result.map.frame_index = reference.frame.index;
     result.map.keyframe_id = reference.id;
-    result.map.map_id = reference.map_id;
-    result.map.T_world_cam = reference.T_world_cam;
     return result;
   }
 };
 
 class PoseSurfelMap final : public SurfelMap {
  public:
-  FusionResult Integrate(const DepthMap& map) override {
-    frames_[map.keyframe_id] = map.frame_index;
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override {
     FusionResult result;
     result.status = FusionStatus::kFused;
-    result.T_world_cam = map.T_world_cam;
+    result.S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+    maps_.push_back({map.frame_index, map.timestamp_s, map.keyframe_id, result.S_world_kf});
     return result;
   }
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override {
-    CorrectionResult result;
-    for (const KeyframeCorrection& correction : corrections) {
-      const auto known = frames_.find(correction.id);
-      if (known == frames_.end()) continue;
-      result.views.push_back({known->second, correction.T_world_cam, correction.scale});
+  UpdateResult Update(const KeyframePoses& poses) override {
+    UpdateResult result;
+    for (FusedDepthMap& map : maps_) {
+      const Similarity& S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+      const Eigen::Vector3d motion =
+          S_world_kf.pose().translation() - map.S_world_kf.pose().translation();
+      if (motion.norm() > 0) result.has_moved = true;
+      map.S_world_kf = S_world_kf;
     }
     return result;
   }
+  std::vector<FusedDepthMap> DepthMaps() const override { return maps_; }
   PointCloud Export(const SurfelExportOptions&) const override { return {}; }
   std::int64_t num_surfels() const override { return 0; }
 
  private:
-  std::map<std::int64_t, std::int64_t> frames_;  // by keyframe
+  std::vector<FusedDepthMap> maps_;
 };
 
 struct Film {

@@ -63,7 +63,7 @@ PoseErrors Compare(const BundlePoses& poses, const Photographs& truth) {
   std::vector<Eigen::Vector3d> found;
   std::vector<Eigen::Vector3d> expected;
   for (std::size_t i = 0; i < poses.keyframes.size(); ++i) {
-    found.push_back(poses.keyframes[i].T_world_cam.translation());
+    found.push_back(poses.T_world_cam[i].translation());
     expected.push_back(truth.T_world_cam[i].translation());
   }
   const Similarity fit = FitSimilarity(found, expected);
@@ -71,7 +71,7 @@ PoseErrors Compare(const BundlePoses& poses, const Photographs& truth) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     errors.position = std::max(errors.position, (fit * found[i] - expected[i]).norm() / 10);
     if (i == 0) continue;
-    const Pose step = poses.keyframes[i - 1].T_world_cam.Inverse() * poses.keyframes[i].T_world_cam;
+    const Pose step = poses.T_world_cam[i - 1].Inverse() * poses.T_world_cam[i];
     const Pose true_step = truth.T_world_cam[i - 1].Inverse() * truth.T_world_cam[i];
     const double angle = (step.Inverse() * true_step).RotationAngle() * 180 / std::numbers::pi;
     errors.rotation_deg = std::max(errors.rotation_deg, angle);
@@ -105,7 +105,7 @@ TEST(BundlePoses, AreThoseOfThePhotographsOverAPlane) {
 TEST(BundlePoses, HaveTheMiddleImageAsWorldAndItsMedianDepthAsUnit) {
   ASSERT_TRUE(OfVillage().is_estimated);
   const Keyframe& middle = OfVillage().keyframes[2];
-  EXPECT_LT((middle.T_world_cam.Matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-9);
+  EXPECT_LT((OfVillage().T_world_cam[2].Matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-9);
   EXPECT_NEAR(Median(middle.sparse_depths_su), 1, 1e-6);  // float
   for (const Keyframe& keyframe : OfVillage().keyframes) {
     EXPECT_GT(keyframe.sparse_depths_su.size(), 100U);
@@ -121,7 +121,7 @@ TEST(BundlePoses, ComeWithAModelThatFitsTheImages) {
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < model.images.size(); ++i) {
-    EXPECT_EQ(model.images[i].T_world_cam.Matrix(), OfVillage().keyframes[i].T_world_cam.Matrix());
+    EXPECT_EQ(model.images[i].T_world_cam.Matrix(), OfVillage().T_world_cam[i].Matrix());
     for (const SparseObservation& seen : model.images[i].observations) {
       const Eigen::Vector3d p_cam =
           model.images[i].T_world_cam.Inverse() * model.points.at(*seen.point).p_world;
@@ -137,8 +137,7 @@ TEST(BundlePoses, AreTheSameBitsTwice) {
   const BundlePoses again = EstimateBundlePoses(Village().frames);
   ASSERT_TRUE(again.is_estimated);
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(again.keyframes[i].T_world_cam.Matrix(),
-              OfVillage().keyframes[i].T_world_cam.Matrix());
+    EXPECT_EQ(again.T_world_cam[i].Matrix(), OfVillage().T_world_cam[i].Matrix());
   }
 }
 

@@ -5,7 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "tracking/direct_tracking.h"
+#include "tracking/local_mapping.h"
+#include "tracking/published_poses.h"
 #include "tracking/scale_gauge.h"
 #include "tracking/tracking_world.h"
 
@@ -99,6 +103,41 @@ TEST(FindLoop, SeesNoneWhereTheCameraHasNotBeen) {
   // In the middle of the flight the old keyframes are still connected.
   EXPECT_FALSE(FindLoop(world.map, world.index, kNumOutward / 2, 1).has_value());
   EXPECT_FALSE(FindLoop(world.map, PlaceIndex(), 2 * kNumOutward - 1, 1).has_value());
+}
+
+// What was handed out stays in the unit that it has, which the snapshot turns into the world's.
+TEST(CloseLoop, ChangesTheScaleOfKeyframesThatWereHandedOutOnlyInTheSnapshot) {
+  DriftedMap world = OutAndBack();
+  std::vector<std::unique_ptr<Map>> maps;
+  maps.push_back(std::make_unique<Map>(std::move(world.map)));
+  Map& map = *maps[0];
+  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
+    map.keyframe(id).id = static_cast<std::int64_t>(id);
+  }
+  const std::vector<Keyframe> keyframes = TakeFinalised(map, true);
+  PublishedPoses poses;
+  poses.Publish(maps);
+  const KeyframePosesPtr before = poses.Latest();
+  const KeyframeId last = 2 * kNumOutward - 1;
+  const std::optional<PlaceFound> loop = FindLoop(map, world.index, last, 1);
+  ASSERT_TRUE(loop.has_value());
+  MappingTurn alone;
+  CloseLoop(map, *loop, {}, alone);
+  poses.Publish(maps);
+  const KeyframePosesPtr after = poses.Latest();
+  EXPECT_GT(after->version(), before->version());
+  ASSERT_EQ(keyframes.size(), map.keyframes().size());
+  for (const Keyframe& keyframe : keyframes) {
+    EXPECT_EQ(before->At(keyframe.id).S_world_kf.scale(), 1);
+    const float depth_in_world = Median(map.Depths(map.keyframe(keyframe.id).view));
+    const float depth_by_pose = static_cast<float>(after->At(keyframe.id).S_world_kf.scale()) *
+                                Median(keyframe.sparse_depths_su);
+    // They see other points now, of ground at 10 to 25; without the scale it would be 0.23.
+    constexpr float kShare = 0.05F;
+    EXPECT_NEAR(depth_by_pose, depth_in_world, kShare * depth_in_world);
+  }
+  const auto last_id = static_cast<std::int64_t>(last);
+  EXPECT_NEAR(after->At(last_id).S_world_kf.scale(), 1 / kDriftScale, 0.02);
 }
 
 TEST(CloseLoop, TakesMostOfTheDriftAway) {

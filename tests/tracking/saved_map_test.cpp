@@ -90,6 +90,25 @@ TEST(SavedMap, IsGoneOnInFromTheFirstFrameWithOneTrajectory) {
   EXPECT_GT(run.tracker->Sparse(0).images.size(), TrackFirstHalf()->Sparse(0).images.size());
 }
 
+TEST(SavedMap, HasItsKeyframesWhereTheyWere) {
+  const KeyframePosesPtr saved = TrackFirstHalf()->Poses();
+  const std::unique_ptr<Tracker> tracker = CreateTracker();
+  tracker->LoadMap(SavedBytes(), "saved");
+  const KeyframePosesPtr loaded = tracker->Poses();
+  ASSERT_EQ(loaded->poses().size(), saved->poses().size());
+  for (const KeyframePose& keyframe : saved->poses()) {
+    const KeyframePose& same = loaded->At(keyframe.keyframe_id);
+    EXPECT_EQ(same.map_id, 0);
+    EXPECT_EQ(same.S_world_kf.scale(), keyframe.S_world_kf.scale());
+    constexpr double kRounding = 1e-12;  // of rotations
+    EXPECT_LT((same.T_world_cam().Matrix() - keyframe.T_world_cam().Matrix()).norm(), kRounding);
+  }
+  // New keyframes have other ids.
+  const Continued run = GoOn();
+  EXPECT_GT(run.tracker->Poses()->poses().size(), saved->poses().size());
+  EXPECT_GT(run.tracker->Poses()->version(), loaded->version());
+}
+
 TEST(SavedMap, LeadsToTheSameBitsTwice) {
   const Continued first = GoOn();
   const Continued second = GoOn();
@@ -140,9 +159,9 @@ TEST(SavedMap, IsRefusedWhenForeignDamagedOrOfAnotherVersion) {
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 1);
   EXPECT_THAT(load(changed), ThrowsMessage<Error>(HasSubstr("damaged")));
   std::string newer = SavedBytes();
-  newer[11] = 3;  // behind the eleven bytes of "mono3d map\n"
+  newer[11] = 4;  // behind the eleven bytes of "mono3d map\n"
   EXPECT_THAT(load(newer), ThrowsMessage<Error>(
-                               HasSubstr("another version (expected version 2, found version 3)")));
+                               HasSubstr("another version (expected version 3, found version 4)")));
 }
 
 TEST(SavedMap, NeedsATrackerThatHasNotBegunAndSeesItsCamera) {

@@ -36,6 +36,7 @@ struct Tracked {
   std::vector<Keyframe> keyframes;
   std::vector<TrajectoryEntry> trajectory;
   std::vector<TrajectoryEntry> keyframe_trajectory;
+  KeyframePosesPtr poses;
   PointCloud points;
 };
 
@@ -50,6 +51,7 @@ Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options
   for (Keyframe& keyframe : tracker->Finish()) run.keyframes.push_back(std::move(keyframe));
   run.trajectory = tracker->Trajectory();
   run.keyframe_trajectory = tracker->KeyframeTrajectory();
+  run.poses = tracker->Poses();
   run.points = tracker->MapPoints(0);
   return run;
 }
@@ -118,11 +120,12 @@ TEST(Tracker, HandsOutEachKeyframeOnceFinalisedInOrder) {
   for (std::size_t i = 0; i < run.keyframes.size(); ++i) {
     const Keyframe& keyframe = run.keyframes[i];
     EXPECT_EQ(keyframe.id, static_cast<std::int64_t>(i));
-    EXPECT_EQ(keyframe.map_id, 0);
+    EXPECT_EQ(run.poses->At(keyframe.id).map_id, 0);
     EXPECT_NO_THROW(Validate(keyframe.frame));
     EXPECT_GT(keyframe.sparse_depths_su.size(), 50U);
     if (i < 2) continue;  // the start waits for its parallax
-    const Pose step = run.keyframes[i - 1].T_world_cam.Inverse() * keyframe.T_world_cam;
+    const Pose step = run.poses->At(run.keyframes[i - 1].id).T_world_cam().Inverse() *
+                      run.poses->At(keyframe.id).T_world_cam();
     const double share = step.translation().norm() / Median(keyframe.sparse_depths_su);
     EXPECT_LT(step.RotationAngle() * 180 / std::numbers::pi, 5);
     EXPECT_LT(share, 0.1);
@@ -177,9 +180,9 @@ TEST(Tracker, TracksTheFramesBeforeItsStartBackwards) {
   const Tracked run = TrackAll(Village().frames, LateStart());
   std::size_t num_recovered = 0;
   for (const TrackingResult& result : run.results) {
-    for (const TrajectoryEntry& entry : result.recovered) {
-      EXPECT_FALSE(run.results[static_cast<std::size_t>(entry.frame_index)].T_world_cam);
-      EXPECT_EQ(entry.map_id, result.map_id);
+    for (const FramePose& pose : result.recovered) {
+      EXPECT_FALSE(run.results[static_cast<std::size_t>(pose.frame_index)].T_world_cam);
+      EXPECT_EQ(run.poses->At(pose.keyframe_id).map_id, result.map_id);
       ++num_recovered;
     }
   }
@@ -257,8 +260,8 @@ TEST(Tracker, StartsANewMapInAnotherPlaceAfterALongLoss) {
   EXPECT_EQ(run.results[21].status, TrackingStatus::kNotInitialised);
   EXPECT_EQ(run.results.back().status, TrackingStatus::kTracking);
   EXPECT_EQ(run.results.back().map_id, 1);
-  EXPECT_EQ(run.keyframes.front().map_id, 0);
-  EXPECT_EQ(run.keyframes.back().map_id, 1);
+  EXPECT_EQ(run.poses->At(run.keyframes.front().id).map_id, 0);
+  EXPECT_EQ(run.poses->At(run.keyframes.back().id).map_id, 1);
   for (std::size_t i = 1; i < run.keyframes.size(); ++i) {
     EXPECT_EQ(run.keyframes[i].id, run.keyframes[i - 1].id + 1);  // counted over all maps
   }

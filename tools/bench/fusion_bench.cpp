@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "bench/fusion_bench_scene.h"
 #include "mono3d/core/error.h"
@@ -25,17 +26,16 @@ struct Model {
 
   StageTimes times;
   std::unique_ptr<SurfelMap> surfels;
-  std::vector<Pose> poses;  // of its maps
+  std::vector<KeyframePose> poses;  // of its maps
 };
 
-DepthMap NextMap(const FusionBenchOptions& options, const Model& model) {
+PosedDepthMap NextMap(const FusionBenchOptions& options, const Model& model) {
   return WavyGroundMap(options.width_px, options.height_px, static_cast<int>(model.poses.size()));
 }
 
-FusionResult Add(const DepthMap& map, Model& model) {
-  FusionResult result = model.surfels->Integrate(map);
-  model.poses.push_back(map.T_world_cam);
-  return result;
+FusionResult Add(const PosedDepthMap& posed, Model& model) {
+  model.poses.push_back({posed.map.keyframe_id, 0, Similarity(1, posed.T_world_cam)});
+  return model.surfels->Integrate(posed.map, KeyframePoses(model.poses.size(), model.poses));
 }
 
 // Fuses maps until the model has so many surfels, less half of what is timed. Returns how many a
@@ -71,7 +71,7 @@ void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult
   double sum_surfels = 0;
   for (int i = 0; i < 2 * options.num_repeats; ++i) {
     const bool is_wrong = i % 2 == 1;
-    DepthMap map = NextMap(options, model);
+    PosedDepthMap map = NextMap(options, model);
     const Pose truth = map.T_world_cam;
     if (is_wrong) map = Misplaced(map, options.error_px, i);
     sum_surfels += static_cast<double>(model.surfels->num_surfels());
@@ -83,7 +83,7 @@ void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult
     stages.Add(model.times.Snapshot());
     if (fused.status != FusionStatus::kFused) ++result.num_rejected;
     if (!is_wrong) continue;
-    found_error_px.push_back(ImageDistance_px(map, truth, fused.T_world_cam));
+    found_error_px.push_back(ImageDistance_px(map.map, truth, fused.S_world_kf.pose()));
     num_evaluations.push_back(fused.registration.num_iterations);
   }
   result.num_surfels = std::llround(sum_surfels / (2 * options.num_repeats));
@@ -96,7 +96,7 @@ void TimeMaps(const FusionBenchOptions& options, Model& model, FusionBenchResult
 }
 
 void TimeFirstMap(const FusionBenchOptions& options, Model& model, FusionBenchResult& result) {
-  const DepthMap map = NextMap(options, model);
+  const PosedDepthMap map = NextMap(options, model);
   const double cpu_ms = ProcessCpuMs();
   const double wall_ms = WallClockMs();
   Add(map, model);
@@ -111,22 +111,22 @@ void TimeExport(const Model& model, FusionBenchResult& result) {
 }
 
 void TimeCorrection(Model& model, FusionBenchResult& result) {
-  std::vector<KeyframeCorrection> corrections;
+  std::vector<KeyframePose> moved = model.poses;
   const Eigen::Vector3d turn =
       kLoopTurnDeg * std::numbers::pi / 180 * Eigen::Vector3d(1, -2, 2) / 3;
   for (std::size_t i = 0; i < model.poses.size(); ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(model.poses.size() - 1);
     const Similarity motion(std::pow(kLoopScale, share),
                             Pose(RotationExp(share * turn), Eigen::Vector3d::Zero()));
-    corrections.push_back(
-        {static_cast<std::int64_t>(i), 0, motion * model.poses[i], motion.scale()});
+    moved[i].S_world_kf = motion * model.poses[i].S_world_kf;
   }
   StageDifferences stages;
   stages.Skip(model.times.Snapshot());
   result.num_corrected = model.surfels->num_surfels();
+  const KeyframePoses poses(model.poses.size() + 1, std::move(moved));
   const double cpu_ms = ProcessCpuMs();
   const double wall_ms = WallClockMs();
-  result.num_merged = model.surfels->Correct(corrections).num_merged;
+  result.num_merged = model.surfels->Update(poses).num_merged;
   result.correction_cpu_ms = ProcessCpuMs() - cpu_ms;
   result.correction_wall_ms = WallClockMs() - wall_ms;
   stages.Add(model.times.Snapshot());
@@ -140,7 +140,7 @@ void TimeCoarsening(const FusionBenchOptions& options, const std::shared_ptr<Dev
   full.max_surfels = options.num_surfels;
   Model model(device, full);
   for (;;) {
-    const DepthMap map = NextMap(options, model);
+    const PosedDepthMap map = NextMap(options, model);
     const std::int64_t before = model.surfels->num_surfels();
     const double cpu_ms = ProcessCpuMs();
     const double wall_ms = WallClockMs();

@@ -110,7 +110,13 @@ PosedBundle ReadBundle(const BundleInput& input, StageTimes* times) {
     posed.estimation = EstimateBundlePoses(frames, input.estimation, times);
     if (!posed.estimation->is_estimated) throw Error("no poses: " + posed.estimation->reason);
     posed.bundle.keyframes = posed.estimation->keyframes;
-    posed.poses = posed.estimation->poses;
+    std::vector<KeyframePose> poses;
+    for (std::size_t i = 0; i < posed.bundle.keyframes.size(); ++i) {
+      poses.push_back({.keyframe_id = posed.bundle.keyframes[i].id,
+                       .map_id = 0,
+                       .S_world_kf = {1, posed.estimation->T_world_cam[i]}});
+    }
+    posed.poses = KeyframePoses(0, std::move(poses));
   } else {
     PosedImages images = ReadPosedImages(input, frames);
     posed.bundle.keyframes = std::move(images.keyframes);

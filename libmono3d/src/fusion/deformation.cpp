@@ -13,81 +13,86 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The motion of the tracker's world around a view, told in the model's.
-Similarity MotionInModel(const FusedView& view, const KeyframeCorrection& correction) {
-  const double ratio = correction.scale / view.tracker_scale;
-  const Similarity tracker_from_cam(ratio, correction.T_world_cam);
-  const Similarity motion = tracker_from_cam * Similarity(1, view.T_tracker_cam).Inverse();
-  const Similarity model_from_tracker =
-      Similarity(view.depth_scale, view.T_world_cam) *
-      Similarity(view.tracker_scale, view.T_tracker_cam).Inverse();
-  return model_from_tracker * motion * model_from_tracker.Inverse();
+// Where the tracker has the keyframe of a view now; nothing where it does not know.
+const Similarity* Find(const KeyframePoses& poses, int map_id, const FusedView& view) {
+  const KeyframePose* found = poses.Find(view.keyframe_id);
+  return found == nullptr || found->map_id != map_id ? nullptr : &found->S_world_kf;
 }
 
-// The same where the model has the view moved away from the tracker's pose, and is to let go of it.
-Similarity MotionToTracker(const FusedView& view, const KeyframeCorrection& correction) {
-  return Similarity(correction.scale, correction.T_world_cam) *
-         Similarity(view.depth_scale, view.T_world_cam).Inverse();
+// The motion of the tracker's world around a view.
+Similarity MotionOfTracker(const FusedView& view, const Similarity& S_tracker_kf) {
+  return S_tracker_kf * view.S_tracker_kf.Inverse();
 }
 
-const KeyframeCorrection* Find(std::span<const KeyframeCorrection> corrections,
-                               std::int64_t keyframe_id) {
-  const auto found = std::find_if(corrections.begin(), corrections.end(),
-                                  [&](const auto& c) { return c.id == keyframe_id; });
-  return found == corrections.end() ? nullptr : &*found;
+// What takes a view that the model has moved away from the tracker's pose back to it.
+Similarity MotionToTracker(const FusedView& view, const Similarity& S_tracker_kf) {
+  return S_tracker_kf * view.S_world_kf.Inverse();
+}
+
+// In the unit of the world.
+double MedianDepthInWorld(const FusedView& view) {
+  return view.S_world_kf.scale() * view.median_depth_su;
+}
+
+bool MovesNoticeably(const FusedView& view, const Similarity& motion) {
+  const double limit = kMinMotion_px * MedianDepthInWorld(view) / view.camera.fx;
+  const auto places = Places(view);
+  return std::any_of(places.begin(), places.end(),
+                     [&](const Vector3d& p) { return (motion * p - p).norm() >= limit; });
 }
 
 // How far a motion takes what the view looks at from where another one takes it, over its depth.
 double Apart(const FusedView& view, const Similarity& a, const Similarity& b) {
-  return (a * Centre(view) - b * Centre(view)).norm() / view.median_depth_su;
+  return (a * Centre(view) - b * Centre(view)).norm() / MedianDepthInWorld(view);
 }
 
 // Views that the model had moved are expected to move as its oldest view does. Whether the
 // tracker's new poses are nearer to that than to do both, its motion and the model's.
-bool TrackerComesRound(const std::vector<FusedView>& views,
-                       std::span<const KeyframeCorrection> corrections) {
+bool TrackerConverged(const std::vector<FusedView>& views, const KeyframePoses& poses, int map_id) {
   if (views.empty()) return false;
-  const KeyframeCorrection* of_first = Find(corrections, views.front().keyframe_id);
+  const Similarity* of_first = Find(poses, map_id, views.front());
   const Similarity expected =
-      of_first == nullptr ? Similarity() : MotionInModel(views.front(), *of_first);
+      of_first == nullptr ? Similarity() : MotionOfTracker(views.front(), *of_first);
   double to_tracker = 0;
   double both = 0;
   for (const FusedView& view : views) {
-    const KeyframeCorrection* correction = Find(corrections, view.keyframe_id);
-    if (correction == nullptr || view.is_break) continue;
+    const Similarity* found = Find(poses, map_id, view);
+    if (found == nullptr || view.is_break) continue;
     // Where the model has the view as the tracker does, the two are equal.
-    to_tracker += Apart(view, expected, MotionToTracker(view, *correction));
-    both += Apart(view, expected, MotionInModel(view, *correction));
+    to_tracker += Apart(view, expected, MotionToTracker(view, *found));
+    both += Apart(view, expected, MotionOfTracker(view, *found));
   }
   return to_tracker < both;
-}
-
-std::optional<Similarity> MoveView(FusedView& view, std::span<const KeyframeCorrection> corrections,
-                                   bool to_tracker) {
-  const KeyframeCorrection* found = Find(corrections, view.keyframe_id);
-  if (found == nullptr) return std::nullopt;
-  const Similarity motion =
-      to_tracker ? MotionToTracker(view, *found) : MotionInModel(view, *found);
-  view.T_tracker_cam = found->T_world_cam;
-  view.tracker_scale = found->scale;
-  return motion;
 }
 
 // How far two motions take a point apart, in pixels of `view`.
 double Apart_px(const FusedView& view, const Vector3d& point_world, const Similarity& a,
                 const Similarity& b) {
   const Vector3d before = a.Inverse() * point_world;
-  return view.camera.fx * (b * before - point_world).norm() / view.median_depth_su;
+  return view.camera.fx * (b * before - point_world).norm() / MedianDepthInWorld(view);
 }
 
 }  // namespace
 
 Vector3d Centre(const FusedView& view) {
-  return view.T_world_cam * Vector3d(0, 0, view.median_depth_su);
+  return view.S_world_kf * Vector3d(0, 0, view.median_depth_su);
+}
+
+std::array<Vector3d, 9> Places(const FusedView& view) {
+  std::array<Vector3d, 9> places;
+  std::size_t i = 0;
+  for (const double row : {0.1, 0.5, 0.9}) {
+    for (const double column : {0.1, 0.5, 0.9}) {
+      const Eigen::Vector2d pixel(column * view.camera.width, row * view.camera.height);
+      places.at(i++) =
+          view.S_world_kf * Vector3d(view.median_depth_su * view.camera.Unproject(pixel));
+    }
+  }
+  return places;
 }
 
 bool Sees(const FusedView& view, const Vector3d& point_world) {
-  const Vector3d p = view.T_world_cam.Inverse() * point_world;
+  const Vector3d p = view.S_world_kf.Inverse() * point_world;
   if (p.z() <= 0) return false;
   const double u = view.camera.fx * p.x() / p.z() + view.camera.cx;
   const double v = view.camera.fy * p.y() / p.z() + view.camera.cy;
@@ -103,25 +108,32 @@ std::vector<std::size_t> Evenly(const std::vector<std::size_t>& numbers, std::si
   return chosen;
 }
 
-std::vector<Similarity> MoveViews(std::vector<FusedView>& views,
-                                  std::span<const KeyframeCorrection> corrections) {
+std::vector<Similarity> MoveViews(std::vector<FusedView>& views, const KeyframePoses& poses,
+                                  int map_id) {
+  const bool has_moved = std::any_of(views.begin(), views.end(), [&](const FusedView& view) {
+    const Similarity* found = Find(poses, map_id, view);
+    return found != nullptr && MovesNoticeably(view, MotionOfTracker(view, *found));
+  });
+  if (!has_moved) return {};
+  const bool to_tracker = TrackerConverged(views, poses, map_id);
   std::vector<std::optional<Similarity>> known;
-  const bool to_tracker = TrackerComesRound(views, corrections);
-  for (FusedView& view : views) known.push_back(MoveView(view, corrections, to_tracker));
+  for (FusedView& view : views) {
+    const Similarity* found = Find(poses, map_id, view);
+    known.emplace_back();
+    if (found == nullptr) continue;
+    known.back() = to_tracker ? MotionToTracker(view, *found) : MotionOfTracker(view, *found);
+    view.S_tracker_kf = *found;
+  }
   const auto first = std::find_if(known.begin(), known.end(), [](const auto& m) { return !!m; });
-  if (first == known.end()) return {};
   std::vector<Similarity> motions;
   Similarity latest = **first;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (known[i]) latest = *known[i];
     motions.push_back(latest);
     FusedView& view = views[i];
-    view.T_world_cam = latest * view.T_world_cam;
-    view.depth_scale *= latest.scale();
-    view.median_depth_su *= latest.scale();
+    view.S_world_kf = latest * view.S_world_kf;
     if (known[i]) continue;
-    view.T_tracker_cam = to_tracker ? view.T_world_cam : latest * view.T_tracker_cam;
-    view.tracker_scale = to_tracker ? view.depth_scale : view.tracker_scale * latest.scale();
+    view.S_tracker_kf = to_tracker ? view.S_world_kf : latest * view.S_tracker_kf;
   }
   return motions;
 }

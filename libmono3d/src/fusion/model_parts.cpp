@@ -10,24 +10,6 @@
 #include "fusion/surfel.h"
 
 namespace mono3d {
-namespace {
-
-// Places at which the view looks: near its corners, its sides, its middle.
-std::array<Eigen::Vector3d, 9> Places(const FusedView& view) {
-  std::array<Eigen::Vector3d, 9> places;
-  std::size_t i = 0;
-  for (const double row : {0.1, 0.5, 0.9}) {
-    for (const double column : {0.1, 0.5, 0.9}) {
-      const Eigen::Vector2d pixel(column * view.camera.width, row * view.camera.height);
-      places.at(i++) =
-          view.T_world_cam * Eigen::Vector3d(view.median_depth_su * view.camera.Unproject(pixel));
-    }
-  }
-  return places;
-}
-
-}  // namespace
-
 std::size_t ViewOfSlot(std::span<const std::uint32_t> first_slots, std::uint32_t slot) {
   const auto behind = std::upper_bound(first_slots.begin(), first_slots.end(), slot);
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(behind - first_slots.begin() - 1, 0));
@@ -72,9 +54,7 @@ std::vector<Similarity> MoveSubmap(std::vector<FusedView>& views, int submap,
     const bool moves = view.submap == submap;
     motions.push_back(moves ? motion : Similarity());
     if (!moves) continue;
-    view.T_world_cam = motion * view.T_world_cam;
-    view.depth_scale *= motion.scale();
-    view.median_depth_su *= motion.scale();
+    view.S_world_kf = motion * view.S_world_kf;
   }
   return motions;
 }
@@ -100,8 +80,7 @@ std::vector<std::size_t> ViewsAcross(std::span<const FusedView> views,
 }
 
 Similarity ModelFromTracker(const FusedView& view) {
-  return Similarity(view.depth_scale, view.T_world_cam) *
-         Similarity(view.tracker_scale, view.T_tracker_cam).Inverse();
+  return view.S_world_kf * view.S_tracker_kf.Inverse();
 }
 
 }  // namespace mono3d

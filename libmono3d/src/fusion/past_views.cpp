@@ -16,18 +16,18 @@ namespace {
 // Beyond the memory of some 37 maps of 768x448 the views are fewer.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
-DepthMap WithoutImages(const DepthMap& map) {
-  DepthMap view = map;
-  view.depth.release();
-  view.normal.release();
-  view.confidence.release();
-  view.bgr.release();
+PlacedDepthMap WithoutImages(const PlacedDepthMap& placed) {
+  PlacedDepthMap view = placed;
+  view.map.depth.release();
+  view.map.normal.release();
+  view.map.confidence.release();
+  view.map.bgr.release();
   return view;
 }
 
 }  // namespace
 
-void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
+void PastViews::Push(const std::shared_ptr<Device>& device, const PlacedDepthMap& map,
                      DepthMapBuffers& buffers) {
   if (max_views_ == 0) return;
   const std::size_t depth_bytes = buffers.depth.size_bytes();

@@ -8,13 +8,13 @@
 #include <memory>
 
 #include "fusion/depth_map_buffers.h"
-#include "mono3d/image/depth_map.h"
+#include "fusion/placed_depth_map.h"
 
 namespace mono3d {
 
 // A fused depth map as far as it can still speak of surfels that come later.
 struct PastView {
-  DepthMap view;            // without its images: camera, pose in the model, sigma, keyframe
+  PlacedDepthMap view;      // without its images: camera, pose in the model, sigma, keyframe
   DepthMapBuffers buffers;  // depth and candidate alone
 };
 
@@ -29,7 +29,8 @@ class PastViews {
 
   // Takes depth and candidate out of `buffers`, which is given others, of undefined contents, for
   // the next depth map. Where there is no memory for those it lets the depth map go.
-  void Push(const std::shared_ptr<Device>& device, const DepthMap& map, DepthMapBuffers& buffers);
+  void Push(const std::shared_ptr<Device>& device, const PlacedDepthMap& map,
+            DepthMapBuffers& buffers);
 
  private:
   std::size_t max_views_;

@@ -152,9 +152,9 @@ struct Registrar::Target {
 // Evaluates the prediction on one level, with fewer surfels than a registration takes.
 Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProblem& problem,
                                   int level, int& num_evaluations) {
-  Look look{problem.predicted, {}, 1};
-  RegisterParams params =
-      MakeRegisterParams(problem, look.view, target.surfels.size(), target.blocks.size(), level);
+  Look look{problem.predicted_S_world_kf, {}, 1};
+  RegisterParams params = MakeRegisterParams(problem, look.S_world_kf, target.surfels.size(),
+                                             target.blocks.size(), level);
   if (level == 0) params.stride *= kLookStride;
   look.stride = params.stride;
   for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
@@ -169,17 +169,17 @@ Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProble
 // What the model says of the prediction. Fine texture tells nothing of how far away a pose is that
 // is off by pixels, so the coarsest level is asked as well.
 Registrar::Judgement Registrar::Judge(const Target& target, const RegistrationProblem& of_tracker,
-                                      const RegisteredView& predicted, int& num_evaluations) {
+                                      const Similarity& predicted, int& num_evaluations) {
   RegistrationProblem problem = of_tracker;
-  problem.predicted = predicted;
+  problem.predicted_S_world_kf = predicted;
   double misfit = 0;
   Look look;
   for (const int level : {static_cast<int>(kNumLevels) - 1, 0}) {
     look = LookAt(target, problem, level, num_evaluations);
-    misfit =
-        std::max(misfit, Misfit(look.system, Solve(problem, look.system, look.view, look.stride)));
+    misfit = std::max(
+        misfit, Misfit(look.system, Solve(problem, look.system, look.S_world_kf, look.stride)));
   }
-  RegistrationEvidence evidence = EvidenceOf(of_tracker, look.system, look.stride, look.view);
+  RegistrationEvidence evidence = EvidenceOf(of_tracker, look.system, look.stride, look.S_world_kf);
   evidence.registered = evidence.overlap >= target.options.gate.min_overlap;
   evidence.tracker_misfit = misfit;
   evidence.num_iterations = num_evaluations;
@@ -189,10 +189,10 @@ Registrar::Judgement Registrar::Judge(const Target& target, const RegistrationPr
 // Gauss-Newton from the prediction, coarse to fine.
 Registrar::Look Registrar::Converge(const Target& target, const RegistrationProblem& problem,
                                     int& num_evaluations) {
-  Look look{problem.predicted, {}, 1};
+  Look look{problem.predicted_S_world_kf, {}, 1};
   for (const Pass& pass : kPasses) {
     for (int i = 0; i < kMaxStepsPerPass; ++i) {
-      RegisterParams params = MakeRegisterParams(problem, look.view, target.surfels.size(),
+      RegisterParams params = MakeRegisterParams(problem, look.S_world_kf, target.surfels.size(),
                                                  target.blocks.size(), pass.level);
       params.stride *= pass.stride;
       if (target.with_grey(problem.map)) SetExposure(params, look.system);
@@ -200,8 +200,8 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
                              target.times);
       look.stride = params.stride;
       ++num_evaluations;
-      const Vector7d step = Solve(problem, look.system, look.view, params.stride);
-      Move(look.view, step);
+      const Vector7d step = Solve(problem, look.system, look.S_world_kf, params.stride);
+      look.S_world_kf = Moved(look.S_world_kf, step);
       const bool is_last_pass = &pass == &kPasses.back();
       if (is_last_pass ? StandardErrors(look.system, step, params.stride) < kLastStepErrors
                        : std::ldexp(ImageMotion(problem, step), -pass.level) < kNearStep_px) {
@@ -225,8 +225,8 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   int num_evaluations = 0;
   RegistrationEvidence best;
   Matrix7d information = Matrix7d::Zero();
-  const RegisteredView* best_start = nullptr;
-  for (const RegisteredView& predicted : predictions) {
+  const Similarity* best_start = nullptr;
+  for (const Similarity& predicted : predictions) {
     Judgement judgement = Judge(target, of_tracker, predicted, num_evaluations);
     RegistrationEvidence& evidence = judgement.evidence;
     evidence.moved = &predicted != &predictions.front();
@@ -240,10 +240,11 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
     }
   }
   RegistrationProblem problem = of_tracker;
-  problem.predicted = *best_start;
+  problem.predicted_S_world_kf = *best_start;
   const Look found = Converge(target, problem, num_evaluations);
-  RegistrationEvidence evidence = EvidenceOf(of_tracker, found.system, found.stride, found.view);
-  evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.view));
+  RegistrationEvidence evidence =
+      EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
+  evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
   const bool is_better =
       evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
   best.tracker_misfit = evidence.tracker_misfit;
@@ -258,7 +259,8 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
     evidence.moved = false;
     return {predictions.front(), evidence, {}, {}, {}};
   }
-  return {is_better ? found.view : *best_start, evidence, std::move(rejection), information, {}};
+  return {
+      is_better ? found.S_world_kf : *best_start, evidence, std::move(rejection), information, {}};
 }
 
 }  // namespace mono3d

@@ -25,10 +25,10 @@ namespace mono3d {
 
 // Where the tracker expects a depth map, most trusted first: by its poses as they are, and as the
 // last registration has moved them.
-using Predictions = std::vector<RegisteredView>;
+using Predictions = std::vector<Similarity>;  // S_world_kf
 
 struct Registration {
-  RegisteredView view;
+  Similarity S_world_kf;
   RegistrationEvidence evidence;
   std::string rejection;  // why the depth map must not be fused; empty: it may
   // Where it was moved: what is known of the pose, see InformationOf, and what the tracker is told.
@@ -61,7 +61,7 @@ class Registrar {
  private:
   // One pose, looked at closely.
   struct Look {
-    RegisteredView view;
+    Similarity S_world_kf;
     RegistrationSystem system;
     std::uint32_t stride = 1;
   };
@@ -75,7 +75,7 @@ class Registrar {
     Matrix7d information;
   };
   Judgement Judge(const Target& target, const RegistrationProblem& of_tracker,
-                  const RegisteredView& predicted, int& num_evaluations);
+                  const Similarity& predicted, int& num_evaluations);
   Look Converge(const Target& target, const RegistrationProblem& problem, int& num_evaluations);
 
   static constexpr std::size_t kNumLevels = 3;

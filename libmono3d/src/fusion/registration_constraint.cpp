@@ -40,17 +40,17 @@ std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
   return static_cast<std::size_t>(most - num_blocks.begin());
 }
 
-KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, double scale_of_keyframe,
-                                  const RegisteredView& view, const Matrix7d& information,
-                                  const FusedView& anchor) {
-  const Pose in_model = view.T_world_cam.Inverse() * anchor.T_world_cam;
+KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
+                                  const Matrix7d& information, const FusedView& anchor) {
+  const Pose in_world = S_world_kf.pose().Inverse() * anchor.S_world_kf.pose();
+  const double anchor_scale = anchor.S_world_kf.scale();
   KeyframeConstraint constraint;
   constraint.id = keyframe_id;
   constraint.anchor_id = anchor.keyframe_id;
-  constraint.T_cam_anchor = Pose(in_model.rotation(), in_model.translation() / anchor.depth_scale);
-  constraint.scale = scale_of_keyframe * view.depth_scale / anchor.depth_scale;
+  constraint.T_cam_anchor = Pose(in_world.rotation(), in_world.translation() / anchor_scale);
+  constraint.scale = S_world_kf.scale() / anchor_scale;
   Vector7d unit = Vector7d::Ones();
-  unit.segment<3>(3).setConstant(anchor.depth_scale);
+  unit.segment<3>(3).setConstant(anchor_scale);
   constraint.information = unit.asDiagonal() * information * unit.asDiagonal();
   return constraint;
 }

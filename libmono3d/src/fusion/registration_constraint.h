@@ -26,11 +26,8 @@ std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
                                     std::span<const FusedView> views,
                                     std::span<const std::uint32_t> first_slots);
 
-// What a depth map that was registered as `view` says of its keyframe. Lengths around the keyframe
-// have been multiplied by `scale_of_keyframe` since its first depth map came; those of the
-// constraint are as they were then.
-KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, double scale_of_keyframe,
-                                  const RegisteredView& view, const Matrix7d& information,
-                                  const FusedView& anchor);
+// What a depth map that was registered at `S_world_kf` says of its keyframe.
+KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
+                                  const Matrix7d& information, const FusedView& anchor);
 
 }  // namespace mono3d

@@ -22,7 +22,7 @@ std::string Found(const char* what, double found, const char* expected, double l
 
 RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
                                 const RegistrationSystem& system, std::uint32_t stride,
-                                const RegisteredView& view) {
+                                const Similarity& S_world_kf) {
   RegistrationEvidence evidence;
   const auto agree = static_cast<double>(system.num_agree);
   const auto in_view =
@@ -35,7 +35,7 @@ RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
   if (system.num_grey > 0) {
     evidence.grey_residual = std::sqrt(system.grey_cost / static_cast<double>(system.num_grey));
   }
-  const Vector7d deviation = Deviation(problem, view);
+  const Vector7d deviation = Deviation(problem, S_world_kf);
   evidence.deviation_px = ImageMotion(problem, deviation);
   evidence.scale_deviation = deviation(6);
   evidence.uncertainty_px = Uncertainty_px(problem, system, stride);

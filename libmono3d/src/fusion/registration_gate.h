@@ -10,10 +10,10 @@
 
 namespace mono3d {
 
-// What `system`, evaluated at `view` over every `stride`-th surfel, says of the registration.
+// What `system`, evaluated at `S_world_kf` over every `stride`-th surfel, says of the registration.
 RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
                                 const RegistrationSystem& system, std::uint32_t stride,
-                                const RegisteredView& view);
+                                const Similarity& S_world_kf);
 
 // Why a depth map with this evidence must not be fused; empty: it may.
 std::string WhyNot(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate);

@@ -48,18 +48,9 @@ double MedianDepth(const DepthMap& map) {
 }
 
 RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,
-                                const RegisteredView& predicted) {
-  return {map, options, predicted, MedianDepth(map), std::min(map.camera.fx, map.camera.fy)};
-}
-
-DepthMap Placed(const DepthMap& map, const RegisteredView& view) {
-  DepthMap placed = map;
-  placed.T_world_cam = view.T_world_cam;
-  if (view.depth_scale == 1) return placed;
-  // An image of its own: an expression assigned as it is would be written into the caller's.
-  placed.depth = cv::Mat(map.depth * view.depth_scale);
-  placed.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth / view.depth_scale;
-  return placed;
+                                const Similarity& predicted_S_world_kf) {
+  return {map, options, predicted_S_world_kf, predicted_S_world_kf.scale() * MedianDepth(map),
+          std::min(map.camera.fx, map.camera.fy)};
 }
 
 // Motion of the image, in pixels, of a motion of the camera.
@@ -68,29 +59,28 @@ double ImageMotion(const RegistrationProblem& problem, const Vector7d& step) {
          std::hypot(step.head<3>().norm(), step.segment<3>(3).norm() / problem.median_depth_su);
 }
 
-// From the prediction to `view`, as the unknowns of one step.
-Vector7d Deviation(const RegistrationProblem& problem, const RegisteredView& view) {
-  const Pose moved = view.T_world_cam.Inverse() * problem.predicted.T_world_cam;
+// From the prediction to `S_world_kf`, as the unknowns of one step.
+Vector7d Deviation(const RegistrationProblem& problem, const Similarity& S_world_kf) {
+  const Pose moved = S_world_kf.pose().Inverse() * problem.predicted_S_world_kf.pose();
   Vector7d deviation;
   deviation << RotationLog(moved.rotation()), moved.translation(),
-      std::log(view.depth_scale / problem.predicted.depth_scale);
+      std::log(S_world_kf.scale() / problem.predicted_S_world_kf.scale());
   return deviation;
 }
 
-void Move(RegisteredView& view, const Vector7d& step) {
+Similarity Moved(const Similarity& S_world_kf, const Vector7d& step) {
   const Pose moved(RotationExp(step.head<3>()), step.segment<3>(3));
-  view.T_world_cam = (moved * view.T_world_cam.Inverse()).Inverse();
-  view.depth_scale *= std::exp(step(6));
+  return {S_world_kf.scale() * std::exp(step(6)), (moved * S_world_kf.pose().Inverse()).Inverse()};
 }
 
-RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const RegisteredView& view,
+RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Similarity& S_world_kf,
                                   std::uint32_t num_surfels, std::uint32_t num_blocks, int level) {
   DepthMap at_view;  // its images play no part
   at_view.camera = problem.map.camera;
-  at_view.T_world_cam = view.T_world_cam;
   at_view.depth_sigma_per_square_depth =
-      problem.map.depth_sigma_per_square_depth / view.depth_scale;
-  const ViewParams same = MakeViewParams(at_view, problem.options, num_surfels, 0);
+      problem.map.depth_sigma_per_square_depth / S_world_kf.scale();
+  const ViewParams same =
+      MakeViewParams(at_view, S_world_kf.pose(), problem.options, num_surfels, 0);
   RegisterParams params{};
   params.width_px = same.width_px;
   params.height_px = same.height_px;
@@ -108,7 +98,7 @@ RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Regi
   const std::uint32_t max_samples = kMaxSamples >> static_cast<unsigned>(2 * level);
   params.stride =
       std::max(DivideRoundingUp(std::uint64_t{num_blocks} * kSurfelsPerBlock, max_samples), 1U);
-  params.depth_scale = static_cast<float>(view.depth_scale);
+  params.depth_scale = static_cast<float>(S_world_kf.scale());
   params.grey_level = static_cast<std::uint32_t>(level);
   params.grey_noise = static_cast<float>(problem.options.registration.grey_noise);
   params.grey_shift_px = static_cast<float>(problem.options.registration.grey_shift_px);
@@ -156,10 +146,10 @@ Vector7d UnitDiagonal(const Matrix7d& information) {
 
 // The step of Gauss and Newton, with the prior.
 Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
-               const RegisteredView& view, std::uint32_t stride) {
+               const Similarity& S_world_kf, std::uint32_t stride) {
   const Matrix7d information = Information(problem, system, stride);
   Vector7d gradient = IndependentShare(stride) * system.gradient;
-  gradient += PriorInformation(problem).cwiseProduct(Deviation(problem, view));
+  gradient += PriorInformation(problem).cwiseProduct(Deviation(problem, S_world_kf));
   if (!problem.options.registration.with_scale) gradient(6) = 0;
   const Vector7d unit = UnitDiagonal(information);
   const Matrix7d scaled = unit.asDiagonal() * information * unit.asDiagonal();

@@ -8,14 +8,9 @@
 #include "fusion/register.params.h"
 #include "fusion/registration_system.h"
 #include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/similarity.h"
 
 namespace mono3d {
-
-// Where a depth map belongs in the model.
-struct RegisteredView {
-  Pose T_world_cam;
-  double depth_scale = 1;  // its depths are to be multiplied by this
-};
 
 // Neighbouring pixels match with overlapping census windows of 9x7: so many residuals hold one
 // independent measurement.
@@ -28,26 +23,24 @@ double MedianDepth(const DepthMap& map);
 struct RegistrationProblem {
   const DepthMap& map;
   const SurfelMapOptions& options;
-  RegisteredView predicted;
-  double median_depth_su;  // as the map has it
+  Similarity predicted_S_world_kf;
+  double median_depth_su;  // there, in the unit of the world
   double focal_px;
 };
 
 RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,
-                                const RegisteredView& predicted);
-
-// The depth map where it belongs in the model.
-DepthMap Placed(const DepthMap& map, const RegisteredView& view);
+                                const Similarity& predicted_S_world_kf);
 
 // Motion of the image, in pixels, of a motion of the camera: rotation and translation together.
 double ImageMotion(const RegistrationProblem& problem, const Vector7d& step);
 
-// From the prediction to `view`, as the unknowns of one step.
-Vector7d Deviation(const RegistrationProblem& problem, const RegisteredView& view);
+// From the prediction to `S_world_kf`, as the unknowns of one step.
+Vector7d Deviation(const RegistrationProblem& problem, const Similarity& S_world_kf);
 
-void Move(RegisteredView& view, const Vector7d& step);
+// By one step.
+Similarity Moved(const Similarity& S_world_kf, const Vector7d& step);
 
-RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const RegisteredView& view,
+RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Similarity& S_world_kf,
                                   std::uint32_t num_surfels, std::uint32_t num_blocks, int level);
 
 // Exposure drifts from map to map: mean and contrast of what both see are made equal.
@@ -55,7 +48,7 @@ void SetExposure(RegisterParams& params, const RegistrationSystem& system);
 
 // The step of Gauss and Newton, with the prior.
 Vector7d Solve(const RegistrationProblem& problem, const RegistrationSystem& system,
-               const RegisteredView& view, std::uint32_t stride);
+               const Similarity& S_world_kf, std::uint32_t stride);
 
 // One sigma of the pose found, with the prior, as motion in the image.
 double Uncertainty_px(const RegistrationProblem& problem, const RegistrationSystem& system,

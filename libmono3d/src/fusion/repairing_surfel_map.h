@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "fusion/health_monitor.h"
@@ -19,8 +18,6 @@ namespace mono3d {
 class RepairableMap : public SurfelMap {
  public:
   virtual std::uint32_t num_depth_maps() const = 0;
-  // By which corrections have multiplied the lengths around a keyframe so far.
-  virtual double ScaleOfKeyframe(std::int64_t id) const = 0;
   // Removes the depth maps from the given one on, and the surfels anchored to them. What they added
   // to surfels of earlier ones stays.
   virtual void TakeOut(std::uint32_t first_depth_map) = 0;
@@ -35,9 +32,10 @@ class RepairingSurfelMap : public SurfelMap {
  public:
   RepairingSurfelMap(std::unique_ptr<RepairableMap> model, const SurfelMapOptions& options);
 
-  FusionResult Integrate(const DepthMap& map) override;
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
-  std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join) override;
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override;
+  UpdateResult Update(const KeyframePoses& poses) override { return model_->Update(poses); }
+  std::optional<UpdateResult> Join(SurfelMap& other, const KeyframePoses& poses) override;
+  std::vector<FusedDepthMap> DepthMaps() const override { return model_->DepthMaps(); }
   void Rest() override;
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
@@ -47,8 +45,8 @@ class RepairingSurfelMap : public SurfelMap {
 
  private:
   void Keep(KeptMap kept, FusionResult& result);
-  RetriedMap TryAgain(KeptMap kept, FusionResult& all);
-  void Repair(FusionResult& result);
+  RetriedMap TryAgain(KeptMap kept, const KeyframePoses& poses, FusionResult& all);
+  void Repair(const KeyframePoses& poses, FusionResult& result);
 
   std::unique_ptr<RepairableMap> model_;
   SurfelMapOptions options_;

@@ -33,68 +33,67 @@ void RequireUsable(const DepthMap& map) {
                            .expected = "an undistorted depth map",
                            .found = {}});
   }
-  if (!map.T_world_cam.Matrix().allFinite()) {
-    throw Error(ErrorParts{
-        .what = "pose is not finite", .where = "depth map", .expected = {}, .found = {}});
-  }
 }
 
 }  // namespace
 
 // Paper, section 3.3: registration with the model, then fusion.
-FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
+FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses& poses) {
   const ScopedStageTimer timer(times_, "fusion/integrate");
   RequireUsable(map);
-  if (map_id_ && *map_id_ != map.map_id) {
-    return Rejected(map, "map " + std::to_string(map.map_id) +
-                             " of the tracker has nothing in common with map " +
-                             std::to_string(*map_id_) + " of the model");
+  const KeyframePose& keyframe = poses.At(map.keyframe_id);
+  (void)Update(poses);
+  if (map_id_ && *map_id_ != keyframe.map_id) {
+    return Rejected(keyframe.S_world_kf, "map " + std::to_string(keyframe.map_id) +
+                                             " of the tracker has nothing in common with map " +
+                                             std::to_string(*map_id_) + " of the model");
   }
-  if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps)
-    return Rejected(map, "model is full: it has the most depth maps it can count");
+  if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps) {
+    return Rejected(keyframe.S_world_kf, "model is full: it has the most depth maps it can count");
+  }
   PackedDepthMap packed = Pack(map, options_.with_confidence);
-  if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
+  if (packed.num_candidates == 0)
+    return Rejected(keyframe.S_world_kf, "no estimate in the depth map");
 
-  Upload(map, packed);
-  const Placement placement = Place(map);
+  Upload({map, keyframe.T_world_cam()}, packed);
+  const Placement placement = Place(map, keyframe.S_world_kf);
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
-    FusionResult result = Rejected(map, registration.rejection);
+    FusionResult result = Rejected(keyframe.S_world_kf, registration.rejection);
     result.registration = registration.evidence;
     return result;
   }
-  const DepthMap placed = Placed(map, registration.view);
+  const Similarity& S_world_kf = registration.S_world_kf;
+  const PlacedDepthMap placed = Placed(map, S_world_kf);
   if (placement.join) {
-    Upload(placed, Pack(placed, options_.with_confidence));
+    Upload(placed, Pack(placed.map, options_.with_confidence));
   } else {
-    buffers_.ScaleDepth(static_cast<float>(registration.view.depth_scale), packed);
+    buffers_.ScaleDepth(static_cast<float>(S_world_kf.scale()), packed);
   }
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
   std::uint32_t num_new = Associate(ViewOf(placed), placement.submap);
   while (!MakeRoom(num_new) && Coarsen()) num_new = Associate(ViewOf(placed), placement.submap);
   if (surfels_.max_size() - surfels_.size() < num_new) {
-    return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
-                             std::to_string(num_new) + " new ones, room for " +
-                             std::to_string(surfels_.max_size()));
+    return Rejected(keyframe.S_world_kf, "model is full: " + std::to_string(num_surfels()) +
+                                             " surfels and " + std::to_string(num_new) +
+                                             " new ones, room for " +
+                                             std::to_string(surfels_.max_size()));
   }
-  AddView({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
-           ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
-           ScaleOfKeyframe(map.keyframe_id) * registration.view.depth_scale, MedianDepth(placed),
-           placement.submap});
-  const std::uint32_t num_removed = Update(ViewOf(placed), num_new);
+  AddView({map.keyframe_id, map.frame_index, map.timestamp_s, map.camera, keyframe.S_world_kf,
+           S_world_kf, MedianDepth(map), placement.submap});
+  const std::uint32_t num_removed = ChangeSurfels(ViewOf(placed), num_new);
   past_views_.Push(device_, placed, buffers_);
   surfels_.BeginDepthMap(num_depth_maps_);
   surfels_.Update(num_new, num_removed);
   if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
-  map_id_ = map.map_id;
-  tracker_is_astray_ = registration.evidence.moved;
+  map_id_ = keyframe.map_id;
+  tracker_drifted_ = registration.evidence.moved;
   ++num_depth_maps_;
 
   FusionResult result;
   result.status = FusionStatus::kFused;
-  result.T_world_cam = placed.T_world_cam;
-  result.scale = registration.view.depth_scale;
+  result.S_world_kf = S_world_kf;
   result.registration = registration.evidence;
   result.num_merged = packed.num_candidates - num_new;
   result.num_inserted = num_new;
@@ -106,24 +105,41 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   return result;
 }
 
-CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> corrections) {
-  const ScopedStageTimer timer(times_, "fusion/correct");
-  std::vector<KeyframeCorrection> own;
-  std::copy_if(corrections.begin(), corrections.end(), std::back_inserter(own),
-               [&](const KeyframeCorrection& c) { return c.map_id == map_id_; });
-  for (const KeyframeCorrection& c : own) scale_of_keyframe_[c.id] = c.scale;
-  CorrectionResult result;
-  const std::vector<Similarity> motions = MoveViews(views_, own);
+// The map of the tracker in which the keyframes of the model are by `poses`.
+std::optional<int> VulkanSurfelMap::MapIdBy(const KeyframePoses& poses) const {
+  for (const FusedView& view : views_) {
+    const KeyframePose* found = poses.Find(view.keyframe_id);
+    if (found != nullptr) return found->map_id;
+  }
+  return map_id_;
+}
+
+UpdateResult VulkanSurfelMap::Update(const KeyframePoses& poses) {
+  const ScopedStageTimer timer(times_, "fusion/update");
+  UpdateResult result;
+  map_id_ = MapIdBy(poses);
+  const std::vector<Similarity> motions =
+      map_id_ ? MoveViews(views_, poses, *map_id_) : std::vector<Similarity>();
   if (!motions.empty()) {
+    result.has_moved = true;
     past_views_.Clear();  // they show the scene as it was
     corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
     surfels_.SetBounded(0);
     result.num_merged = MergeOverlaps(ViewsOfOverlap(views_, motions, kMaxMergingViews));
     if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
-    result.views = MovedViews();
   }
   result.num_surfels = num_surfels();
   return result;
+}
+
+std::vector<FusedDepthMap> VulkanSurfelMap::DepthMaps() const {
+  std::vector<FusedDepthMap> maps;
+  for (const FusedView& view : views_) {
+    if (view.is_break) continue;
+    maps.push_back({view.frame_index, view.timestamp_s, view.keyframe_id, view.S_world_kf});
+  }
+  std::ranges::stable_sort(maps, {}, &FusedDepthMap::frame_index);
+  return maps;
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
@@ -132,7 +148,7 @@ void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
   views_.resize(std::min<std::size_t>(views_.size(), first_depth_map));
   while (!views_.empty() && views_.back().is_break) views_.pop_back();
   num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
-  tracker_is_astray_ = false;
+  tracker_drifted_ = false;
 }
 
 // What these views show twice. Without memory for it things stay double.
@@ -151,8 +167,8 @@ std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
   Resize(view.camera);
   DepthMap seen;  // its images play no part
   seen.camera = view.camera;
-  seen.T_world_cam = view.T_world_cam;
-  const ViewParams params = MakeViewParams(seen, options_, surfels_.size(), num_depth_maps_);
+  const ViewParams params =
+      MakeViewParams(seen, view.S_world_kf.pose(), options_, surfels_.size(), num_depth_maps_);
   FindVisible({&params, 1}, kViewMargin_px);
   const std::uint32_t num_removed =
       corrector_.MergeOverlap(recorder_, stages_, params, buffers_, surfels_, visible_, times_);
@@ -161,10 +177,10 @@ std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
   return num_removed;
 }
 
-FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) const {
+FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, std::string reason) const {
   FusionResult result;
   result.reason = std::move(reason);
-  result.T_world_cam = map.T_world_cam;
+  result.S_world_kf = S_world_kf;
   result.num_surfels = num_surfels();
   return result;
 }
@@ -180,10 +196,10 @@ void VulkanSurfelMap::FindVisible(std::span<const ViewParams> views, std::uint32
   culler_.FindVisible(recorder_, views, margin_px, surfels_, visible_, times_);
 }
 
-void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) {
-  Resize(map.camera);
+void VulkanSurfelMap::Upload(const PlacedDepthMap& placed, const PackedDepthMap& packed) {
+  Resize(placed.map.camera);
   buffers_.Upload(packed);
-  stages_.Prepare(recorder_, ViewOf(map), buffers_);
+  stages_.Prepare(recorder_, ViewOf(placed), buffers_);
 }
 
 // What the depth map says of each surfel, and which of its pixels are new: returns how many, and
@@ -207,7 +223,7 @@ std::uint32_t VulkanSurfelMap::Associate(const ViewParams& params, int submap) {
 }
 
 // Returns the number of surfels removed.
-std::uint32_t VulkanSurfelMap::Update(ViewParams params, std::uint32_t num_new) {
+std::uint32_t VulkanSurfelMap::ChangeSurfels(ViewParams params, std::uint32_t num_new) {
   params.num_new = num_new;
   stages_.Merge(recorder_, params, buffers_, surfels_, visible_);
   recorder_.Fill(buffers_.num_removed, 0);
@@ -225,7 +241,8 @@ void VulkanSurfelMap::ReviewNew(std::uint32_t first_surfel, std::uint32_t num_su
   if (first_surfel == num_surfels) return;
   latest_.SetRange(device_, first_surfel, num_surfels);
   for (const PastView& past : past_views_.views()) {
-    ViewParams params = MakeViewParams(past.view, options_, num_surfels, num_depth_maps_);
+    ViewParams params = MakeViewParams(past.view.map, past.view.T_world_cam, options_, num_surfels,
+                                       num_depth_maps_);
     params.first_surfel = first_surfel;
     params.is_past = 1;
     stages_.Associate(recorder_, params, past.buffers, surfels_, latest_);
@@ -258,8 +275,9 @@ bool VulkanSurfelMap::Coarsen() {
   return true;
 }
 
-ViewParams VulkanSurfelMap::ViewOf(const DepthMap& placed) const {
-  ViewParams params = MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_);
+ViewParams VulkanSurfelMap::ViewOf(const PlacedDepthMap& placed) const {
+  ViewParams params =
+      MakeViewParams(placed.map, placed.T_world_cam, options_, surfels_.size(), num_depth_maps_);
   params.merge_radius_px = merge_radius_px_;
   return params;
 }

@@ -7,7 +7,9 @@
 
 namespace mono3d {
 
-std::optional<CorrectionResult> SurfelMap::Join(SurfelMap&, const MapJoin&) { return std::nullopt; }
+std::optional<UpdateResult> SurfelMap::Join(SurfelMap&, const KeyframePoses&) {
+  return std::nullopt;
+}
 
 void AssociationOptions::Visit(OptionVisitor& visit) {
   visit("matching_error_px", matching_error_px, "one sigma of the matching behind the depth maps");

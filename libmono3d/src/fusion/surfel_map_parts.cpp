@@ -21,30 +21,27 @@ namespace {
 constexpr std::size_t kMaxMergingViews = 24;
 
 // From where a depth map lies in one submap to where it lies in another.
-Similarity Between(const RegisteredView& from, const RegisteredView& to) {
-  return Similarity(to.depth_scale, to.T_world_cam) *
-         Similarity(from.depth_scale, from.T_world_cam).Inverse();
+Similarity Between(const Similarity& from_S_world_kf, const Similarity& to_S_world_kf) {
+  return to_S_world_kf * from_S_world_kf.Inverse();
 }
 
 }  // namespace
 
 // The tracker's pose; and that pose moved as the last registration moved the one before it, for a
-// tracker that has gone astray knows how the camera has moved since then.
-Predictions VulkanSurfelMap::Predict(const DepthMap& map) const {
-  Predictions predictions = {{map.T_world_cam, 1}};
-  if (tracker_is_astray_) {
-    const Similarity S_model_tracker = ModelFromTracker(views_.back());
-    predictions.push_back({S_model_tracker * map.T_world_cam, S_model_tracker.scale()});
-  }
+// tracker that has drifted knows how the camera has moved since then.
+Predictions VulkanSurfelMap::Predict(const Similarity& S_world_kf) const {
+  Predictions predictions = {S_world_kf};
+  if (tracker_drifted_) predictions.push_back(ModelFromTracker(views_.back()) * S_world_kf);
   return predictions;
 }
 
 // Registered with the submaps that it shows. Where it is sure of two, they become one first; where
 // it shows none, it is the first of a new one.
-VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
-  const Predictions predictions = Predict(map);
+VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map,
+                                                  const Similarity& S_world_kf) {
+  const Predictions predictions = Predict(S_world_kf);
   if (views_.empty() || !options_.registration.enabled)
-    return {.registration = {.view = predictions.front(),
+    return {.registration = {.S_world_kf = predictions.front(),
                              .evidence = {},
                              .rejection = {},
                              .information = {},
@@ -54,7 +51,7 @@ VulkanSurfelMap::Placement VulkanSurfelMap::Place(const DepthMap& map) {
             .join = {},
             .constraints = {}};
   std::vector<ViewParams> views;
-  for (const RegisteredView& predicted : predictions) {
+  for (const Similarity& predicted : predictions) {
     views.push_back(ViewOf(Placed(map, predicted)));
   }
   FindVisible(views, static_cast<std::uint32_t>(std::ceil(options_.gate.max_deviation_px)));
@@ -88,9 +85,8 @@ Registration VulkanSurfelMap::Register(const DepthMap& map, const Predictions& p
   const std::optional<std::size_t> anchor =
       AnchorOf(blocks.numbers(), views_, surfels_.first_slots());
   if (anchor && views_[*anchor].keyframe_id != map.keyframe_id) {
-    registration.constraint =
-        MakeConstraint(map.keyframe_id, ScaleOfKeyframe(map.keyframe_id), registration.view,
-                       registration.information, views_[*anchor]);
+    registration.constraint = MakeConstraint(map.keyframe_id, registration.S_world_kf,
+                                             registration.information, views_[*anchor]);
   }
   return registration;
 }
@@ -156,7 +152,6 @@ std::optional<SubmapJoin> VulkanSurfelMap::JoinSubmaps(
     past_views_.Clear();
     surfels_.SetBounded(0);
     join.num_merged = MergeAcross(is_other);
-    join.views = MovedViews();
   }
   shown = {oldest};
   Log(LogLevel::kInfo, "depth map of frame " + std::to_string(map.frame_index) + ": joins " +
@@ -167,11 +162,11 @@ std::optional<SubmapJoin> VulkanSurfelMap::JoinSubmaps(
 
 void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const SubmapRegistration& other,
                                    const SubmapRegistration& oldest, SubmapJoin& join) {
-  const Similarity motion = Between(other.registration.view, oldest.registration.view);
+  const Similarity motion = Between(other.registration.S_world_kf, oldest.registration.S_world_kf);
   const std::vector<Similarity> motions = MoveSubmap(views_, other.submap, motion);
   corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
-  const RegistrationProblem problem = MakeProblem(map, options_, other.registration.view);
-  const double moved_px = ImageMotion(problem, Deviation(problem, oldest.registration.view));
+  const RegistrationProblem problem = MakeProblem(map, options_, other.registration.S_world_kf);
+  const double moved_px = ImageMotion(problem, Deviation(problem, oldest.registration.S_world_kf));
   if (moved_px < join.moved_px) return;
   join.moved_px = moved_px;
   join.scale = motion.scale();
@@ -195,46 +190,24 @@ void VulkanSurfelMap::AddView(const FusedView& view) {
   views_.push_back(view);
 }
 
-std::vector<MovedView> VulkanSurfelMap::MovedViews() const {
-  std::vector<MovedView> moved;
-  for (const FusedView& view : views_) {
-    if (!view.is_break) moved.push_back({view.frame_index, view.T_world_cam, view.depth_scale});
-  }
-  return moved;
-}
-
-std::optional<CorrectionResult> VulkanSurfelMap::Join(SurfelMap& other, const MapJoin& join) {
+std::optional<UpdateResult> VulkanSurfelMap::Join(SurfelMap& other, const KeyframePoses& poses) {
   auto* theirs = dynamic_cast<VulkanSurfelMap*>(&other);
-  if (theirs == nullptr || theirs == this || map_id_.value_or(join.map_id) != join.map_id) {
-    return std::nullopt;
-  }
+  if (theirs == nullptr || theirs == this) return std::nullopt;
+  const std::optional<int> map_id = theirs->MapIdBy(poses);
+  const std::optional<int> own_map_id = MapIdBy(poses);
+  if (map_id && own_map_id && map_id != own_map_id) return std::nullopt;
   surfels_.Compact();
   theirs->surfels_.Compact();
   const std::size_t num_views = views_.size() + theirs->views_.size() + 2 * kDeformationWindow;
   if (num_views >= kMaxDepthMaps || !MakeRoom(theirs->surfels_.size())) return std::nullopt;
-  CorrectionResult result;
-  map_id_ = join.map_id;
-  result.num_merged = Correct(join.corrections).num_merged;
-  theirs->MoveInto(join);
+  UpdateResult result = Update(poses);
+  const UpdateResult of_theirs = theirs->Update(poses);
+  result.has_moved = result.has_moved || of_theirs.has_moved;
+  result.num_merged += of_theirs.num_merged;
+  if (map_id) map_id_ = map_id;
   if (!theirs->views_.empty()) result.num_merged += Append(*theirs);
-  result.views = MovedViews();
   result.num_surfels = num_surfels();
   return result;
-}
-
-// To where the world of this model is from now on.
-void VulkanSurfelMap::MoveInto(const MapJoin& join) {
-  std::vector<KeyframeCorrection> corrections(join.corrections.begin(), join.corrections.end());
-  for (const FusedView& view : views_) {
-    const bool is_known =
-        std::any_of(join.corrections.begin(), join.corrections.end(),
-                    [&](const KeyframeCorrection& c) { return c.id == view.keyframe_id; });
-    if (is_known) continue;
-    corrections.push_back({view.keyframe_id, join.map_id, join.S_this_other * view.T_tracker_cam,
-                           view.tracker_scale * join.S_this_other.scale()});
-  }
-  map_id_ = join.map_id;
-  (void)Correct(corrections);
 }
 
 // Makes another model in the same world, which is empty afterwards, a part of this one. Its submaps
@@ -248,8 +221,7 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   views_.insert(views_.end(), other.views_.begin() + 1, other.views_.end());
   num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
   surfels_.Append(other.surfels_.Download(), first_view);
-  for (const auto& [id, scale] : other.scale_of_keyframe_) scale_of_keyframe_[id] = scale;
-  tracker_is_astray_ = other.tracker_is_astray_;
+  tracker_drifted_ = other.tracker_drifted_;
   merge_radius_px_ = std::max(merge_radius_px_, other.merge_radius_px_);
   past_views_.Clear();
   std::vector<bool> is_other(views_.size());
@@ -259,7 +231,6 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   other.views_.clear();
   other.num_depth_maps_ = 0;
   other.map_id_.reset();
-  other.scale_of_keyframe_.clear();
   other.Rest();
   const std::int64_t num_merged = MergeAcross(is_other);
   const CameraModel& camera = views_.back().camera;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,6 +17,7 @@
 #include "fusion/fusion_stages.h"
 #include "fusion/model_parts.h"
 #include "fusion/past_views.h"
+#include "fusion/placed_depth_map.h"
 #include "fusion/registration.h"
 #include "fusion/repairing_surfel_map.h"
 #include "fusion/selection.h"
@@ -48,16 +48,13 @@ class VulkanSurfelMap : public RepairableMap {
         surfels_(device_, static_cast<std::uint32_t>(options.max_surfels)),
         past_views_(static_cast<std::size_t>(options.num_reviews)) {}
 
-  FusionResult Integrate(const DepthMap& map) override;
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override;
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override;
+  UpdateResult Update(const KeyframePoses& poses) override;
+  std::vector<FusedDepthMap> DepthMaps() const override;
   std::uint32_t num_depth_maps() const override { return num_depth_maps_; }
-  double ScaleOfKeyframe(std::int64_t id) const override {
-    const auto found = scale_of_keyframe_.find(id);
-    return found == scale_of_keyframe_.end() ? 1 : found->second;
-  }
   void TakeOut(std::uint32_t first_depth_map) override;
   int num_submaps() const override { return static_cast<int>(Submaps(views_).size()); }
-  std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join) override;
+  std::optional<UpdateResult> Join(SurfelMap& other, const KeyframePoses& poses) override;
   void Rest() override;
 
   using SurfelMap::Export;
@@ -70,10 +67,11 @@ class VulkanSurfelMap : public RepairableMap {
   }
 
  private:
-  ViewParams ViewOf(const DepthMap& placed) const;
-  FusionResult Rejected(const DepthMap& map, std::string reason) const;
-  void Upload(const DepthMap& map, const PackedDepthMap& packed);
-  Predictions Predict(const DepthMap& map) const;
+  ViewParams ViewOf(const PlacedDepthMap& placed) const;
+  FusionResult Rejected(const Similarity& S_world_kf, std::string reason) const;
+  void Upload(const PlacedDepthMap& placed, const PackedDepthMap& packed);
+  Predictions Predict(const Similarity& S_world_kf) const;
+  std::optional<int> MapIdBy(const KeyframePoses& poses) const;
   // Where a depth map goes.
   struct Placement {
     Registration registration;
@@ -87,7 +85,7 @@ class VulkanSurfelMap : public RepairableMap {
     int submap = 0;
     Registration registration;
   };
-  Placement Place(const DepthMap& map);
+  Placement Place(const DepthMap& map, const Similarity& S_world_kf);
   Registration Register(const DepthMap& map, const Predictions& predictions,
                         const BlockList& blocks);
   std::vector<SubmapRegistration> RegisterWithSubmaps(const DepthMap& map,
@@ -98,11 +96,9 @@ class VulkanSurfelMap : public RepairableMap {
                     const SubmapRegistration& oldest, SubmapJoin& join);
   std::int64_t MergeAcross(const std::vector<bool>& is_other);
   void AddView(const FusedView& view);
-  std::vector<MovedView> MovedViews() const;
-  void MoveInto(const MapJoin& join);
   std::int64_t Append(VulkanSurfelMap& other);
   std::uint32_t Associate(const ViewParams& params, int submap);
-  std::uint32_t Update(ViewParams params, std::uint32_t num_new);
+  std::uint32_t ChangeSurfels(ViewParams params, std::uint32_t num_new);
   void ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels);
   bool MakeRoom(std::uint32_t num_new);
   bool Coarsen();
@@ -128,10 +124,9 @@ class VulkanSurfelMap : public RepairableMap {
   std::uint32_t merge_radius_px_ = 1;
   int width_px_ = 0;
   int height_px_ = 0;
-  std::vector<FusedView> views_;                      // of the depth maps in the model
-  std::map<std::int64_t, double> scale_of_keyframe_;  // of those that were corrected
-  std::optional<int> map_id_;                         // of the first depth map
-  bool tracker_is_astray_ = false;    // the last depth map was not where the tracker put it
+  std::vector<FusedView> views_;      // of the depth maps in the model
+  std::optional<int> map_id_;         // of the tracker's map that the model shows
+  bool tracker_drifted_ = false;      // the last depth map was not where the tracker put it
   std::uint32_t num_depth_maps_ = 0;  // fused so far
 };
 

@@ -7,49 +7,50 @@
 
 namespace mono3d {
 
-ModelThread::ModelThread(ModelBuilder& builder) : builder_(builder) {
+ModelThread::ModelThread(ModelStages stages) : builder_(std::move(stages)) {
   thread_ = std::thread([this] { Run(); });
 }
 
-ModelThread::~ModelThread() {
+ModelThread::~ModelThread() { static_cast<void>(End()); }
+
+ModelBuilder& ModelThread::End() {
   {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  return builder_;
 }
 
-void ModelThread::Add(ImageBundle bundle) {
+void ModelThread::Add(ImageBundle bundle, KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
     Rethrow();
     num_dropped_ += bundle_ ? 1 : 0;
     bundle_ = std::move(bundle);
+    poses_ = std::move(poses);
   }
   changed_.notify_all();
 }
 
-void ModelThread::Change(MapChange change) {
-  if (change.joined.empty() && change.corrections.empty()) return;
+void ModelThread::Update(KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
     Rethrow();
-    if (bundle_) MoveBundle(change.corrections, scales_, *bundle_);
-    scales_.Take(change.corrections);
-    changes_.push_back(std::move(change));
+    poses_ = std::move(poses);
   }
   changed_.notify_all();
 }
 
 void ModelThread::Wait() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return error_ != nullptr || is_ending_ || (!HasWork() && !is_busy_); });
+  changed_.wait(lock, [&] { return error_ || is_ending_ || (!poses_ && !is_busy_); });
   Rethrow();
 }
 
 void ModelThread::Rethrow() {
-  if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 ModelFeedback ModelThread::TakeFeedback() {
@@ -57,44 +58,44 @@ ModelFeedback ModelThread::TakeFeedback() {
   return std::exchange(feedback_, {});
 }
 
-std::int64_t ModelThread::num_dropped() const {
-  const std::lock_guard lock(mutex_);
-  return num_dropped_;
-}
-
 ModelProgress ModelThread::Progress() const {
   const std::lock_guard lock(mutex_);
-  return progress_;
+  ModelProgress progress = thread_.joinable() ? progress_ : builder_.Progress();
+  progress.counts.num_dropped_bundles = num_dropped_;
+  return progress;
 }
 
 void ModelThread::Run() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return is_ending_ || HasWork(); });
+    changed_.wait(lock, [&] { return is_ending_ || poses_; });
     if (is_ending_) return;
     is_busy_ = true;
-    const std::vector<MapChange> changes = std::exchange(changes_, {});
-    const std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
+    const KeyframePosesPtr poses = std::exchange(poses_, nullptr);
+    std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
     lock.unlock();
     std::exception_ptr error;
     ModelProgress progress;
     ModelFeedback feedback;
     try {
-      for (const MapChange& change : changes) builder_.Change(change);
-      if (bundle) builder_.Add(*bundle);
+      if (bundle) {
+        builder_.Add(*std::move(bundle), poses);
+      } else {
+        builder_.Update(poses);
+      }
       progress = builder_.Progress();
       feedback = builder_.TakeFeedback();
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
-    if (error == nullptr) {
+    if (!error) {
       progress_ = std::move(progress);
       feedback_.Append(feedback);
     }
     is_busy_ = false;
     error_ = error;
-    is_ending_ = is_ending_ || error != nullptr;
+    is_ending_ = is_ending_ || error;
     changed_.notify_all();
   }
 }

@@ -165,7 +165,7 @@ BundlePoses ToResult(const BundleMap& grown, std::span<const Frame> frames) {
     Keyframe& keyframe = result.keyframes.emplace_back();
     keyframe.id = static_cast<std::int64_t>(i);
     keyframe.frame = frames[i];
-    keyframe.T_world_cam = image.T_world_cam;
+    result.T_world_cam.push_back(image.T_world_cam);
     for (const float depth : map.Depths(view)) {
       keyframe.sparse_depths_su.push_back(static_cast<float>(S_ref_map.scale()) * depth);
     }

@@ -8,19 +8,22 @@
 namespace mono3d::tracking {
 
 FrameRecord MakeRecord(const View& view, const Map& map, KeyframeId keyframe) {
-  return {view.frame.index,
-          view.frame.timestamp_s,
-          map.id(),
-          keyframe,
-          view.T_cam_world * map.T_cam_world(keyframe).Inverse(),
-          map.keyframe(keyframe).scale};
+  const Pose T_cam_keyframe = view.T_cam_world * map.T_cam_world(keyframe).Inverse();
+  return {
+      view.frame.index, view.frame.timestamp_s, map.id(), keyframe,
+      Pose(T_cam_keyframe.rotation(), T_cam_keyframe.translation() / map.keyframe(keyframe).scale)};
 }
 
 Pose PoseOf(const FrameRecord& record, const Map& map) {
-  const double scale = map.keyframe(record.keyframe).scale / record.scale;
+  const double scale = map.keyframe(record.keyframe).scale;
   const Pose T_cam_keyframe(record.T_cam_keyframe.rotation(),
                             scale * record.T_cam_keyframe.translation());
   return T_cam_keyframe * map.T_cam_world(record.keyframe);
+}
+
+FramePose ToFramePose(const FrameRecord& record, const Map& map) {
+  return {record.frame_index, record.timestamp_s, map.keyframe(record.keyframe).id,
+          record.T_cam_keyframe.Inverse()};
 }
 
 TrajectoryEntry ToEntry(const FrameRecord& record, const Map& map) {

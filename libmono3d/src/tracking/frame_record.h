@@ -12,20 +12,22 @@
 
 namespace mono3d::tracking {
 
-// A tracked frame, fixed to a keyframe whose pose and scale may still change.
+// A tracked frame, fixed to a keyframe whose pose and scale may still change: a FramePose by the
+// numbers of a map.
 struct FrameRecord {
   std::int64_t frame_index = 0;
   double timestamp_s = 0;
   int map_id = 0;
   KeyframeId keyframe = 0;
-  Pose T_cam_keyframe;
-  double scale = 1;  // of the keyframe at that time
+  Pose T_cam_keyframe;  // translation in the keyframe's own unit
 };
 
 FrameRecord MakeRecord(const View& view, const Map& map, KeyframeId keyframe);
 
 // T_cam_world by the keyframe as it is now.
 Pose PoseOf(const FrameRecord& record, const Map& map);
+
+FramePose ToFramePose(const FrameRecord& record, const Map& map);
 
 TrajectoryEntry ToEntry(const FrameRecord& record, const Map& map);
 

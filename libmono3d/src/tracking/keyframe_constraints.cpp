@@ -39,9 +39,6 @@ KeyframeId Living(const Map& map, KeyframeId id) {
   return id;
 }
 
-// By which lengths around a keyframe have been multiplied since it was handed out.
-double Ratio(const MapKeyframe& keyframe) { return keyframe.scale / keyframe.finalised_scale; }
-
 // An error of T_moved * T is this times the error of T: T_moved Exp(e) = Exp(this * e) T_moved.
 Matrix7d Adjoint(const Pose& T_moved) {
   const Eigen::Matrix3d R = T_moved.rotation().toRotationMatrix();
@@ -92,21 +89,21 @@ bool MoveTo(Map& map, const PresentConstraint& constraint, double contradiction,
 }  // namespace
 
 PresentConstraint AtPresent(const Map& map, const MapConstraint& constraint) {
-  const double ratio = Ratio(map.keyframe(constraint.keyframe));
-  const double ratio_of_anchor = Ratio(map.keyframe(constraint.anchor));
+  const double own_unit = map.keyframe(constraint.keyframe).scale;
+  const double unit_of_anchor = map.keyframe(constraint.anchor).scale;
   PresentConstraint present;
   present.keyframe = Living(map, constraint.keyframe);
   present.anchor = Living(map, constraint.anchor);
   const Pose T_cam_anchor(constraint.T_cam_anchor.rotation(),
-                          ratio_of_anchor * constraint.T_cam_anchor.translation());
+                          unit_of_anchor * constraint.T_cam_anchor.translation());
   const Pose T_cam_living =
       map.T_cam_world(constraint.keyframe) * map.T_cam_world(present.keyframe).Inverse();
   const Pose T_anchor_living =
       map.T_cam_world(constraint.anchor) * map.T_cam_world(present.anchor).Inverse();
   present.T_cam_anchor = T_cam_living.Inverse() * T_cam_anchor * T_anchor_living;
-  present.scale = constraint.scale * ratio_of_anchor / ratio;
+  present.scale = constraint.scale * unit_of_anchor / own_unit;
   Vector7d unit = Vector7d::Ones();
-  unit.segment<3>(3).setConstant(1 / ratio_of_anchor);
+  unit.segment<3>(3).setConstant(1 / unit_of_anchor);
   const Matrix7d moved = unit.asDiagonal() * Adjoint(T_cam_living);
   present.information = moved.transpose() * constraint.information * moved;
   return present;

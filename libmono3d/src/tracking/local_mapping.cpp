@@ -185,10 +185,9 @@ KeyframeId AnchorOf(const Map& map, KeyframeId id) {
 Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
   Keyframe keyframe;
   keyframe.id = from.id;
-  keyframe.map_id = map.id();
   keyframe.frame = from.view.frame;
-  keyframe.T_world_cam = from.view.T_cam_world.Inverse();
   keyframe.sparse_depths_su = map.Depths(from.view);
+  for (float& depth : keyframe.sparse_depths_su) depth /= static_cast<float>(from.scale);
   return keyframe;
 }
 
@@ -304,17 +303,6 @@ void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
   }
 }
 
-std::vector<KeyframeCorrection> CorrectionsOf(const Map& map) {
-  std::vector<KeyframeCorrection> corrections;
-  for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
-    const MapKeyframe& keyframe = map.keyframe(id);
-    if (!keyframe.is_finalised) continue;
-    corrections.push_back({keyframe.id, map.id(), map.T_cam_world(id).Inverse(),
-                           keyframe.scale / keyframe.finalised_scale});
-  }
-  return corrections;
-}
-
 std::vector<KeyframeId> InOrderOfFlight(const Map& map) {
   std::vector<KeyframeId> ids(map.keyframes().size());
   std::iota(ids.begin(), ids.end(), KeyframeId{0});
@@ -324,7 +312,7 @@ std::vector<KeyframeId> InOrderOfFlight(const Map& map) {
   return ids;
 }
 
-std::vector<Keyframe> TakeFinalised(Map& map, bool all, std::int64_t& next_id) {
+std::vector<Keyframe> TakeFinalised(Map& map, bool all) {
   // One that has lost sight of the newer ones settles by age.
   constexpr KeyframeId kMaxAge = 8;
   std::vector<Keyframe> finalised;
@@ -333,10 +321,8 @@ std::vector<Keyframe> TakeFinalised(Map& map, bool all, std::int64_t& next_id) {
     if (keyframe.is_finalised) continue;
     const bool is_old = id + kMaxAge < map.keyframes().size();
     if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
-    keyframe.id = next_id++;
     finalised.push_back(ToKeyframe(map, keyframe));
     keyframe.is_finalised = true;
-    keyframe.finalised_scale = keyframe.scale;
     keyframe.view.frame.bgr.release();
   }
   return finalised;

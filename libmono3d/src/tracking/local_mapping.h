@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "mono3d/core/timing.h"
@@ -40,16 +39,12 @@ void RenewPatches(Map& map, KeyframeId keyframe);
 // Settled keyframes of which most points are seen by three others go.
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
-// Where the keyframes that were handed out are now, also the culled ones.
-std::vector<KeyframeCorrection> CorrectionsOf(const Map& map);
-
 // The keyframes of a map, also the culled ones, by time: those from before a start came later.
 std::vector<KeyframeId> InOrderOfFlight(const Map& map);
 
 // Hands out the keyframes that are final, in the order of flight: those that shared a bundle
-// adjustment with two newer ones. `all`: every one left. They are numbered by `next_id`; their
-// images are released here.
-std::vector<Keyframe> TakeFinalised(Map& map, bool all, std::int64_t& next_id);
+// adjustment with two newer ones. `all`: every one left. Their images are released here.
+std::vector<Keyframe> TakeFinalised(Map& map, bool all);
 
 // Counts a keyframe as adjusted with newer ones as often as it takes to settle.
 void MarkAdjusted(Map& map, KeyframeId keyframe);

@@ -70,12 +70,14 @@ struct MapPoint {
 
 struct MapKeyframe {
   View view;
-  std::int64_t id = 0;  // over all maps, from when it is final
+  std::int64_t id = 0;  // over all maps of a tracker, from when it joins one
   bool alive = true;
   int num_newer_adjusted = 0;  // newer keyframes that it shared a bundle adjustment with
   bool is_finalised = false;
-  double scale = 1;            // by which corrections have multiplied the lengths around it
-  double finalised_scale = 1;  // the same when it was handed out
+  // The keyframe's own unit, the world's when it joined its map, in the world's unit now: by so
+  // much corrections and joins have multiplied the lengths around it. What is to last is kept in
+  // the own unit: S_world_kf of KeyframePoses has this scale.
+  double scale = 1;
   // Where a culled keyframe is to be found: fixed to another one.
   KeyframeId anchor = 0;
   Pose T_cam_anchor;
@@ -164,6 +166,10 @@ class Map {
   std::vector<float> Depths(const View& view) const;
   // Camera pose of a keyframe, also of a culled one.
   Pose T_cam_world(KeyframeId keyframe) const;
+  // The same with the keyframe's own unit.
+  Similarity S_world_kf(KeyframeId keyframe) const {
+    return {keyframes_[keyframe].scale, T_cam_world(keyframe).Inverse()};
+  }
   // Gives keyframes new poses with a scale; the culled ones and the points follow the keyframe they
   // are fixed to. One similarity for each keyframe alive, `keyframes` in ascending order.
   void Correct(const std::vector<KeyframeId>& keyframes,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <set>
 #include <utility>
 
 #include "mono3d/core/error.h"
@@ -15,7 +16,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -126,7 +127,6 @@ void Exchange(Archive& archive, FrameRecord& record) {
   archive.Number(record.timestamp_s);
   ExchangeIndex(archive, record.keyframe);
   Exchange(archive, record.T_cam_keyframe);
-  archive.Number(record.scale);
 }
 
 // All of it.
@@ -182,8 +182,11 @@ bool KeyframesAgree(const Content& content) {
       return false;
     if (point.alive && point.observations.empty()) return false;
   }
+  std::set<std::int64_t> ids;
   for (std::size_t id = 0; id < content.keyframes.size(); ++id) {
     const MapKeyframe& keyframe = content.keyframes[id];
+    if (!ids.insert(keyframe.id).second) return false;
+    if (!std::isfinite(keyframe.scale) || keyframe.scale <= 0) return false;
     if (!keyframe.alive && keyframe.anchor >= content.keyframes.size()) return false;
     // The anchors of culled keyframes lead to one that is alive.
     std::size_t at = id;
@@ -244,13 +247,8 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
     all.Refuse("contradicts itself");
   }
   Validate(content.camera, where);
-  std::int64_t next_id = 0;
-  for (const MapKeyframe& keyframe : content.keyframes)
-    next_id = std::max(next_id, keyframe.id + 1);
   for (MapKeyframe& keyframe : content.keyframes) {
-    if (!keyframe.is_finalised) keyframe.id = next_id++;
     keyframe.is_finalised = true;
-    keyframe.finalised_scale = keyframe.scale;
     keyframe.view.frame.camera = content.camera;
     keyframe.view.grid =
         FeatureGrid(keyframe.view.features, content.camera.width, content.camera.height);

@@ -58,6 +58,7 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
   TrackingResult result = has_map_ ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
   if (mapping_) HandOver(result);
+  if (is_publication_due_) PublishPoses();
   return result;
 }
 
@@ -122,6 +123,7 @@ TrackingResult OrbTracker::Initialise(View view) {
   result.is_keyframe = true;
   result.num_inliers = static_cast<int>(map().Depths(second).size());
   Remember(std::move(second));
+  result.pose = ToFramePose(records_.back(), map());
   return result;
 }
 
@@ -208,14 +210,15 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   result.is_keyframe = InsertIfNeeded(view, pose, MapWhen::kWhenThereIsTime);
   if (result.is_keyframe && !mapping_) {
     MappingTurn alone;
-    const bool has_moved = RecognisePlace(newest_, alone);
-    if (FollowModel(alone) || has_moved) result.corrections = CorrectionsOf(map());
+    RecognisePlace(newest_, alone);
+    FollowModel(alone);
     result.map_id = map().id();  // another one where two were joined
-    result.finalised_keyframes = TakeFinalised(map(), false, next_keyframe_id_);
+    result.finalised_keyframes = TakeFinalised(map(), false);
   }
   if (result.is_keyframe) view = map().keyframe(newest_).view;
   result.T_world_cam = view.T_cam_world.Inverse();
   Remember(std::move(view));
+  result.pose = ToFramePose(records_.back(), map());
   if (was_lost) result.recovered = TrackLostFrames();
   return result;
 }
@@ -230,7 +233,7 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   result.reason = reason;
   result.map_id = map().id();
   if (is_over) {
-    result.finalised_keyframes = TakeFinalised(map(), true, next_keyframe_id_);
+    result.finalised_keyframes = TakeFinalised(map(), true);
     result.reason += "; starting anew";
     has_map_ = false;
     previous_.reset();
@@ -261,6 +264,8 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when
   AddFeatures(view);
   newest_ = map().AddKeyframe(view);
   reference_ = newest_;
+  map().keyframe(newest_).id = next_keyframe_id_++;
+  is_publication_due_ = true;
   if (mapping_ && when == MapWhen::kWhenThereIsTime) {
     mapping_->Add(newest_);
     return true;
@@ -279,6 +284,20 @@ void OrbTracker::Remember(View view) {
   previous_ = std::move(view);
 }
 
+// Of the map in use, in the order in which they were tracked.
+std::vector<FramePose> OrbTracker::RememberedSince(std::size_t first_record) const {
+  std::vector<FramePose> poses;
+  for (std::size_t i = first_record; i < records_.size(); ++i) {
+    poses.push_back(ToFramePose(records_[i], map()));
+  }
+  return poses;
+}
+
+void OrbTracker::PublishPoses() {
+  poses_.Publish(maps_);
+  is_publication_due_ = false;
+}
+
 Pose OrbTracker::PreviousPose() const { return PoseOf(records_[previous_record_], map()); }
 
 // Constant velocity, also over frames left out.
@@ -293,7 +312,7 @@ std::vector<Keyframe> OrbTracker::Finish() {
   const std::unique_ptr<TrackingTurn> turn = TakeTurn();
   if (mapping_) mapping_->Wait(*turn);
   if (!has_map_) return {};
-  return TakeFinalised(map(), true, next_keyframe_id_);
+  return TakeFinalised(map(), true);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {

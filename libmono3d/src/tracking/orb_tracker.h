@@ -19,6 +19,7 @@
 #include "tracking/map.h"
 #include "tracking/mapping_thread.h"
 #include "tracking/place_index.h"
+#include "tracking/published_poses.h"
 
 namespace mono3d::tracking {
 
@@ -29,7 +30,8 @@ class OrbTracker final : public Tracker {
   OrbTracker(const TrackerOptions& options, StageTimes* times);
 
   TrackingResult Track(const Frame& frame) override;
-  std::vector<KeyframeCorrection> WaitForMapping() override;
+  KeyframePosesPtr Poses() const override { return poses_.Latest(); }
+  void WaitForMapping() override;
   std::vector<Keyframe> Finish() override;
   std::vector<TrajectoryEntry> Trajectory() const override;
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
@@ -44,9 +46,9 @@ class OrbTracker final : public Tracker {
   void AddFeatures(View& view) const;
   bool SharesLittle(const View& view) const;
   TrackingResult Initialise(View view);
-  std::vector<TrajectoryEntry> StartMap(const MapStart& start);
-  std::vector<TrajectoryEntry> TrackBacklog(const std::vector<Frame>& frames, bool may_insert);
-  std::vector<TrajectoryEntry> TrackLostFrames();
+  std::vector<FramePose> StartMap(const MapStart& start);
+  void TrackBacklog(const std::vector<Frame>& frames, bool may_insert);
+  std::vector<FramePose> TrackLostFrames();
   TrackingResult Follow(View view);
   PoseResult FindPose(View& view);
   PoseResult FindPoseByFeatures(View& view);
@@ -64,6 +66,8 @@ class OrbTracker final : public Tracker {
   std::optional<KeyframeId> JoinIfKnown(KeyframeId keyframe, MappingTurn& turn);
   void UpdateMotion(const View& view);
   void Remember(View view);
+  std::vector<FramePose> RememberedSince(std::size_t first_record) const;
+  void PublishPoses();
   void JoinLoadedFrames(const Frame& first);
   MappingWork BackgroundWork();
   std::unique_ptr<TrackingTurn> TakeTurn() const;
@@ -96,7 +100,8 @@ class OrbTracker final : public Tracker {
   KeyframeId newest_ = 0;
   std::optional<double> lost_since_s_;
 
-  bool is_correction_due_ = false;          // the map has moved in the background
+  PublishedPoses poses_;
+  bool is_publication_due_ = false;         // keyframes have come or moved since the last one
   TrackingTurn* turn_ = nullptr;            // while a frame is tracked live
   std::unique_ptr<MappingThread> mapping_;  // live only; ends first
 };

@@ -15,14 +15,15 @@ namespace mono3d::tracking {
 MappingWork OrbTracker::BackgroundWork() {
   const auto map_keyframe = [this](KeyframeId keyframe, MappingTurn& turn) {
     MapKeyframeInto(map(), keyframe, options_.mapping, times_, turn);
+    PublishPoses();
     turn.Breathe();
-    if (RecognisePlace(keyframe, turn)) is_correction_due_ = true;
-    if (FollowModel(turn)) is_correction_due_ = true;
+    const bool has_moved = RecognisePlace(keyframe, turn);
+    if (FollowModel(turn) || has_moved) PublishPoses();
   };
   const auto adjust_all = [this](MappingTurn& turn) {
     const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
     const bool is_done = AdjustMerged(map(), turn);
-    if (is_done) is_correction_due_ = true;
+    PublishPoses();
     return is_done;
   };
   return {map_keyframe, adjust_all};
@@ -36,24 +37,17 @@ std::unique_ptr<TrackingTurn> OrbTracker::TakeTurn() const {
 // Adds to a result what the mapping has brought since the last one. The pose in it is by the map as
 // it is now.
 void OrbTracker::HandOver(TrackingResult& result) {
-  if (maps_.empty()) return;
-  if (is_correction_due_) result.corrections = CorrectionsOf(map());
-  is_correction_due_ = false;
   if (!has_map_) return;
-  for (Keyframe& keyframe : TakeFinalised(map(), false, next_keyframe_id_)) {
+  for (Keyframe& keyframe : TakeFinalised(map(), false)) {
     result.finalised_keyframes.push_back(std::move(keyframe));
   }
 }
 
-std::vector<KeyframeCorrection> OrbTracker::WaitForMapping() {
+void OrbTracker::WaitForMapping() {
   const std::unique_ptr<TrackingTurn> turn = TakeTurn();
   if (mapping_) mapping_->Wait(*turn);
   MappingTurn alone;  // nothing is mapped now
-  if (has_map_ && FollowModel(alone)) is_correction_due_ = true;
-  TrackingResult result;
-  if (is_correction_due_ && !maps_.empty()) result.corrections = CorrectionsOf(map());
-  is_correction_due_ = false;
-  return std::move(result.corrections);
+  if (has_map_ && FollowModel(alone)) PublishPoses();
 }
 
 }  // namespace mono3d::tracking

@@ -33,7 +33,7 @@ double ImageMotion(const MapStart& start) {
 
 // Then the frames that came before get their poses after all: those between the two views, and
 // those before the first, backwards, for which the map grows as it does forwards.
-std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
+std::vector<FramePose> OrbTracker::StartMap(const MapStart& start) {
   current_ = maps_.size();
   maps_.push_back(
       std::make_unique<Map>(static_cast<int>(maps_.size()), *camera_, options_.features));
@@ -52,34 +52,31 @@ std::vector<TrajectoryEntry> OrbTracker::StartMap(const MapStart& start) {
   const View first = map().keyframe(0).view;
   velocity_ = map().T_cam_world(1) * first.T_cam_world.Inverse();
   velocity_duration_s_ = start.second.frame.timestamp_s - first.frame.timestamp_s;
+  const std::size_t first_record = records_.size();
   Remember(first);
-  std::vector<TrajectoryEntry> recovered = {ToEntry(records_.back(), map())};
-  const auto add = [&](const std::vector<TrajectoryEntry>& entries) {
-    recovered.insert(recovered.end(), entries.begin(), entries.end());
-  };
-  add(TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false));
+  TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false);
   std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
   std::reverse(before.begin(), before.end());
-  add(TrackBacklog(before, true));
+  TrackBacklog(before, true);
   backlog_.Clear();
+  for (const KeyframeId id : InOrderOfFlight(map())) map().keyframe(id).id = next_keyframe_id_++;
+  is_publication_due_ = true;
   // All of them are through with their adjustment: nothing older will come.
   for (KeyframeId id = 2; id < map().keyframes().size(); ++id) MarkAdjusted(map(), id);
   newest_ = 1;
   reference_ = 1;
-  return recovered;
+  return RememberedSince(first_record);
 }
 
 // Tracks frames left without a pose, each from the one before in the list, the first from the last
 // tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
-std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& frames,
-                                                      bool may_insert) {
+void OrbTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_insert) {
   constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
   const std::optional<View> from = previous_;
   const std::size_t from_record = previous_record_;
   const KeyframeId from_reference = reference_;
   const std::optional<Pose> from_velocity = velocity_;
   const double from_duration_s = velocity_duration_s_;
-  std::vector<TrajectoryEntry> tracked;
   int num_failures = 0;
   for (const Frame& frame : frames) {
     if (num_failures > kMaxFailures) break;
@@ -94,21 +91,21 @@ std::vector<TrajectoryEntry> OrbTracker::TrackBacklog(const std::vector<Frame>& 
       view = map().keyframe(newest_).view;
     }
     Remember(std::move(view));
-    tracked.push_back(ToEntry(records_.back(), map()));
   }
   previous_ = from;
   previous_record_ = from_record;
   reference_ = from_reference;
   velocity_ = from_velocity;
   velocity_duration_s_ = from_duration_s;
-  return tracked;
 }
 
 // The frames of a loss, backwards from where the track was found again.
-std::vector<TrajectoryEntry> OrbTracker::TrackLostFrames() {
+std::vector<FramePose> OrbTracker::TrackLostFrames() {
+  const std::size_t first_record = records_.size();
   std::vector<Frame> lost = backlog_.Take(-1, previous_->frame.index);
   std::reverse(lost.begin(), lost.end());
-  std::vector<TrajectoryEntry> tracked = TrackBacklog(lost, false);
+  TrackBacklog(lost, false);
+  std::vector<FramePose> tracked = RememberedSince(first_record);
   std::reverse(tracked.begin(), tracked.end());
   return tracked;
 }

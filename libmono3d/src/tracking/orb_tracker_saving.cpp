@@ -78,6 +78,7 @@ void OrbTracker::LoadMap(std::string_view bytes, const std::string& where) {
     newest_ = id;
   }
   reference_ = newest_;
+  PublishPoses();
 }
 
 // The first frame after a map was loaded tells whether it goes on with the same footage. If not,

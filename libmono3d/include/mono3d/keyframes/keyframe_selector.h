@@ -13,14 +13,15 @@
 
 namespace mono3d {
 
-// What the depth map of a bundle was worth.
+// The quality of the depth map of a bundle.
 struct DepthQuality {
   std::int64_t reference_id = 0;  // of the bundle's reference keyframe
   double density = 0;     // share of pixels with an estimate; 0 where there was no depth map
   double confidence = 0;  // mean over all pixels, 0 where there is no estimate
 };
 
-// Chooses the bundles of images from which depth is estimated (paper, section 3.1).
+// Chooses the bundles of images from which depth is estimated (paper, section 3.1). Calls from one
+// thread at a time.
 class KeyframeSelector {
  public:
   virtual ~KeyframeSelector() = default;
@@ -32,9 +33,9 @@ class KeyframeSelector {
   [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe,
                                                        const KeyframePoses& poses) = 0;
 
-  // What earlier bundles have come to, so that the next ones may be chosen otherwise. A selector
-  // need not listen.
-  virtual void ReportDepthQuality(const DepthQuality& /*worth*/) {}
+  // The quality of the depth map of an earlier bundle, so that the next bundles may be chosen
+  // accordingly. By default it is ignored.
+  virtual void ReportDepthQuality(const DepthQuality& /*quality*/) {}
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,

@@ -124,7 +124,7 @@ struct MapReconstruction {
   std::vector<FusionRecord> fusions;         // in the order in which they were tried
   ModelHealth health;                        // at the end
   std::vector<HealthChange> health_changes;  // good at first
-  std::vector<SubmapJoin> submap_joins;      // without the views that were moved
+  std::vector<SubmapJoin> submap_joins;
 };
 
 struct Reconstruction {

@@ -9,6 +9,7 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/sparse_model.h"
@@ -33,8 +34,9 @@ struct BundlePoses {
   bool is_estimated = false;
   std::string reason;  // why not: "image5.jpg: 12 scene points found again, 30 needed"
   // Of each frame, in their order, with the depths of the scene points in view. The world is the
-  // camera of the middle frame, and the median depth there is 1 su.
+  // camera of the middle frame, and the median depth there is 1 su, the unit of all keyframes.
   std::vector<Keyframe> keyframes;
+  std::vector<Pose> T_world_cam;
   SparseModel model;           // the scene points and where the frames show them
   double reprojection_px = 0;  // root mean square over all observations
 };
