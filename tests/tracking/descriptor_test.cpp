@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/descriptor.h"
+#include "tracking/features/descriptor.h"
 
 #include <gtest/gtest.h>
 

@@ -180,33 +180,33 @@ TEST(MappingThread, MapsKeyframesInOrderThenAdjustsUntilItIsDone) {
   int num_adjustments = 0;
   MappingThread* self = nullptr;
   MappingThread thread({.map_keyframe =
-                            [&](KeyframeId keyframe, MappingTurn& turn) {
+                            [&](KeyframeId keyframe, MappingLock& lock) {
                               mapped.push_back(keyframe);
-                              turn.Breathe();
+                              lock.Yield();
                               if (keyframe == 3) self->RequestAdjustment();
                             },
                         .adjust_all =
-                            [&](MappingTurn&) {
+                            [&](MappingLock&) {
                               ++num_adjustments;
                               return num_adjustments == 2;  // interrupted once
                             }});
-  TrackingTurn turn(thread.turns());
+  TrackingLock lock(thread.mutex());
   self = &thread;
   for (const KeyframeId keyframe : {1U, 2U, 3U}) {
     thread.Add(keyframe);
-    thread.WaitForRoom(turn);
+    thread.WaitForRoom(lock);
   }
-  thread.Wait(turn);
+  thread.Wait(lock);
   EXPECT_THAT(mapped, ElementsAre(1U, 2U, 3U));
   EXPECT_EQ(num_adjustments, 2);
 }
 
 TEST(MappingThread, HandsOnWhatItsWorkThrows) {
-  MappingThread thread({.map_keyframe = [](KeyframeId, MappingTurn&) { throw Error("no room"); },
-                        .adjust_all = [](MappingTurn&) { return true; }});
-  TrackingTurn turn(thread.turns());
+  MappingThread thread({.map_keyframe = [](KeyframeId, MappingLock&) { throw Error("no room"); },
+                        .adjust_all = [](MappingLock&) { return true; }});
+  TrackingLock lock(thread.mutex());
   thread.Add(1);
-  EXPECT_THAT([&] { thread.Wait(turn); }, ThrowsMessage<Error>(HasSubstr("no room")));
+  EXPECT_THAT([&] { thread.Wait(lock); }, ThrowsMessage<Error>(HasSubstr("no room")));
 }
 
 }  // namespace

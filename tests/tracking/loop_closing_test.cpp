@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/loop_closing.h"
+#include "tracking/places/loop_closing.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
-#include "tracking/direct_tracking.h"
-#include "tracking/local_mapping.h"
-#include "tracking/published_poses.h"
-#include "tracking/scale_gauge.h"
+#include "mono3d/image/keyframe.h"
+#include "tracking/alignment/point_patches.h"
+#include "tracking/features/feature_extraction.h"
+#include "tracking/features/feature_grid.h"
+#include "tracking/map/keyframe_handover.h"
+#include "tracking/map/published_poses.h"
+#include "tracking/optimisation/scale_gauge.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -121,7 +124,7 @@ TEST(CloseLoop, ChangesTheScaleOfKeyframesThatWereHandedOutOnlyInTheSnapshot) {
   const KeyframeId last = 2 * kNumOutward - 1;
   const std::optional<PlaceFound> loop = FindLoop(map, world.index, last, 1);
   ASSERT_TRUE(loop.has_value());
-  MappingTurn alone;
+  MappingLock alone;
   CloseLoop(map, *loop, {}, alone);
   poses.Publish(maps);
   const KeyframePosesPtr after = poses.Latest();
@@ -150,7 +153,7 @@ TEST(CloseLoop, TakesMostOfTheDriftAway) {
   ASSERT_GT(before, 0.5);
   const std::optional<PlaceFound> loop = FindLoop(world.map, world.index, last, 1);
   ASSERT_TRUE(loop.has_value());
-  MappingTurn alone;
+  MappingLock alone;
   const KeyframeId gauge = FindScaleKeyframe(world.map, 0).value();
   EXPECT_GE(gauge, 2U);  // as far as points are shared, outward
   EXPECT_LT(gauge, KeyframeId{kNumOutward});
@@ -158,7 +161,7 @@ TEST(CloseLoop, TakesMostOfTheDriftAway) {
   EXPECT_LT(gap(), 0.1 * before);
   // Two hundredths: the pose graph leaves a part of it to the adjustment of points and views.
   EXPECT_NEAR(world.map.keyframe(last).scale, 1 / kDriftScale, 0.02);
-  EXPECT_NEAR(world.map.keyframe(0).scale, 1, 0.002);  // its neighbours' points settle a little
+  EXPECT_NEAR(world.map.keyframe(0).scale, 1, 0.002);  // its neighbours' points move a little
   EXPECT_FALSE(world.map.CovisibleKeyframes(last).empty());
   // Both ends share points now.
   int num_shared_with_old = 0;

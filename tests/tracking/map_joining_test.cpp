@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/map_joining.h"
+#include "tracking/places/map_joining.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracking/frame_tracking.h"
-#include "tracking/place_matching.h"
+#include "tracking/places/place_matching.h"
+#include "tracking/places/relocaliser.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/map.h"
+#include "tracking/map/map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/matching.h"
+#include "tracking/features/matching.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "tracking/features/feature_grid.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {

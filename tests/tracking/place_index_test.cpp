@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/place_index.h"
+#include "tracking/places/place_index.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/point_culling.h"
+#include "tracking/mapping/point_culling.h"
 
 #include <gtest/gtest.h>
 

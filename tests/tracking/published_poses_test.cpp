@@ -3,7 +3,7 @@
 
 // The snapshots of keyframe poses: of maps made by hand, then of the whole tracker.
 
-#include "tracking/published_poses.h"
+#include "tracking/map/published_poses.h"
 
 #include <gtest/gtest.h>
 

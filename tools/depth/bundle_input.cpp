@@ -107,7 +107,7 @@ PosedBundle ReadBundle(const BundleInput& input, StageTimes* times) {
   posed.calibration = ReadCameraFile(input.camera);
   const std::vector<Frame> frames = ReadFrames(input, posed.calibration);
   if (input.poses.empty()) {
-    posed.estimation = EstimateBundlePoses(frames, input.estimation, times);
+    posed.estimation = EstimateImageBundlePoses(frames, input.estimation, times);
     if (!posed.estimation->is_estimated) throw Error("no poses: " + posed.estimation->reason);
     posed.bundle.keyframes = posed.estimation->keyframes;
     std::vector<KeyframePose> poses;

@@ -8,18 +8,22 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
-#include "tracking/direct_tracking.h"
-#include "tracking/keyframe_insertion.h"
-#include "tracking/local_mapping.h"
-#include "tracking/relocalisation.h"
+#include "mono3d/image/keyframe.h"
+#include "tracking/alignment/patch_tracking.h"
+#include "tracking/features/feature_extraction.h"
+#include "tracking/features/feature_grid.h"
+#include "tracking/features/feature_tracking.h"
+#include "tracking/map/keyframe_handover.h"
+#include "tracking/mapping/keyframe_insertion.h"
+#include "tracking/mapping/local_mapping.h"
+#include "tracking/motion_model.h"
+#include "tracking/optimisation/pose_optimisation.h"
+#include "tracking/places/relocaliser.h"
+#include "tracking/reason.h"
 #include "tracking/scaling_tracker.h"
 
 namespace mono3d::tracking {
 namespace {
-
-std::string Needed(int found, const char* what, int needed) {
-  return std::to_string(found) + " " + what + ", " + std::to_string(needed) + " needed";
-}
 
 TrackingResult NotInitialised(std::string reason) {
   TrackingResult result;
@@ -47,9 +51,9 @@ TrackingResult OrbTracker::Track(const Frame& frame) {
                            .found = {}});
   }
   View view = MakeView(frame);
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
-  turn_ = turn.get();
-  if (mapping_) mapping_->WaitForRoom(*turn);
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  lock_ = lock.get();
+  if (mapping_) mapping_->WaitForRoom(*lock);
   camera_ = frame.camera;
   if (is_map_loaded_) JoinLoadedFrames(frame);
   // What has been mapped meanwhile has moved the last view, too.
@@ -146,7 +150,6 @@ PoseResult OrbTracker::FindPose(View& view) {
 }
 
 PoseResult OrbTracker::FindPoseByFeatures(View& view) {
-  constexpr int kMinForPatches = 10;  // a pose that rests on fewer is a guess
   view.points.clear();
   view.features.clear();
   if (!lost_since_s_) view.T_cam_world = PredictPose(view.frame.timestamp_s);
@@ -156,21 +159,21 @@ PoseResult OrbTracker::FindPoseByFeatures(View& view) {
     pose = Recover(view);
   } else {
     pose = TrackFromPrevious(map(), *previous_, view);
-    if (pose.num_inliers < 10) {
+    if (pose.num_inliers < kMinPoseInliers) {
       view.T_cam_world = PreviousPose();
       pose = TrackFromKeyframe(map(), reference_, view);
     }
-    if (pose.num_inliers >= 10) pose = TrackLocalMap(map(), view);
+    if (pose.num_inliers >= kMinPoseInliers) pose = TrackLocalMap(map(), view);
     if (pose.num_inliers < options_.min_inliers) {
       const PoseResult recovered = Recover(view);
       if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
     }
   }
-  return pose.num_inliers < kMinForPatches ? pose : Sharpen(view, pose);
+  return pose.num_inliers < kMinPoseInliers ? pose : RefineByPatchAlignment(view, pose);
 }
 
 // The patches know better where the points are, and find those that are no corners here.
-PoseResult OrbTracker::Sharpen(View& view, const PoseResult& pose) {
+PoseResult OrbTracker::RefineByPatchAlignment(View& view, const PoseResult& pose) {
   View sharpened = view;
   const PoseResult by_patches = TrackPatches(map(), view, sharpened);
   if (2 * by_patches.num_inliers < pose.num_inliers) return pose;
@@ -181,7 +184,7 @@ PoseResult OrbTracker::Sharpen(View& view, const PoseResult& pose) {
 TrackingResult OrbTracker::Follow(View view) {
   const PoseResult pose = FindPose(view);
   if (pose.num_inliers < options_.min_inliers) {
-    return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
+    return Lose(view, NeededText(pose.num_inliers, "map points found again", options_.min_inliers));
   }
   return Continue(std::move(view), pose);
 }
@@ -209,7 +212,7 @@ TrackingResult OrbTracker::Continue(View view, const PoseResult& pose) {
   result.reprojection_px = pose.reprojection_px;
   result.is_keyframe = InsertIfNeeded(view, pose, MapWhen::kWhenThereIsTime);
   if (result.is_keyframe && !mapping_) {
-    MappingTurn alone;
+    MappingLock alone;
     RecognisePlace(newest_, alone);
     FollowModel(alone);
     result.map_id = map().id();  // another one where two were joined
@@ -227,7 +230,7 @@ TrackingResult OrbTracker::Lose(const View& view, const std::string& reason) {
   if (!lost_since_s_) lost_since_s_ = view.frame.timestamp_s;
   const bool is_over = view.frame.timestamp_s - *lost_since_s_ >= options_.recovery_s;
   // A map that is left is complete: what is mapped in the background is of the map in use.
-  if (is_over && mapping_) mapping_->Wait(*turn_);
+  if (is_over && mapping_) mapping_->Wait(*lock_);
   TrackingResult result;
   result.status = TrackingStatus::kLost;
   result.reason = reason;
@@ -270,7 +273,7 @@ bool OrbTracker::InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when
     mapping_->Add(newest_);
     return true;
   }
-  MappingTurn alone;
+  MappingLock alone;
   MapKeyframeInto(map(), newest_, options_.mapping, times_, alone);
   return true;
 }
@@ -309,22 +312,22 @@ Pose OrbTracker::PredictPose(double timestamp_s) const {
 }
 
 std::vector<Keyframe> OrbTracker::Finish() {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
-  if (mapping_) mapping_->Wait(*turn);
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (mapping_) mapping_->Wait(*lock);
   if (!has_map_) return {};
   return TakeFinalised(map(), true);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::Trajectory() const {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   return ToTrajectory(records_, maps_);
 }
 
 std::vector<TrajectoryEntry> OrbTracker::KeyframeTrajectory() const {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   std::vector<TrajectoryEntry> entries;
   for (const std::unique_ptr<Map>& of : maps_) {
-    for (const KeyframeId id : InOrderOfFlight(*of)) {
+    for (const KeyframeId id : of->InOrderOfFlight()) {
       if (of->id() == 0 && id < num_loaded_keyframes_) continue;
       const Frame& frame = of->keyframe(id).view.frame;
       entries.push_back({frame.index, frame.timestamp_s, of->id(), of->T_cam_world(id).Inverse()});

@@ -13,13 +13,13 @@
 
 #include "mono3d/tracking/tracker.h"
 #include "tracking/backlog.h"
-#include "tracking/frame_record.h"
-#include "tracking/frame_tracking.h"
-#include "tracking/initialiser.h"
-#include "tracking/map.h"
+#include "tracking/map/frame_record.h"
+#include "tracking/map/map.h"
+#include "tracking/map/published_poses.h"
 #include "tracking/mapping_thread.h"
-#include "tracking/place_index.h"
-#include "tracking/published_poses.h"
+#include "tracking/optimisation/view_pose.h"
+#include "tracking/places/place_index.h"
+#include "tracking/start/map_initialiser.h"
 
 namespace mono3d::tracking {
 
@@ -52,25 +52,25 @@ class OrbTracker final : public Tracker {
   TrackingResult Follow(View view);
   PoseResult FindPose(View& view);
   PoseResult FindPoseByFeatures(View& view);
-  PoseResult Sharpen(View& view, const PoseResult& pose);
+  PoseResult RefineByPatchAlignment(View& view, const PoseResult& pose);
   TrackingResult Lose(const View& view, const std::string& reason);
   TrackingResult Continue(View view, const PoseResult& pose);
   PoseResult Recover(View& view);
   std::optional<TrackingResult> Return(View& view);
   enum class MapWhen { kNow, kWhenThereIsTime };
   bool InsertIfNeeded(View& view, const PoseResult& pose, MapWhen when);
-  bool RecognisePlace(KeyframeId keyframe, MappingTurn& turn);
-  bool FollowModel(MappingTurn& turn);
+  bool RecognisePlace(KeyframeId keyframe, MappingLock& lock);
+  bool FollowModel(MappingLock& lock);
   void RescaleMotion(double ratio);
-  bool CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn);
-  std::optional<KeyframeId> JoinIfKnown(KeyframeId keyframe, MappingTurn& turn);
+  bool CloseLoopIfAny(KeyframeId keyframe, MappingLock& lock);
+  std::optional<KeyframeId> JoinIfKnown(KeyframeId keyframe, MappingLock& lock);
   void UpdateMotion(const View& view);
   void Remember(View view);
   std::vector<FramePose> RememberedSince(std::size_t first_record) const;
   void PublishPoses();
   void JoinLoadedFrames(const Frame& first);
   MappingWork BackgroundWork();
-  std::unique_ptr<TrackingTurn> TakeTurn() const;
+  std::unique_ptr<TrackingLock> Lock() const;
   void HandOver(TrackingResult& result);
 
   Map& map() { return *maps_[current_]; }
@@ -91,7 +91,7 @@ class OrbTracker final : public Tracker {
 
   bool has_map_ = false;
   Backlog backlog_;
-  Initialiser initialiser_;       // of the start to come
+  MapInitialiser initialiser_;    // of the start to come
   std::optional<View> previous_;  // the last tracked frame
   std::size_t previous_record_ = 0;
   std::optional<Pose> velocity_;    // T_current_previous of the last two tracked frames
@@ -102,7 +102,7 @@ class OrbTracker final : public Tracker {
 
   PublishedPoses poses_;
   bool is_publication_due_ = false;         // keyframes have come or moved since the last one
-  TrackingTurn* turn_ = nullptr;            // while a frame is tracked live
+  TrackingLock* lock_ = nullptr;            // while a frame is tracked live
   std::unique_ptr<MappingThread> mapping_;  // live only; ends first
 };
 

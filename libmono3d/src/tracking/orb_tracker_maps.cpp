@@ -7,13 +7,16 @@
 #include <algorithm>
 #include <utility>
 
-#include "tracking/keyframe_constraints.h"
-#include "tracking/local_mapping.h"
-#include "tracking/loop_closing.h"
-#include "tracking/map_joining.h"
-#include "tracking/map_start.h"
+#include "mono3d/image/keyframe.h"
+#include "tracking/map/keyframe_handover.h"
+#include "tracking/mapping/point_creation.h"
+#include "tracking/optimisation/constraint_following.h"
+#include "tracking/optimisation/map_constraints.h"
+#include "tracking/optimisation/view_pose.h"
 #include "tracking/orb_tracker.h"
-#include "tracking/point_creation.h"
+#include "tracking/places/loop_closing.h"
+#include "tracking/places/map_joining.h"
+#include "tracking/start/map_start.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -59,7 +62,7 @@ std::vector<FramePose> OrbTracker::StartMap(const MapStart& start) {
   std::reverse(before.begin(), before.end());
   TrackBacklog(before, true);
   backlog_.Clear();
-  for (const KeyframeId id : InOrderOfFlight(map())) map().keyframe(id).id = next_keyframe_id_++;
+  for (const KeyframeId id : map().InOrderOfFlight()) map().keyframe(id).id = next_keyframe_id_++;
   is_publication_due_ = true;
   // All of them are through with their adjustment: nothing older will come.
   for (KeyframeId id = 2; id < map().keyframes().size(); ++id) MarkAdjusted(map(), id);
@@ -123,11 +126,11 @@ std::optional<TrackingResult> OrbTracker::Return(View& view) {
     current_ = i;
     PoseResult pose = Recover(returned);
     if (pose.num_inliers < options_.min_inliers) continue;
-    pose = Sharpen(returned, pose);
+    pose = RefineByPatchAlignment(returned, pose);
     has_map_ = true;
     newest_ = map().keyframes().size() - 1;
     while (!map().keyframe(newest_).alive) --newest_;
-    initialiser_ = Initialiser(options_.initialisation, options_.seed);
+    initialiser_ = MapInitialiser(options_.initialisation, options_.seed);
     return Continue(std::move(returned), pose);
   }
   if (!order.empty()) current_ = order.front();
@@ -136,10 +139,10 @@ std::optional<TrackingResult> OrbTracker::Return(View& view) {
 
 // A new keyframe may show what an old one of its map has seen, or what another map holds. True
 // when the map has moved.
-bool OrbTracker::RecognisePlace(KeyframeId keyframe, MappingTurn& turn) {
+bool OrbTracker::RecognisePlace(KeyframeId keyframe, MappingLock& lock) {
   const double scale_before = map().keyframe(keyframe).scale;
-  if (!CloseLoopIfAny(keyframe, turn)) {
-    const std::optional<KeyframeId> added = JoinIfKnown(keyframe, turn);
+  if (!CloseLoopIfAny(keyframe, lock)) {
+    const std::optional<KeyframeId> added = JoinIfKnown(keyframe, lock);
     if (!added) return false;
     keyframe += *added;
   }
@@ -149,7 +152,7 @@ bool OrbTracker::RecognisePlace(KeyframeId keyframe, MappingTurn& turn) {
 
 void OrbTracker::Constrain(std::span<const KeyframeConstraint> constraints) {
   if (!options_.with_constraints) return;
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   for (const KeyframeConstraint& constraint : constraints) {
     for (const std::unique_ptr<Map>& of : maps_) {
       if (AddConstraint(*of, constraint)) break;
@@ -158,14 +161,14 @@ void OrbTracker::Constrain(std::span<const KeyframeConstraint> constraints) {
 }
 
 // True when the map has moved, to where the model has some of its keyframes.
-bool OrbTracker::FollowModel(MappingTurn& turn) {
+bool OrbTracker::FollowModel(MappingLock& lock) {
   const KeyframeId newest = newest_;  // another one may come while the map is given up
   const double scale_before = map().keyframe(newest).scale;
   {
     const ScopedStageTimer timer(times_, "tracking/constraints");
-    if (!FollowConstraints(map(), turn)) return false;
+    if (!FollowConstraints(map(), lock)) return false;
   }
-  if (mapping_ && turn.IsShared()) mapping_->RequestAdjustment();
+  if (mapping_ && lock.IsShared()) mapping_->RequestAdjustment();
   RescaleMotion(map().keyframe(newest).scale / scale_before);
   return true;
 }
@@ -174,7 +177,7 @@ void OrbTracker::RescaleMotion(double ratio) {
   if (velocity_) velocity_ = Pose(velocity_->rotation(), ratio * velocity_->translation());
 }
 
-bool OrbTracker::CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn) {
+bool OrbTracker::CloseLoopIfAny(KeyframeId keyframe, MappingLock& lock) {
   std::optional<PlaceFound> loop;
   {
     const ScopedStageTimer timer(times_, "tracking/place_recognition");
@@ -186,14 +189,14 @@ bool OrbTracker::CloseLoopIfAny(KeyframeId keyframe, MappingTurn& turn) {
   }
   if (!loop) return false;
   const ScopedStageTimer timer(times_, "tracking/loop_closing");
-  CloseLoop(map(), *loop, options_.mapping, turn);
+  CloseLoop(map(), *loop, options_.mapping, lock);
   if (mapping_) mapping_->RequestAdjustment();
   return true;
 }
 
 // The current map goes into the one that knows the place, whose world others may rely on already.
 // By how much the numbers of its keyframes have grown; nothing where none knows it.
-std::optional<KeyframeId> OrbTracker::JoinIfKnown(KeyframeId keyframe, MappingTurn& turn) {
+std::optional<KeyframeId> OrbTracker::JoinIfKnown(KeyframeId keyframe, MappingLock& lock) {
   for (std::size_t other = 0; other < maps_.size(); ++other) {
     if (other == current_ || maps_[other]->keyframes().empty()) continue;
     std::optional<PlaceFound> place;
@@ -205,7 +208,7 @@ std::optional<KeyframeId> OrbTracker::JoinIfKnown(KeyframeId keyframe, MappingTu
     const ScopedStageTimer timer(times_, "tracking/map_joining");
     const KeyframeId first_keyframe = maps_[other]->keyframes().size();
     const PointId first_point = maps_[other]->points().size();
-    JoinMaps(*maps_[other], places_[other], map(), *place, options_.mapping, turn);
+    JoinMaps(*maps_[other], places_[other], map(), *place, options_.mapping, lock);
     for (FrameRecord& record : records_) {
       if (record.map_id != map().id()) continue;
       record.map_id = maps_[other]->id();

@@ -8,14 +8,14 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
-#include "tracking/map_bytes.h"
+#include "tracking/map/map_bytes.h"
+#include "tracking/map/sparse_export.h"
 #include "tracking/orb_tracker.h"
-#include "tracking/sparse_export.h"
 
 namespace mono3d::tracking {
 
 PointCloud OrbTracker::MapPoints(int map_id) const {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   PointCloud cloud;
   if (map_id < 0 || static_cast<std::size_t>(map_id) >= maps_.size()) return cloud;
   for (const MapPoint& point : maps_[static_cast<std::size_t>(map_id)]->points()) {
@@ -28,7 +28,7 @@ PointCloud OrbTracker::MapPoints(int map_id) const {
 }
 
 SparseModel OrbTracker::Sparse(int map_id) const {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   if (map_id < 0 || static_cast<std::size_t>(map_id) >= maps_.size()) return {};
   const Map& of = *maps_[static_cast<std::size_t>(map_id)];
   SparseModel model = ToSparseModel(of);
@@ -37,7 +37,7 @@ SparseModel OrbTracker::Sparse(int map_id) const {
 }
 
 std::string OrbTracker::SaveMap() const {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   if (maps_.empty()) throw Error("there is no map to save: tracking has not started");
   std::vector<std::vector<FrameRecord>> frames(maps_.size());
   for (const FrameRecord& record : records_) {
@@ -50,7 +50,7 @@ std::string OrbTracker::SaveMap() const {
 }
 
 void OrbTracker::LoadMap(std::string_view bytes, const std::string& where) {
-  const std::unique_ptr<TrackingTurn> turn = TakeTurn();
+  const std::unique_ptr<TrackingLock> lock = Lock();
   if (camera_) throw UsageError("a map must be loaded before the first frame");
   SavedMap saved = FromBytes(bytes, where);
   const FeatureOptions& features = options_.features;

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "mono3d/tracking/tracker.h"
+#include "tracking/map/map.h"
+#include "tracking/places/place_index.h"
+#include "tracking/places/place_matching.h"
+#include "tracking/priority_mutex.h"
+
+namespace mono3d::tracking {
+
+// The keyframes of another map that look most like one of this map, most votes first.
+std::vector<PlaceMatch> LikelyPlaces(const Map& map, KeyframeId keyframe, const Map& other,
+                                     const PlaceIndex& places_of_other);
+
+// A place of one map that another one knows: the candidates of the other's index, checked.
+std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Map& other,
+                                         const PlaceIndex& places_of_other, int seed);
+
+// Maps the world of the keyframe's map to that of the other one.
+Similarity SimilarityOf(const PlaceFound& place, const Map& map);
+
+// Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
+// after those of `map`, in its world and scale; then MergePlaces.
+// `place`: its keyframe and first points are of `added`, the old ones of `map`.
+void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
+              const LocalMappingOptions& options, MappingLock& lock);
+
+}  // namespace mono3d::tracking
