@@ -7,14 +7,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/gate.h"
 #include "pipeline/keyframe_table.h"
 
 namespace mono3d {
@@ -85,33 +84,6 @@ class EverySelector final : public KeyframeSelector {
   Keyframe before_;
 };
 
-// What happens in the other thread, and when it may go on.
-class Gate {
- public:
-  // In the other thread: says that it is here, and waits until it may go on.
-  void Pass() {
-    std::unique_lock lock(mutex_);
-    ++num_arrived_;
-    changed_.notify_all();
-    changed_.wait(lock, [&] { return is_open_; });
-  }
-  void WaitForArrival() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return num_arrived_ > 0; });
-  }
-  void Open() {
-    const std::lock_guard lock(mutex_);
-    is_open_ = true;
-    changed_.notify_all();
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  int num_arrived_ = 0;
-  bool is_open_ = false;
-};
-
 // Touched by the other thread until Finish has returned.
 struct Record {
   Gate gate;
@@ -178,6 +150,12 @@ class LoggingSurfelMap final : public SurfelMap {
   std::vector<FusedDepthMap> maps_;
 };
 
+const PipelineOptions kLive = [] {
+  PipelineOptions options;
+  options.is_live = true;
+  return options;
+}();
+
 PipelineStages Stages(Record* log, Correction correction = {}) {
   PipelineStages stages;
   stages.tracker = std::make_unique<StraightTracker>(std::move(correction));
@@ -204,7 +182,7 @@ void ProcessWhileDepthIsBusy(Pipeline& pipeline, Record& log, std::int64_t num_f
 
 TEST(LivePipeline, DropsTheBundlesThatABusyDepthStageCannotTakeButTheNewest) {
   Record log;
-  Pipeline pipeline(Stages(&log), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 6);
   const Reconstruction result = pipeline.Finish();
   EXPECT_THAT(log.model, ElementsAre("fuse 0", "fuse 5"));
@@ -221,7 +199,7 @@ TEST(LivePipeline, DropsTheBundlesThatABusyDepthStageCannotTakeButTheNewest) {
 // In its reference's own unit, a bundle is what it was, wherever the world of its map has gone.
 TEST(LivePipeline, ABundleThatWaitsTakesTheLatestPosesAfterTheModel) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{2}, 0}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2}, 0}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   const Reconstruction result = pipeline.Finish();
   EXPECT_EQ(result.counts.num_corrections, 1);
@@ -247,7 +225,7 @@ TEST(LivePipeline, MovesADepthMapFromWhereItWasFused) {
   observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
     if (map.frame_index == 1) fused.Pass();
   };
-  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), observer, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), observer, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   fused.WaitForArrival();
   pipeline.Process(FrameOf(3));
@@ -258,7 +236,7 @@ TEST(LivePipeline, MovesADepthMapFromWhereItWasFused) {
 // Of two corrections that come while the depth stage works, the model needs the latter alone.
 TEST(LivePipeline, TheLatestPosesReplaceThoseThatWait) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 4);
   const Reconstruction result = pipeline.Finish();
   EXPECT_THAT(log.model, ElementsAre("fuse 0", "move 0 by 4", "fuse 1"));
@@ -288,7 +266,7 @@ TEST(LivePipeline, LeavesOutABundleWhoseKeyframesAreNoLongerOfOneMap) {
   Record log;
   PipelineStages stages = Stages(&log);
   stages.tracker = std::make_unique<SplittingTracker>();
-  Pipeline pipeline(std::move(stages), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(std::move(stages), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   const Reconstruction result = pipeline.Finish();
   EXPECT_EQ(result.counts.num_depth_maps, 1);
@@ -298,7 +276,7 @@ TEST(LivePipeline, LeavesOutABundleWhoseKeyframesAreNoLongerOfOneMap) {
 
 TEST(LivePipeline, MakesOneModelOfMapsThatAreJoinedMeanwhile) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{2}, 7}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2}, 7}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 4);
   const Reconstruction result = pipeline.Finish();
   EXPECT_THAT(log.model, ElementsAre("fuse 0", "fuse 3"));
@@ -311,7 +289,7 @@ TEST(LivePipeline, MakesOneModelOfMapsThatAreJoinedMeanwhile) {
 
 TEST(LivePipeline, FinishHandsTheLastCorrectionsDown) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{-1}, 7}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{-1}, 7}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   const Reconstruction result = pipeline.Finish();
   ASSERT_EQ(result.maps.size(), 1U);
@@ -329,7 +307,7 @@ TEST(LivePipeline, HandsOnWhatTheOtherThreadThrowsAndKeepsWhatThereWas) {
   observer.on_depth_map = [](const DepthMap& map, const FusionResult&) {
     if (map.frame_index > 0) throw Error("no space left");
   };
-  Pipeline pipeline(Stages(&log), observer, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), observer, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   EXPECT_THAT([&] { static_cast<void>(pipeline.Finish()); },
               ThrowsMessage<Error>(HasSubstr("no space left")));
@@ -342,7 +320,7 @@ TEST(LivePipeline, HandsOnWhatTheOtherThreadThrowsAndKeepsWhatThereWas) {
 
 TEST(LivePipeline, EndsInTheMiddleOfItsWork) {
   Record log;
-  Pipeline pipeline(Stages(&log), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
 }
 

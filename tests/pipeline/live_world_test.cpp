@@ -78,13 +78,14 @@ struct Film {
 
 Reconstruction ReconstructLive(const Film& film) {
   PipelineOptions options;
-  options.tracking.mode = "live";
+  options.is_live = true;
   PipelineStages stages;
+  options.tracking.mode = "live";  // as CreateStages has it
   stages.tracker = CreateTracker(options.tracking);
   stages.keyframe_selector = CreateKeyframeSelector(options.keyframes);
   stages.depth_estimator = std::make_unique<PoseDepthEstimator>();
   stages.create_surfel_map = [] { return std::make_unique<PoseSurfelMap>(); };
-  Pipeline pipeline(std::move(stages), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(std::move(stages), {}, options);
   for (std::size_t i = 0; i < film.images.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];

@@ -255,7 +255,9 @@ TEST(Pipeline, MakesOneModelOfMapsThatWereJoined) {
 TEST(Pipeline, DoesNotAskForMoreObservationsThanThereAreMaps) {
   MapLog log;
   FakeSource source(3);  // one map fused of frame 1, one of frame 2
-  Pipeline pipeline(FakeStages(&log), {}, {.min_observations = 5});
+  PipelineOptions options;
+  options.surfel_export.min_observations = 5;
+  Pipeline pipeline(FakeStages(&log), {}, options);
   const Reconstruction result = pipeline.Run(source);
   EXPECT_EQ(log.min_observations, std::vector<int>{2});
 }

@@ -94,8 +94,9 @@ ScriptedRun RunScript(const Script& script, const std::filesystem::path& folder,
   stages.keyframe_selector = std::make_unique<EverySelector>();
   stages.depth_estimator = std::make_unique<ScriptedDepth>(script);
   stages.create_surfel_map = [&] { return CreateSurfelMap(TestDevice(), options); };
-  // What any depth map has seen.
-  Pipeline pipeline(std::move(stages), {}, {.min_observations = 1, .min_confidence = 0});
+  PipelineOptions pipeline_options;
+  pipeline_options.surfel_export = {.min_observations = 1, .min_confidence = 0};  // all surfels
+  Pipeline pipeline(std::move(stages), {}, pipeline_options);
   for (std::size_t i = 0; i < script.size(); ++i) {
     Frame frame;
     frame.index = static_cast<std::int64_t>(i);

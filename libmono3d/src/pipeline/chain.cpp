@@ -55,7 +55,53 @@ TrackingResult Chain::Process(const Frame& frame) {
     has_thrown_ = true;
     throw;
   }
+  Publish(frame, tracking);
   return tracking;
+}
+
+// Of what is done so far, for Snapshot.
+void Chain::TakeCounts() {
+  PipelineCounts counts = counts_;
+  counts.num_keyframes_without_image = tracker_->num_keyframes_without_image();
+  const std::lock_guard lock(mutex_);
+  latest_.snapshot.counts = std::move(counts);
+}
+
+void Chain::Publish(const Frame& frame, const TrackingResult& tracking) {
+  TakeCounts();
+  const std::lock_guard lock(mutex_);
+  PipelineSnapshot& snapshot = latest_.snapshot;
+  snapshot.frame_index = frame.index;
+  snapshot.timestamp_s = frame.timestamp_s;
+  snapshot.status = tracking.status;
+  snapshot.reason = tracking.reason;
+  latest_.pose = tracking.pose;
+}
+
+PipelineSnapshot Chain::State() const {
+  Latest latest;
+  {
+    const std::lock_guard lock(mutex_);
+    latest = latest_;
+  }
+  PipelineSnapshot& snapshot = latest.snapshot;
+  snapshot.keyframe_poses = tracker_->Poses();
+  if (latest.pose) snapshot.pose = InWorld(*latest.pose, *snapshot.keyframe_poses);
+  const ModelProgress progress = worker_->Progress();
+  AddModelCounts(progress.counts, snapshot.counts);
+  snapshot.num_surfels = progress.num_surfels;
+  snapshot.health = progress.health;
+  return snapshot;
+}
+
+PipelineSnapshot Chain::Snapshot(std::uint64_t since_version) const {
+  PipelineSnapshot snapshot = State();
+  PublishedModel published = worker_->Published(since_version);
+  snapshot.version = published.version;
+  snapshot.surfels = std::move(published.surfels);
+  snapshot.model_map_id = published.map_id;
+  snapshot.model_poses = std::move(published.poses);
+  return snapshot;
 }
 
 // Tells the tracker where its keyframes are in the model, and the selector how good depth maps are,
@@ -149,7 +195,9 @@ Reconstruction Chain::Finish() {
                    [](const MapReconstruction& a, const MapReconstruction& b) {
                      return a.trajectory.size() > b.trajectory.size();
                    });
-  result.counts = Progress().counts;
+  TakeCounts();
+  result.counts = latest_.snapshot.counts;
+  AddModelCounts(worker_->Progress().counts, result.counts);
   return result;
 }
 
@@ -167,15 +215,6 @@ MapReconstruction Chain::OfMap(int map_id, ModelBuilder::OfMap& made,
           made.health,
           std::move(made.health_changes),
           std::move(made.submap_joins)};
-}
-
-ModelProgress Chain::Progress() const {
-  ModelProgress progress = worker_->Progress();
-  PipelineCounts all = counts_;
-  all.num_keyframes_without_image = tracker_->num_keyframes_without_image();
-  AddModelCounts(progress.counts, all);
-  progress.counts = std::move(all);
-  return progress;
 }
 
 }  // namespace mono3d

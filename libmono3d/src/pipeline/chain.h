@@ -4,8 +4,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "mono3d/pipeline/pipeline.h"
@@ -14,7 +15,8 @@
 namespace mono3d {
 
 // From frames to models: the tracker, the choice of bundles, and the worker that makes models of
-// them. Used by one thread at a time.
+// them. Used by one thread at a time, but for
+// Snapshot and State.
 class Chain {
  public:
   Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
@@ -27,12 +29,20 @@ class Chain {
   // As Pipeline::Finish.
   [[nodiscard]] Reconstruction Finish();
 
-  ModelProgress Progress() const;  // with all counts
+  // The worker has failed: Finish does not ask it for more.
+  void Abandon() { has_thrown_ = true; }
+
+  // As Pipeline::Snapshot, and that without surfels. From any thread.
+  PipelineSnapshot Snapshot(std::uint64_t since_version) const;
+  PipelineSnapshot State() const;
+
   const Tracker& tracker() const { return *tracker_; }
 
  private:
   bool FeedBack();
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
+  void TakeCounts();
+  void Publish(const Frame& frame, const TrackingResult& tracking);
   void Update();
   void Select(const Keyframe& keyframe);
   void ProcessLast();
@@ -47,6 +57,14 @@ class Chain {
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;
   bool has_thrown_ = false;  // a stage after the tracker: it would again
+
+  // For Snapshot: of the latest frame, its pose fixed to its keyframe, and counts_ as of then.
+  struct Latest {
+    PipelineSnapshot snapshot;
+    std::optional<FramePose> pose;
+  };
+  mutable std::mutex mutex_;
+  Latest latest_;
 };
 
 }  // namespace mono3d

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <mutex>
 #include <utility>
 
 #include "pipeline/model_worker.h"
@@ -18,11 +19,19 @@ class DirectModelWorker final : public ModelWorker {
   void Update(KeyframePosesPtr poses) override;
   void Wait() override {}
   ModelFeedback TakeFeedback() override { return builder_.TakeFeedback(); }
-  ModelProgress Progress() const override { return builder_.Progress(); }
-  ModelBuilder& End() override { return builder_; }
+  ModelProgress Progress() const override;
+  PublishedModel Published(std::uint64_t since_version) override {
+    return builder_.publisher().Latest(since_version);
+  }
+  ModelBuilder& End() override;
 
  private:
+  void TakeProgress();
+
   ModelBuilder builder_;
+  mutable std::mutex mutex_;
+  ModelProgress progress_;
+  bool has_ended_ = false;
 };
 
 }  // namespace mono3d

@@ -86,6 +86,7 @@ void ModelBuilder::Fuse(const DepthMap& map, int map_id) {
   OfMap& of_map = of_map_[map_id];
   TakeResult(map, fusion, of_map);
   TakeRetried(fusion, of_map);
+  publisher_.NoteChange();
   if (stages_.on_depth_map) stages_.on_depth_map(map, fusion);
 }
 
@@ -130,6 +131,7 @@ void ModelBuilder::Update(const KeyframePosesPtr& poses) {
     if (model->Update(*poses).has_moved) has_moved = true;
   }
   counts_.num_corrections += has_moved ? 1 : 0;
+  if (has_moved) publisher_.NoteChange();
   poses_ = poses;
 }
 
@@ -148,12 +150,31 @@ void ModelBuilder::Export(int map_id) {
   OfMap& of_map = of_map_[map_id];
   const std::vector<FramePose> depth_maps = FixedToKeyframes(model->DepthMaps(), *poses_);
   Append(depth_maps, of_map.depth_maps);
+  of_map.model = ExportSurfels(*model, depth_maps.size(), map_id);
+}
+
+PointCloud ModelBuilder::ExportSurfels(const SurfelMap& model, std::size_t num_depth_maps,
+                                       int map_id) {
   SurfelExportOptions options = stages_.surfel_export;
-  const int max_observations = std::max(1, static_cast<int>(depth_maps.size()));
+  const int max_observations = std::max(1, static_cast<int>(num_depth_maps));
   options.min_observations = std::min(options.min_observations, max_observations);
-  PointCloud cloud = model->Export(options);
-  AppendCloud(of_map.model, cloud);
-  of_map.model = std::move(cloud);
+  PointCloud cloud = model.Export(options);
+  AppendCloud(of_map_[map_id].model, cloud);
+  return cloud;
+}
+
+void ModelBuilder::PublishIfDue() {
+  const auto found = surfel_maps_.find(current_id_);
+  if (found == surfel_maps_.end()) return;
+  publisher_.PublishIfDue([&] {
+    const SurfelMap& model = *found->second;
+    PublishedModel published;
+    published.map_id = current_id_;
+    published.poses = poses_;
+    published.surfels =
+        std::make_shared<PointCloud>(ExportSurfels(model, model.DepthMaps().size(), current_id_));
+    return published;
+  });
 }
 
 void ModelBuilder::Join(const MapJoin& join, const KeyframePoses& poses) {

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -13,6 +14,7 @@
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/model_publisher.h"
 
 namespace mono3d {
 
@@ -54,6 +56,10 @@ class ModelBuilder {
   // become one since then have their models put side by side.
   void Close(const KeyframePosesPtr& poses);
 
+  // Exports the current model for who watches it, if that is due.
+  void PublishIfDue();
+  ModelPublisher& publisher() { return publisher_; }
+
   // What there is to tell the stages before since the last call.
   ModelFeedback TakeFeedback() { return std::exchange(feedback_, {}); }
 
@@ -77,6 +83,7 @@ class ModelBuilder {
   void Join(const MapJoin& join, const KeyframePoses& poses);
   void JoinFinished(const MapJoin& join);
   void JoinRecords(const MapJoin& join);
+  PointCloud ExportSurfels(const SurfelMap& model, std::size_t num_depth_maps, int map_id);
   void Export(int map_id);
 
   ModelStages stages_;
@@ -86,6 +93,7 @@ class ModelBuilder {
   int current_id_ = 0;                                          // the map in use
   std::map<int, OfMap> of_map_;
   ModelFeedback feedback_;
+  ModelPublisher publisher_;
 };
 
 }  // namespace mono3d

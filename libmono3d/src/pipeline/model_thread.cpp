@@ -3,11 +3,15 @@
 
 #include "pipeline/model_thread.h"
 
+#include <chrono>
 #include <utility>
+
+#include "pipeline/clock.h"
 
 namespace mono3d {
 
-ModelThread::ModelThread(ModelStages stages) : builder_(std::move(stages)) {
+ModelThread::ModelThread(ModelStages stages, std::function<void(std::exception_ptr)> on_error)
+    : builder_(std::move(stages)), on_error_(std::move(on_error)) {
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -19,7 +23,10 @@ ModelBuilder& ModelThread::End() {
     is_ending_ = true;
   }
   changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  if (!thread_.joinable()) return builder_;
+  thread_.join();
+  const std::lock_guard lock(mutex_);
+  progress_ = builder_.Progress();  // what was done before an error counts
   return builder_;
 }
 
@@ -60,16 +67,49 @@ ModelFeedback ModelThread::TakeFeedback() {
 
 ModelProgress ModelThread::Progress() const {
   const std::lock_guard lock(mutex_);
-  ModelProgress progress = thread_.joinable() ? progress_ : builder_.Progress();
+  ModelProgress progress = progress_;
   progress.counts.num_dropped_bundles = num_dropped_;
   return progress;
 }
 
+PublishedModel ModelThread::Published(std::uint64_t since_version) {
+  PublishedModel published;
+  {
+    const std::lock_guard lock(mutex_);
+    published = builder_.publisher().Latest(since_version);
+  }
+  changed_.notify_all();  // now that somebody is interested
+  return published;
+}
+
+// False when the thread is to end.
+bool ModelThread::WaitForWork(std::unique_lock<std::mutex>& lock) {
+  while (!is_ending_ && !poses_) {
+    const std::optional<double> due_s = builder_.publisher().Due_s();
+    const double wait_s = due_s ? *due_s - Clock_s() : 0;
+    if (!due_s) {
+      changed_.wait(lock);
+    } else if (wait_s > 0) {
+      changed_.wait_for(lock, std::chrono::duration<double>(wait_s));
+    } else {
+      break;
+    }
+  }
+  return !is_ending_;
+}
+
+void ModelThread::Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses) {
+  if (bundle) {
+    builder_.Add(*std::move(bundle), poses);
+  } else if (poses) {
+    builder_.Update(poses);
+  }
+  builder_.PublishIfDue();
+}
+
 void ModelThread::Run() {
   std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return is_ending_ || poses_; });
-    if (is_ending_) return;
+  while (WaitForWork(lock)) {
     is_busy_ = true;
     const KeyframePosesPtr poses = std::exchange(poses_, nullptr);
     std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
@@ -78,15 +118,12 @@ void ModelThread::Run() {
     ModelProgress progress;
     ModelFeedback feedback;
     try {
-      if (bundle) {
-        builder_.Add(*std::move(bundle), poses);
-      } else {
-        builder_.Update(poses);
-      }
+      Work(std::move(bundle), poses);
       progress = builder_.Progress();
       feedback = builder_.TakeFeedback();
     } catch (...) {
       error = std::current_exception();
+      if (on_error_) on_error_(error);
     }
     lock.lock();
     if (!error) {
@@ -94,8 +131,8 @@ void ModelThread::Run() {
       feedback_.Append(feedback);
     }
     is_busy_ = false;
-    error_ = error;
     is_ending_ = is_ending_ || error;
+    error_ = std::move(error);  // who takes it has it alone
     changed_.notify_all();
   }
 }

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -20,7 +21,8 @@ namespace mono3d {
 // worked at.
 class ModelThread final : public ModelWorker {
  public:
-  explicit ModelThread(ModelStages stages);
+  // What the work throws is handed to `on_error` as well, in this thread; it may be empty.
+  explicit ModelThread(ModelStages stages, std::function<void(std::exception_ptr)> on_error = {});
   // Ends after the work in hand; what waits is left undone.
   ~ModelThread() override;
   ModelThread(const ModelThread&) = delete;
@@ -31,13 +33,17 @@ class ModelThread final : public ModelWorker {
   void Wait() override;
   ModelFeedback TakeFeedback() override;
   ModelProgress Progress() const override;
+  PublishedModel Published(std::uint64_t since_version) override;
   ModelBuilder& End() override;
 
  private:
   void Run();
+  bool WaitForWork(std::unique_lock<std::mutex>& lock);
+  void Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses);
   void Rethrow();
 
   ModelBuilder builder_;  // the thread's own while it runs
+  std::function<void(std::exception_ptr)> on_error_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   KeyframePosesPtr poses_;             // waits, where not null

@@ -3,13 +3,16 @@
 
 #pragma once
 
+#include <cstdint>
+
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "pipeline/model_builder.h"
 
 namespace mono3d {
 
-// Has the models built, by the calling thread or by another one. Called by one thread at a time.
+// Has the models built, by the calling thread or by another one. Called by one thread at a time,
+// but for Progress and Published, which any thread may call at any time.
 // Add, Update and Wait throw what the work has thrown, once; after that nothing more is done.
 class ModelWorker {
  public:
@@ -24,6 +27,8 @@ class ModelWorker {
   virtual ModelFeedback TakeFeedback() = 0;
   // As of the latest work done.
   virtual ModelProgress Progress() const = 0;
+  // As ModelPublisher::Latest.
+  virtual PublishedModel Published(std::uint64_t since_version) = 0;
 
   // Ends after the work in hand; what waits is left undone. The builder is the caller's from then
   // on, as long as the worker lives. May be called again.

@@ -7,64 +7,137 @@
 #include <utility>
 
 #include "core/out_of_memory.h"
+#include "mono3d/core/error.h"
 #include "pipeline/chain.h"
 #include "pipeline/direct_model_worker.h"
+#include "pipeline/first_error.h"
 #include "pipeline/model_thread.h"
+#include "pipeline/tracking_thread.h"
 
 namespace mono3d {
 namespace {
 
-Chain MakeChain(PipelineStages stages, const PipelineObserver& observer,
-                const SurfelExportOptions& surfel_export, PipelineMode mode) {
-  ModelStages model = {std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
-                       observer.on_depth_map, surfel_export};
-  std::unique_ptr<ModelWorker> worker;
-  if (mode == PipelineMode::kLive) {
-    worker = std::make_unique<ModelThread>(std::move(model));
-  } else {
-    worker = std::make_unique<DirectModelWorker>(std::move(model));
+std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, bool is_live, FirstError& error) {
+  if (is_live) {
+    return std::make_unique<ModelThread>(
+        std::move(stages), [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
   }
-  return {std::move(stages.tracker), std::move(stages.keyframe_selector), std::move(worker)};
+  return std::make_unique<DirectModelWorker>(std::move(stages));
+}
+
+// A frame whose image nobody else can change: trackers keep the images of frames.
+Frame WithOwnImage(Frame frame) {
+  const cv::Mat& bgr = frame.bgr;
+  const bool is_own = bgr.empty() || (bgr.u != nullptr && bgr.u->refcount == 1);
+  if (!is_own) frame.bgr = bgr.clone();
+  return frame;
 }
 
 }  // namespace
 
-struct Pipeline::State {
-  Chain chain;
-  std::function<void(const PipelineProgress&)> on_frame;
+class Pipeline::Impl {
+ public:
+  Impl(PipelineStages stages, PipelineObserver observer, const PipelineOptions& options)
+      : live_options_(options.live),
+        on_frame_(std::move(observer.on_frame)),
+        chain_(std::move(stages.tracker), std::move(stages.keyframe_selector),
+               MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
+                           std::move(observer.on_depth_map), options.surfel_export},
+                          options.is_live, error_)) {}
+
+  void Process(Frame frame) {
+    if (thread_) throw Error("Process after Start: frames are pushed");
+    has_processed_ = true;
+    Track(WithOwnImage(std::move(frame)));
+  }
+
+  void Start() {
+    if (thread_ || has_processed_) throw Error("Start is not the first call");
+    thread_ = std::make_unique<TrackingThread>(
+        live_options_, [this](const Frame& frame) { Track(frame); }, error_);
+  }
+
+  PushResult Push(Frame frame) {
+    if (!thread_) throw Error("Push before Start");
+    error_.Throw();
+    return thread_->Push(WithOwnImage(std::move(frame)));
+  }
+
+  PipelineSnapshot Snapshot(std::uint64_t since_version) {
+    if (thread_) error_.ThrowIfNew();
+    PipelineSnapshot snapshot = chain_.Snapshot(since_version);
+    if (thread_) snapshot.counts.num_dropped_frames = thread_->Statistics().num_dropped_frames;
+    return snapshot;
+  }
+
+  Reconstruction Finish() {
+    has_processed_ = true;
+    if (thread_) {
+      thread_->End();
+      error_.ThrowIfNew();
+      if (error_.IsSet()) chain_.Abandon();
+    }
+    Reconstruction result;
+    try {
+      NamingOutOfMemory("end of the run", [&] { result = chain_.Finish(); });
+    } catch (...) {
+      error_.NoteThrown();
+      throw;
+    }
+    if (!thread_) return result;
+    result.live = thread_->Statistics();
+    result.counts.num_dropped_frames = result.live->num_dropped_frames;
+    return result;
+  }
+
+  const Tracker& tracker() const { return chain_.tracker(); }
+
+ private:
+  void Track(const Frame& frame) {
+    NamingOutOfMemory("frame " + std::to_string(frame.index), [&] {
+      const TrackingResult tracking = chain_.Process(frame);
+      if (!on_frame_) return;
+      const PipelineSnapshot now = chain_.State();
+      on_frame_({now.counts, tracking, now.num_surfels, now.health});
+    });
+  }
+
+  LiveOptions live_options_;
+  std::function<void(const PipelineProgress&)> on_frame_;
+  FirstError error_;  // of the threads
+  Chain chain_;
+  bool has_processed_ = false;
+  std::unique_ptr<TrackingThread> thread_;  // after Start; ends first
 };
 
-Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
-                   const SurfelExportOptions& surfel_export, PipelineMode mode)
-    : state_(new State{MakeChain(std::move(stages), observer, surfel_export, mode),
-                       std::move(observer.on_frame)}) {}
+Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer, const PipelineOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(stages), std::move(observer), options)) {}
 
 Pipeline::~Pipeline() = default;
 
-void Pipeline::Process(const Frame& frame) {
-  NamingOutOfMemory("frame " + std::to_string(frame.index), [&] {
-    const TrackingResult tracking = state_->chain.Process(frame);
-    if (!state_->on_frame) return;
-    const ModelProgress progress = state_->chain.Progress();
-    state_->on_frame({progress.counts, tracking, progress.num_surfels, progress.health});
-  });
-}
+void Pipeline::Process(Frame frame) { impl_->Process(std::move(frame)); }
 
-Reconstruction Pipeline::Finish() {
-  Reconstruction result;
-  NamingOutOfMemory("end of the run", [&] { result = state_->chain.Finish(); });
-  return result;
-}
-
-const Tracker& Pipeline::tracker() const { return state_->chain.tracker(); }
+Reconstruction Pipeline::Finish() { return impl_->Finish(); }
 
 Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop) {
   while (stop == nullptr || !stop->load()) {
-    const std::optional<Frame> frame = source.Next();
+    std::optional<Frame> frame = source.Next();
     if (!frame) break;
-    Process(*frame);
+    Process(*std::move(frame));
   }
   return Finish();
 }
+
+void Pipeline::Start() { impl_->Start(); }
+
+PushResult Pipeline::Push(Frame frame) { return impl_->Push(std::move(frame)); }
+
+PipelineSnapshot Pipeline::Snapshot(std::uint64_t since_version) const {
+  return impl_->Snapshot(since_version);
+}
+
+Reconstruction Pipeline::Stop() { return impl_->Finish(); }
+
+const Tracker& Pipeline::tracker() const { return impl_->tracker(); }
 
 }  // namespace mono3d

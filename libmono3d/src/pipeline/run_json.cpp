@@ -165,10 +165,10 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
   return list;
 }
 
-JsonValue LiveJson(const LiveRecord& live) {
+JsonValue LiveJson(const LiveStatistics& live) {
   JsonValue dropped = JsonValue::Object();
   if (live.num_dropped_frames > 0) {
-    dropped.Set("waited longer than live.max_delay_s", live.num_dropped_frames);
+    dropped.Set("waited past live.max_delay_s or live.max_waiting_mb", live.num_dropped_frames);
   }
   JsonValue latency = JsonValue::Object();
   latency.Set("mean", live.mean_latency_ms);
@@ -221,7 +221,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("device", DeviceJson(record.device));
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));
-  if (record.live) json.Set("live", LiveJson(*record.live));
+  if (reconstruction.live) json.Set("live", LiveJson(*reconstruction.live));
   json.Set("maps", MapsJson(reconstruction.maps));
   json.Set("times", TimesJson(record));
   json.Set("stages", StagesJson(record.stages));

@@ -27,8 +27,23 @@
 
 namespace mono3d {
 
+// Frames that come at their own pace (Pipeline::Push) and wait while the tracker is busy. The
+// oldest one is dropped when one of the limits is passed; the newest one never is.
+struct LiveOptions {
+  double max_delay_s = 0.5;     // that a frame waits
+  double max_waiting_mb = 512;  // images of all frames that wait
+
+  void Visit(OptionVisitor& visit);
+};
+
 // All options of the chain, by module.
 struct PipelineOptions {
+  // Real time: the tracker maps, and the models are made, in threads of their own, so that no frame
+  // waits for them. One bundle waits while another is worked at; a newer one takes its place, and
+  // is counted as dropped (paper, section 3.1). Else everything is processed in the order of the
+  // frames, and the same input with the same options gives the same result, if the tracker does.
+  bool is_live = false;  // not among the listed options: tools have --live for it
+  LiveOptions live;
   TrackerOptions tracking;
   KeyframeSelectorOptions keyframes;
   DepthEstimatorOptions depth;
@@ -50,13 +65,15 @@ struct PipelineStages {
   std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
 };
 
-// mono3d's own stages. `times`, where given, must outlive them.
+// mono3d's own stages; with `options.is_live` the tracker is in its mode "live". `times`, where
+// given, must outlive them.
 PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
                             StageTimes* times = nullptr);
 
 // What happened so far.
 struct PipelineCounts {
   std::int64_t num_frames = 0;
+  std::int64_t num_dropped_frames = 0;           // besides: pushed, but waited for too long
   std::int64_t num_tracked = 0;                  // when they came
   std::int64_t num_recovered = 0;                // later: before a start, or during a loss
   std::int64_t num_keyframes = 0;                // finalised ones
@@ -88,7 +105,8 @@ struct PipelineProgress {
 };
 
 // Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is
-// called by another thread, and what it throws comes out of a later call.
+// called by the thread that makes the models, on_frame, after Start, by the one that tracks; what
+// they throw comes out of a later call.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
@@ -127,32 +145,68 @@ struct MapReconstruction {
   std::vector<SubmapJoin> submap_joins;
 };
 
+// How a live run kept up with frames that came at their own pace.
+struct LiveStatistics {
+  std::int64_t num_dropped_frames = 0;
+  double frames_per_s = 0;  // that were tracked
+  // From when a frame was pushed until its pose was known: mean, exceeded by one in twenty,
+  // largest.
+  double mean_latency_ms = 0, p95_latency_ms = 0, max_latency_ms = 0;
+};
+
 struct Reconstruction {
   std::vector<MapReconstruction> maps;  // the one with most tracked frames first
   PipelineCounts counts;
+  std::optional<LiveStatistics> live;  // after Start
 };
 
-enum class PipelineMode {
-  // One step after the other: every bundle is processed, and the same input with the same options
-  // gives the same result, if the tracker does.
-  kSequential,
-  // Depth and fusion in a thread of their own, so that no frame waits for them. One bundle waits
-  // while another is worked at; a newer one takes its place, and is counted as dropped (paper,
-  // section 3.1). For a tracker in live mode.
-  kLive,
+// What became of a pushed frame: it waits to be tracked, or is being tracked.
+struct PushResult {
+  std::vector<std::int64_t> dropped;  // indices of earlier frames that were dropped instead
+  std::int64_t num_waiting = 0;       // with this one
 };
 
-// The chain of the paper's Figure 1.
+// What there is at one moment.
+struct PipelineSnapshot {
+  // The latest frame: what became of it, and its pose by `keyframe_poses`.
+  std::int64_t frame_index = -1;  // none yet
+  double timestamp_s = 0;
+  TrackingStatus status = TrackingStatus::kNotInitialised;
+  std::string reason;  // why it has no pose
+  std::optional<TrajectoryEntry> pose;
+  KeyframePosesPtr keyframe_poses;  // never null
+  PipelineCounts counts;
+  std::int64_t num_surfels = 0;  // in the current model
+  ModelHealth health;            // of the current model
+  // The surfels of the current model as they were published last, `version` counting these
+  // publications from 1. Null where none is newer than the version that was asked about. They are
+  // in the world of map `model_map_id` as it was by `model_poses`, and shared: never changed.
+  std::uint64_t version = 0;
+  std::shared_ptr<const PointCloud> surfels;
+  int model_map_id = 0;
+  KeyframePosesPtr model_poses;
+};
+
+// The chain of the paper's Figure 1. Used in one of two ways:
+//
+//   In the order of the frames        At the pace of a camera (options.is_live)
+//   Process, Process, ..., Finish     Start; Push, Push, ...; Stop
+//   or Run
+//
+// Snapshot may be called at any time by any thread, Push by any thread, in the order of time. All
+// other calls come from one thread at a time.
 class Pipeline {
  public:
+  // Of the options, those of the stages have been given to CreateStages.
   explicit Pipeline(PipelineStages stages, PipelineObserver observer = {},
-                    const SurfelExportOptions& surfel_export = {},
-                    PipelineMode mode = PipelineMode::kSequential);
+                    const PipelineOptions& options = {});
+  // Ends after the work in hand. What waits is left undone.
   ~Pipeline();
 
   // Takes the next frame through all stages that it sets in motion; live, through tracking and the
-  // choice of keyframes.
-  void Process(const Frame& frame);
+  // choice of keyframes. The caller may change its image afterwards: where the frame is not the
+  // only one that holds it, it is copied. Throws Error after Start.
+  void Process(Frame frame);
 
   // Takes what is still on its way through the stages and hands over the result. Call once, last.
   // After a Process that threw, or a Finish, too: what there was before is not lost, and what is on
@@ -162,11 +216,34 @@ class Pipeline {
   // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
   [[nodiscard]] Reconstruction Run(FrameSource& source, const std::atomic<bool>* stop = nullptr);
 
+  // Begins to track frames that are pushed, in a thread of its own. Throws Error on the second call
+  // and after Process.
+  void Start();
+
+  // Hands a frame over and returns at once. While the tracker is busy frames wait, and old ones are
+  // dropped as LiveOptions says. The caller may change the image afterwards: where the frame is not
+  // the only one that holds it, it is copied. Throws Error before Start and after Stop; on a frame
+  // that is invalid, of another camera than the first or not after the one before, which is then
+  // left out; and what one of the threads has thrown, after which no more frames are tracked.
+  PushResult Push(Frame frame);
+
+  // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. The
+  // first call asks for surfels: from then on they are published, in the thread that makes the
+  // models, as often as that takes no more than a tenth of its time. Throws what one of the threads
+  // has thrown, unless an earlier call has.
+  [[nodiscard]] PipelineSnapshot Snapshot(std::uint64_t since_version = 0) const;
+
+  // No more frames: tracks those that wait, and then as Finish. Throws what one of the threads has
+  // thrown, unless an earlier call has; another call returns what there was before. Without Start
+  // there was no frame.
+  [[nodiscard]] Reconstruction Stop();
+
+  // Until Start, or after Finish or Stop.
   const Tracker& tracker() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mono3d
