@@ -114,8 +114,8 @@ TEST(Associate, EqualsReference) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 2);
     scene.RunAssociate();
-    const auto expected =
-        reference::Associate(scene.view, scene.packed, scene.DeviceCandidates(), scene.surfels);
+    const auto expected = reference::Associate(scene.view, scene.anchors, scene.packed,
+                                               scene.DeviceCandidates(), scene.surfels);
     EXPECT_LE(DifferingShare(scene.DeviceAssociation(), expected), kMaxDifferingShare);
     if (width < 96) continue;
     // The scene has them all.

@@ -69,10 +69,10 @@ TEST(Correction, BringsADriftedModelToTheTruth) {
   // What was merged while views disagreed stays a compromise, which no motion of it mends: 0.54 of
   // the error remains, the rest of the limit is for other devices.
   constexpr double kRemainingShare = 0.57;
-  EXPECT_LT(ground_error(), kRemainingShare * before);
-  EXPECT_GT(result.num_merged, 0);
-  EXPECT_EQ(drifted->num_surfels(), num_before - result.num_merged);
-  EXPECT_EQ(result.num_surfels, drifted->num_surfels());
+  EXPECT_EQ(result.num_surfels, num_before);  // nothing is merged yet
+  const double after = ground_error();
+  EXPECT_LT(after, kRemainingShare * before);
+  EXPECT_LT(drifted->num_surfels(), num_before);  // where it is exported, all is
 }
 
 TEST(Correction, OfOtherKeyframesChangesNothing) {

@@ -24,11 +24,6 @@ struct Plane {
 // Width w, height h, focal length w: some 53 degrees wide.
 CameraModel TestCamera(int width_px, int height_px);
 
-inline ViewParams MakeViewParams(const TrackedMap& map, const SurfelMapOptions& options,
-                                 std::uint32_t num_surfels, std::uint32_t map_index) {
-  return MakeViewParams(map, map.T_world_cam, options, num_surfels, map_index);
-}
-
 // The exact depth map of a plane, in grey 100, with a baseline of a tenth of 10 su.
 TrackedMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane = {});
 
@@ -40,13 +35,18 @@ void Disturb(TrackedMap& map, double amount, int nth_missing, unsigned seed);
 // view.
 Pose MovedPose();
 
+// The same surfels in a unit of which so many are one of theirs.
+Surfels InUnit(const Surfels& surfels, double per_su);
+
 // A model of one depth map that meets a second one, on the device and for the references. The
-// second sees past most of a wall that the first has seen.
+// second sees past most of a wall that the first has seen. Its anchor has a unit of its own.
 class StageScene {
  public:
   StageScene(int width_px, int height_px, unsigned seed);
-  // A model of the given surfels that meets `map`.
-  StageScene(const TrackedMap& map, const Surfels& surfels, const SurfelMapOptions& options = {});
+  // A model of the given surfels that meets `map`. Anchors are in the world's frame, unless
+  // `S_world_anchor` says where.
+  StageScene(const TrackedMap& map, const Surfels& surfels, const SurfelMapOptions& options = {},
+             const std::vector<Similarity>& S_world_anchor = std::vector<Similarity>(16));
 
   // Runs the stages of FusionStages up to and with the named one, in order.
   void RunPrepare() { stages.Prepare(recorder, view, buffers), recorder.Submit(); }
@@ -60,6 +60,8 @@ class StageScene {
   std::vector<std::uint32_t> DeviceSelected() const;
 
   ViewParams view;
+  reference::AnchorTransforms anchors;  // as the depth map's camera has them
+  AnchorTable anchor_table;
   PackedDepthMap packed;
   Surfels surfels;  // of the model, as uploaded
   Recorder recorder;

@@ -18,14 +18,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(AnchorOf, IsTheViewWithMostBlocks) {
-  std::vector<FusedView> views(3);
-  // Four blocks of the first view, two of the second, one of the third.
-  const std::vector<std::uint32_t> first_slots = {0, 4 * kSurfelsPerBlock, 6 * kSurfelsPerBlock};
-  const std::vector<std::uint32_t> seen = {3, 4, 5, 6};
-  EXPECT_EQ(AnchorOf(seen, views, first_slots), 1U);
-  EXPECT_EQ(AnchorOf(std::vector<std::uint32_t>{0, 6}, views, first_slots), 0U);  // the older one
-  EXPECT_EQ(AnchorOf({}, views, first_slots), std::nullopt);
+TEST(MostFrequentAnchor, IsTheOneOfMostBlocks) {
+  const std::vector<std::uint32_t> anchors = {0, 0, 0, 0, 1, 1, 2};  // per block
+  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{3, 4, 5, 6}, anchors), 1U);
+  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{0, 6}, anchors), 0U);  // the older one
+  EXPECT_EQ(MostFrequentAnchor({}, anchors), std::nullopt);
 }
 
 TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
@@ -50,19 +47,21 @@ TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
 }
 
 TEST(MakeConstraint, IsInTheOwnUnitsOfTheKeyframes) {
-  FusedView anchor;
+  Anchor anchor;
   anchor.keyframe_id = 3;
   // Its own unit is two of the world.
-  anchor.S_world_kf = Similarity(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0)));
+  const Similarity S_world_anchor(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0)));
   const Similarity S_world_kf(6, Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)));
-  const KeyframeConstraint constraint = MakeConstraint(8, S_world_kf, Matrix7d::Identity(), anchor);
+  const KeyframeConstraint constraint =
+      MakeConstraint(8, S_world_kf, Matrix7d::Identity(), {anchor, S_world_anchor});
   EXPECT_EQ(constraint.id, 8);
   EXPECT_EQ(constraint.anchor_id, 3);
   // Six of the world's units to the left, three of the anchor's.
-  EXPECT_EQ(constraint.T_cam_anchor.translation(), Vector3d(-3, 0, 0));
+  EXPECT_LT((constraint.T_cam_anchor.translation() - Vector3d(-3, 0, 0)).norm(), 1e-12);
   EXPECT_EQ(constraint.scale, 3);  // six of the world's units are three of the anchor's
   EXPECT_EQ(constraint.information(0, 0), 1);
-  EXPECT_EQ(constraint.information(3, 3), 4);
+  // One sigma of one unit of the keyframe is one of three of the anchor's.
+  EXPECT_NEAR(constraint.information(3, 3), 1.0 / 9, 1e-12);
 }
 
 // What a model says that knows better: the true pose, as exactly as it says that it is.

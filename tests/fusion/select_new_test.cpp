@@ -59,8 +59,9 @@ TEST(SelectNew, EqualsReferenceBitForBit) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 5);
     scene.RunSelectNew();
-    const auto expected = reference::SelectNew(scene.view, scene.packed, scene.DeviceCandidates(),
-                                               scene.DeviceIndexMap(), scene.surfels);
+    const auto expected =
+        reference::SelectNew(scene.view, scene.anchors, scene.packed, scene.DeviceCandidates(),
+                             scene.DeviceIndexMap(), scene.surfels);
     EXPECT_EQ(scene.DeviceSelected(), expected) << width << "x" << height;
     const std::size_t num_selected = ListSelected(expected).size();
     if (width == 96) {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "fusion/model_parts.h"
 #include "fusion/registration_scene.h"
+#include "fusion/submap.h"
 #include "gpu/test_device.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/similarity.h"
@@ -138,39 +138,24 @@ TEST(Submaps, AreNotMovedTwice) {
   EXPECT_FALSE(next.registration.moved);
 }
 
-TEST(Submaps, AreKeptApartByABreak) {
-  FusedView first;
-  first.frame_index = 3;
-  FusedView second;
-  second.frame_index = 9;
-  second.submap = 1;
-  const std::vector<FusedView> between = BreakBetween(first, second);
-  ASSERT_EQ(between.size(), 2 * kDeformationWindow);
-  EXPECT_EQ(between.front().frame_index, 3);
-  EXPECT_EQ(between.back().frame_index, 9);
-  std::vector<FusedView> views = {first};
-  views.insert(views.end(), between.begin(), between.end());
-  EXPECT_EQ(Submaps(views), std::vector<int>{0});  // a break is nobody's view
-  views.push_back(second);
-  EXPECT_EQ(Submaps(views), (std::vector<int>{0, 1}));
+TEST(Submaps, MoveAsAWhole) {
+  const Similarity S_world_kf(1, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 0, 0)));
+  Submap submap(0);
+  submap.Add(3, S_world_kf);
+  const Similarity motion(2, Pose(RotationExp({0, 0, 0.5}), Vector3d(1, 2, 3)));
+  submap.Move(motion);
+  submap.Add(7, S_world_kf);
+  const Vector3d p(0.3, -0.2, 4);
+  EXPECT_LT((submap.S_world_kf(3) * p - motion * (S_world_kf * p)).norm(), 1e-12);
+  EXPECT_LT((submap.S_world_kf(7) * p - S_world_kf * p).norm(), 1e-12);
 
-  const Similarity motion(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3)));
-  const auto motions = MoveSubmap(views, 1, motion);
-  EXPECT_EQ(motions.front().scale(), 1);
-  EXPECT_EQ(motions.back().scale(), 2);
-  EXPECT_EQ(views.front().S_world_kf.scale(), 1);
-  EXPECT_EQ(views.back().S_world_kf.scale(), 2);
-  EXPECT_EQ(views.back().S_world_kf.pose().translation(), Vector3d(1, 2, 3));
-}
-
-// Blocks of 64 surfels; depth map 0 has the first 100, of submap 0, depth map 1 the rest.
-TEST(Submaps, HaveTheirBlocks) {
-  std::vector<FusedView> views(2);
-  views[1].submap = 1;
-  const std::vector<std::uint32_t> blocks = {0, 1, 2, 5};
-  const std::vector<std::uint32_t> first_slots = {0, 100};
-  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 0), (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 1), (std::vector<std::uint32_t>{1, 2, 5}));
+  Submap other(1);
+  other.Add(5, S_world_kf);
+  submap.TakeOver(other);
+  EXPECT_TRUE(std::ranges::equal(submap.anchors(), std::vector<std::uint32_t>{3, 5, 7}));
+  EXPECT_LT((submap.S_world_kf(5) * p - S_world_kf * p).norm(), 1e-12);
+  submap.RemoveFrom(5);
+  EXPECT_TRUE(std::ranges::equal(submap.anchors(), std::vector<std::uint32_t>{3}));
 }
 
 }  // namespace

@@ -189,11 +189,15 @@ TEST(SurfelMap, EqualsTheReferenceAfterSeveralMaps) {
   constexpr double kMaxDifferingShare = 0.002;  // decisions that rounding tips over
   const auto map = EmptyMap();
   Surfels expected;
+  std::vector<Similarity> S_world_anchor;
   for (unsigned i = 0; i < 3; ++i) {
     const TrackedMap depth_map = WallMap(0.7 * i, i + 1);
     (void)map->Integrate(depth_map);
     const auto num_surfels = static_cast<std::uint32_t>(expected.size());
-    reference::Integrate(MakeViewParams(depth_map, {}, num_surfels, i), Pack(depth_map), expected);
+    const Similarity S_world_kf(1, depth_map.T_world_cam);
+    reference::Integrate(MakeViewParams(depth_map, {}, num_surfels, i),
+                         AnchorTransforms(S_world_kf, S_world_anchor), Pack(depth_map), expected);
+    S_world_anchor.push_back(S_world_kf);
   }
   const PointCloud cloud = map->Export(1);
   EXPECT_NEAR(static_cast<double>(cloud.size()), static_cast<double>(expected.size()),

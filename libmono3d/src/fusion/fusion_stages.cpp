@@ -41,22 +41,23 @@ void FusionStages::Prepare(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
-                             const DepthMapBuffers& map, const SurfelStorage& surfels,
-                             const BlockList& blocks) const {
-  recorder.Dispatch(associate_,
-                    {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
-                     blocks.buffer(), surfels.association()},
-                    params, blocks.grid());
+                             const AnchorTable& anchors, const DepthMapBuffers& map,
+                             const SurfelStorage& surfels, const BlockList& blocks) const {
+  recorder.Dispatch(
+      associate_,
+      {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
+       blocks.buffer(), surfels.anchor_of_block(), anchors.buffer(), surfels.association()},
+      params, blocks.grid());
 }
 
 void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
-                                const DepthMapBuffers& map, const SurfelStorage& surfels,
-                                const BlockList& blocks) const {
-  recorder.Fill(map.index_map, 0xFFFFFFFFU);
+                                const AnchorTable& anchors, const Buffer& index_map,
+                                const SurfelStorage& surfels, const BlockList& blocks) const {
+  recorder.Fill(index_map, 0xFFFFFFFFU);
   const auto draw = [&](const Kernel& kernel) {
     recorder.Dispatch(kernel,
                       {surfels.position_radius(), surfels.normal_weight(), surfels.association(),
-                       blocks.buffer(), map.index_map},
+                       blocks.buffer(), surfels.anchor_of_block(), anchors.buffer(), index_map},
                       params, blocks.grid());
   };
   if (index_map_) {
@@ -68,20 +69,23 @@ void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionStages::SelectNew(Recorder& recorder, const ViewParams& params,
-                             const DepthMapBuffers& map, const SurfelStorage& surfels) const {
+                             const AnchorTable& anchors, const DepthMapBuffers& map,
+                             const SurfelStorage& surfels) const {
   recorder.Fill(map.selected, 0);
-  recorder.Dispatch(
-      select_new_, {map.depth, map.candidate, map.index_map, surfels.normal_weight(), map.selected},
-      params, GridFor(select_new_, map.num_pixels()));
+  recorder.Dispatch(select_new_,
+                    {map.depth, map.candidate, map.index_map, surfels.normal_weight(),
+                     surfels.anchor_of_block(), anchors.buffer(), map.selected},
+                    params, GridFor(select_new_, map.num_pixels()));
 }
 
-void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                         const SurfelStorage& surfels, const BlockList& blocks) const {
+void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                         const DepthMapBuffers& map, const SurfelStorage& surfels,
+                         const BlockList& blocks) const {
   recorder.Dispatch(
       merge_,
       {surfels.association(), map.depth, map.candidate, map.colour, surfels.position_radius(),
-       surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.position_radius(),
-       surfels.normal_weight(), surfels.history()},
+       surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.anchor_of_block(),
+       anchors.buffer(), surfels.position_radius(), surfels.normal_weight(), surfels.history()},
       params, blocks.grid());
 }
 
@@ -99,7 +103,7 @@ void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const De
   recorder.Dispatch(insert_,
                     {map.depth, map.candidate, map.colour, map.new_pixels,
                      surfels.position_radius(), surfels.normal_weight(), surfels.history()},
-                    params, GridFor(insert_, params.num_new));
+                    params, GridFor(insert_, WholeBlocks(params.num_new)));
 }
 
 }  // namespace mono3d

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/surfel_blocks.h"
 #include "fusion/surfel_storage.h"
@@ -25,26 +26,30 @@ class FusionStages {
 
   // Reads depth, normal_confidence of `map`; writes candidate.
   void Prepare(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map) const;
-  // Where stages take `blocks`, these surfels alone are read and changed.
+  // Where stages take `blocks`, these surfels alone are read and changed. `anchors`: where the
+  // depth map's camera has the anchors of the model.
 
   // Reads the surfels from params.first_surfel on, depth, candidate; writes their association.
-  void Associate(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                 const SurfelStorage& surfels, const BlockList& blocks) const;
+  void Associate(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                 const DepthMapBuffers& map, const SurfelStorage& surfels,
+                 const BlockList& blocks) const;
   // Reads the surfels and association; writes index_map.
-  void DrawIndexMap(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                    const SurfelStorage& surfels, const BlockList& blocks) const;
+  void DrawIndexMap(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                    const Buffer& index_map, const SurfelStorage& surfels,
+                    const BlockList& blocks) const;
   // Reads depth, candidate, index_map and the surfels; writes selected.
-  void SelectNew(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                 const SurfelStorage& surfels) const;
+  void SelectNew(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                 const DepthMapBuffers& map, const SurfelStorage& surfels) const;
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms.
-  void Merge(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-             const SurfelStorage& surfels, const BlockList& blocks) const;
+  void Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+             const DepthMapBuffers& map, const SurfelStorage& surfels,
+             const BlockList& blocks) const;
   // Reads association; changes the surfels from params.first_surfel on that it speaks against, and
   // adds those that it removes to the one uint of num_removed.
   void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
                       const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads depth, candidate, colour, params.num_new of new_pixels; writes new surfels from slot
-  // params.num_surfels on, for which there must be room.
+  // params.num_surfels on, for which there must be room, and fills up their last block.
   void Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
               const SurfelStorage& surfels) const;
 

@@ -16,19 +16,19 @@ namespace {
 // Beyond the memory of some 37 maps of 768x448 the views are fewer.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
-PlacedDepthMap WithoutImages(const PlacedDepthMap& placed) {
-  PlacedDepthMap view = placed;
-  view.map.depth.release();
-  view.map.normal.release();
-  view.map.confidence.release();
-  view.map.bgr.release();
+DepthMap WithoutImages(const DepthMap& map) {
+  DepthMap view = map;
+  view.depth.release();
+  view.normal.release();
+  view.confidence.release();
+  view.bgr.release();
   return view;
 }
 
 }  // namespace
 
-void PastViews::Push(const std::shared_ptr<Device>& device, const PlacedDepthMap& map,
-                     DepthMapBuffers& buffers) {
+void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
+                     std::uint32_t anchor, DepthMapBuffers& buffers) {
   if (max_views_ == 0) return;
   const std::size_t depth_bytes = buffers.depth.size_bytes();
   const std::size_t candidate_bytes = buffers.candidate.size_bytes();
@@ -50,7 +50,8 @@ void PastViews::Push(const std::shared_ptr<Device>& device, const PlacedDepthMap
     }
   }
   PastView view;
-  view.view = WithoutImages(map);
+  view.map = WithoutImages(map);
+  view.anchor = anchor;
   view.buffers.depth = std::exchange(buffers.depth, std::move(depth));
   view.buffers.candidate = std::exchange(buffers.candidate, std::move(candidate));
   views_.push_back(std::move(view));

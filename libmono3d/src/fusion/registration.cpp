@@ -114,8 +114,9 @@ void Registrar::UploadGrey(const DepthMap& map) {
 }
 
 RegistrationSystem Registrar::Evaluate(Recorder& recorder, const RegisterParams& params,
-                                       const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                                       const BlockList& blocks, StageTimes* times) {
+                                       const AnchorTable& anchors, const DepthMapBuffers& buffers,
+                                       const SurfelStorage& surfels, const BlockList& blocks,
+                                       StageTimes* times) {
   const std::uint64_t num_listed = std::uint64_t{params.num_blocks} * kSurfelsPerBlock;
   const std::uint32_t num_samples = DivideRoundingUp(num_listed, params.stride);
   const std::uint32_t num_rows = DivideRoundingUp(num_samples, kSurfelsPerRegistrationRow);
@@ -124,11 +125,11 @@ RegistrationSystem Registrar::Evaluate(Recorder& recorder, const RegisterParams&
   if (rows_.size_bytes() < num_floats * sizeof(float)) {
     rows_ = Buffer(device_, num_floats * sizeof(float), "fusion/registration_rows");
   }
-  recorder.Dispatch(
-      register_,
-      {surfels.position_radius(), surfels.normal_weight(), surfels.history(), buffers.depth,
-       buffers.candidate, grey_.at(params.grey_level), blocks.buffer(), rows_},
-      params, GridFor(register_, num_rows));
+  recorder.Dispatch(register_,
+                    {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
+                     buffers.depth, buffers.candidate, grey_.at(params.grey_level), blocks.buffer(),
+                     surfels.anchor_of_block(), anchors.buffer(), rows_},
+                    params, GridFor(register_, num_rows));
   recorder.Submit(times);
   downloaded_.resize(num_floats);
   rows_.Download(std::span<float>(downloaded_));
@@ -141,6 +142,7 @@ struct Registrar::Target {
   const DepthMapBuffers& buffers;
   const SurfelStorage& surfels;
   const BlockList& blocks;
+  std::span<const Similarity> S_world_anchor;
   const SurfelMapOptions& options;
   StageTimes* times;
 
@@ -153,14 +155,15 @@ struct Registrar::Target {
 Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProblem& problem,
                                   int level, int& num_evaluations) {
   Look look{problem.predicted_S_world_kf, {}, 1};
-  RegisterParams params = MakeRegisterParams(problem, look.S_world_kf, target.surfels.size(),
-                                             target.blocks.size(), level);
+  RegisterParams params =
+      MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), level);
+  anchors_.Set(device_, look.S_world_kf, target.S_world_anchor);
   if (level == 0) params.stride *= kLookStride;
   look.stride = params.stride;
   for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
     if (i > 0) SetExposure(params, look.system);
-    look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.blocks,
-                           target.times);
+    look.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
+                           target.blocks, target.times);
     ++num_evaluations;
   }
   return look;
@@ -192,12 +195,13 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
   Look look{problem.predicted_S_world_kf, {}, 1};
   for (const Pass& pass : kPasses) {
     for (int i = 0; i < kMaxStepsPerPass; ++i) {
-      RegisterParams params = MakeRegisterParams(problem, look.S_world_kf, target.surfels.size(),
-                                                 target.blocks.size(), pass.level);
+      RegisterParams params =
+          MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), pass.level);
+      anchors_.Set(device_, look.S_world_kf, target.S_world_anchor);
       params.stride *= pass.stride;
       if (target.with_grey(problem.map)) SetExposure(params, look.system);
-      look.system = Evaluate(target.recorder, params, target.buffers, target.surfels, target.blocks,
-                             target.times);
+      look.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
+                             target.blocks, target.times);
       look.stride = params.stride;
       ++num_evaluations;
       const Vector7d step = Solve(problem, look.system, look.S_world_kf, params.stride);
@@ -217,9 +221,11 @@ Registrar::Look Registrar::Converge(const Target& target, const RegistrationProb
 // tracker is wrong, by anything.
 Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
                                  const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                                 const BlockList& blocks, const Predictions& predictions,
-                                 const SurfelMapOptions& options, StageTimes* times) {
-  const Target target{recorder, buffers, surfels, blocks, options, times};
+                                 const BlockList& blocks,
+                                 std::span<const Similarity> S_world_anchor,
+                                 const Predictions& predictions, const SurfelMapOptions& options,
+                                 StageTimes* times) {
+  const Target target{recorder, buffers, surfels, blocks, S_world_anchor, options, times};
   const RegistrationProblem of_tracker = MakeProblem(map, options, predictions.front());
   UploadGrey(map);
   int num_evaluations = 0;

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/register.params.h"
 #include "fusion/registration_problem.h"
@@ -44,17 +46,18 @@ class Registrar {
  public:
   explicit Registrar(const std::shared_ptr<Device>& device);
 
-  // `buffers` hold the depth map as it comes, with its candidates; `blocks` what may be in view;
-  // `predictions`, one at least, are in the model's world.
+  // `buffers` hold the depth map with its candidates; `blocks` what may be in view; one prediction
+  // at least. `S_world_anchor`: per anchor of the model.
   Registration Register(Recorder& recorder, const DepthMap& map, const DepthMapBuffers& buffers,
                         const SurfelStorage& surfels, const BlockList& blocks,
-                        const Predictions& predictions, const SurfelMapOptions& options,
-                        StageTimes* times);
+                        std::span<const Similarity> S_world_anchor, const Predictions& predictions,
+                        const SurfelMapOptions& options, StageTimes* times);
 
-  // One evaluation. `params` as the shader has them.
+  // One evaluation. `params` as the shader has them; `anchors` as the depth map's camera has them.
   RegistrationSystem Evaluate(Recorder& recorder, const RegisterParams& params,
-                              const DepthMapBuffers& buffers, const SurfelStorage& surfels,
-                              const BlockList& blocks, StageTimes* times);
+                              const AnchorTable& anchors, const DepthMapBuffers& buffers,
+                              const SurfelStorage& surfels, const BlockList& blocks,
+                              StageTimes* times);
   // Takes over the grey image of the depth map and its two halved ones.
   void UploadGrey(const DepthMap& map);
 
@@ -83,6 +86,7 @@ class Registrar {
   std::shared_ptr<Device> device_;
   Kernel register_;
   std::array<Buffer, kNumLevels> grey_;
+  AnchorTable anchors_;
   Buffer rows_;
   std::vector<float> downloaded_;
 };

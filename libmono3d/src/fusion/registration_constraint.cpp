@@ -4,10 +4,7 @@
 #include "fusion/registration_constraint.h"
 
 #include <algorithm>
-#include <vector>
-
-#include "fusion/model_parts.h"
-#include "fusion/surfel.h"
+#include <map>
 
 namespace mono3d {
 
@@ -27,30 +24,26 @@ Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
   return information;
 }
 
-std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
-                                    std::span<const FusedView> views,
-                                    std::span<const std::uint32_t> first_slots) {
-  std::vector<std::uint32_t> num_blocks(views.size());
-  for (const std::uint32_t block : blocks) {
-    const std::size_t view = ViewOfSlot(first_slots, block * kSurfelsPerBlock);
-    if (view < views.size()) ++num_blocks[view];
-  }
-  const auto most = std::max_element(num_blocks.begin(), num_blocks.end());
-  if (most == num_blocks.end() || *most == 0) return std::nullopt;
-  return static_cast<std::size_t>(most - num_blocks.begin());
+std::optional<std::uint32_t> MostFrequentAnchor(std::span<const std::uint32_t> blocks,
+                                                std::span<const std::uint32_t> anchors) {
+  std::map<std::uint32_t, std::uint32_t> num_blocks;
+  for (const std::uint32_t block : blocks) ++num_blocks[anchors[block]];
+  const auto most = std::ranges::max_element(
+      num_blocks, [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == num_blocks.end()) return std::nullopt;
+  return most->first;
 }
 
 KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
-                                  const Matrix7d& information, const FusedView& anchor) {
-  const Pose in_world = S_world_kf.pose().Inverse() * anchor.S_world_kf.pose();
-  const double anchor_scale = anchor.S_world_kf.scale();
+                                  const Matrix7d& information, const PlacedAnchor& anchor) {
+  const Similarity S_anchor_kf = anchor.S_world_kf.Inverse() * S_world_kf;
   KeyframeConstraint constraint;
   constraint.id = keyframe_id;
-  constraint.anchor_id = anchor.keyframe_id;
-  constraint.T_cam_anchor = Pose(in_world.rotation(), in_world.translation() / anchor_scale);
-  constraint.scale = S_world_kf.scale() / anchor_scale;
-  Vector7d unit = Vector7d::Ones();
-  unit.segment<3>(3).setConstant(anchor_scale);
+  constraint.anchor_id = anchor.anchor.keyframe_id;
+  constraint.T_cam_anchor = S_anchor_kf.pose().Inverse();
+  constraint.scale = S_anchor_kf.scale();
+  Vector7d unit = Vector7d::Ones();  // lengths from the anchor's into the keyframe's
+  unit.segment<3>(3).setConstant(1 / S_anchor_kf.scale());
   constraint.information = unit.asDiagonal() * information * unit.asDiagonal();
   return constraint;
 }

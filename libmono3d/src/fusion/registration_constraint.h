@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "fusion/deformation.h"
+#include "fusion/anchor.h"
 #include "fusion/registration_problem.h"
 #include "mono3d/image/keyframe_constraint.h"
 
@@ -21,13 +21,12 @@ namespace mono3d {
 Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
                        const RegistrationOptions& options);
 
-// Of the views of one submap the one to which most of these blocks of surfels are anchored.
-std::optional<std::size_t> AnchorOf(std::span<const std::uint32_t> blocks,
-                                    std::span<const FusedView> views,
-                                    std::span<const std::uint32_t> first_slots);
+// The anchor of most of these blocks of surfels. `anchors`: per block of the model.
+std::optional<std::uint32_t> MostFrequentAnchor(std::span<const std::uint32_t> blocks,
+                                                std::span<const std::uint32_t> anchors);
 
 // What a depth map that was registered at `S_world_kf` says of its keyframe.
 KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
-                                  const Matrix7d& information, const FusedView& anchor);
+                                  const Matrix7d& information, const PlacedAnchor& anchor);
 
 }  // namespace mono3d

@@ -49,7 +49,7 @@ double MedianDepth(const DepthMap& map) {
 
 RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,
                                 const Similarity& predicted_S_world_kf) {
-  return {map, options, predicted_S_world_kf, predicted_S_world_kf.scale() * MedianDepth(map),
+  return {map, options, predicted_S_world_kf, MedianDepth(map),
           std::min(map.camera.fx, map.camera.fy)};
 }
 
@@ -61,26 +61,23 @@ double ImageMotion(const RegistrationProblem& problem, const Vector7d& step) {
 
 // From the prediction to `S_world_kf`, as the unknowns of one step.
 Vector7d Deviation(const RegistrationProblem& problem, const Similarity& S_world_kf) {
-  const Pose moved = S_world_kf.pose().Inverse() * problem.predicted_S_world_kf.pose();
+  const Similarity moved = S_world_kf.Inverse() * problem.predicted_S_world_kf;
   Vector7d deviation;
-  deviation << RotationLog(moved.rotation()), moved.translation(),
-      std::log(S_world_kf.scale() / problem.predicted_S_world_kf.scale());
+  deviation << RotationLog(moved.pose().rotation()), moved.pose().translation() / moved.scale(),
+      -std::log(moved.scale());
   return deviation;
 }
 
+// The model moves in the camera's frame, and becomes smaller where the depths are to be larger.
 Similarity Moved(const Similarity& S_world_kf, const Vector7d& step) {
-  const Pose moved(RotationExp(step.head<3>()), step.segment<3>(3));
-  return {S_world_kf.scale() * std::exp(step(6)), (moved * S_world_kf.pose().Inverse()).Inverse()};
+  const Similarity shrunk(std::exp(-step(6)), Pose());
+  const Similarity moved(1, Pose(RotationExp(step.head<3>()), step.segment<3>(3)));
+  return (shrunk * moved * S_world_kf.Inverse()).Inverse();
 }
 
-RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Similarity& S_world_kf,
-                                  std::uint32_t num_surfels, std::uint32_t num_blocks, int level) {
-  DepthMap at_view;  // its images play no part
-  at_view.camera = problem.map.camera;
-  at_view.depth_sigma_per_square_depth =
-      problem.map.depth_sigma_per_square_depth / S_world_kf.scale();
-  const ViewParams same =
-      MakeViewParams(at_view, S_world_kf.pose(), problem.options, num_surfels, 0);
+RegisterParams MakeRegisterParams(const RegistrationProblem& problem, std::uint32_t num_surfels,
+                                  std::uint32_t num_blocks, int level) {
+  const ViewParams same = MakeViewParams(problem.map, problem.options, num_surfels, 0);
   RegisterParams params{};
   params.width_px = same.width_px;
   params.height_px = same.height_px;
@@ -88,7 +85,6 @@ RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Simi
   params.fy = same.fy;
   params.cx = same.cx;
   params.cy = same.cy;
-  std::copy(std::begin(same.cam_from_world), std::end(same.cam_from_world), params.cam_from_world);
   params.inverse_depth_sigma = same.inverse_depth_sigma;
   params.relative_sigma = same.relative_sigma;
   params.association_sigmas = std::ldexp(same.association_sigmas, level);
@@ -98,7 +94,6 @@ RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Simi
   const std::uint32_t max_samples = kMaxSamples >> static_cast<unsigned>(2 * level);
   params.stride =
       std::max(DivideRoundingUp(std::uint64_t{num_blocks} * kSurfelsPerBlock, max_samples), 1U);
-  params.depth_scale = static_cast<float>(S_world_kf.scale());
   params.grey_level = static_cast<std::uint32_t>(level);
   params.grey_noise = static_cast<float>(problem.options.registration.grey_noise);
   params.grey_shift_px = static_cast<float>(problem.options.registration.grey_shift_px);

@@ -24,7 +24,7 @@ struct RegistrationProblem {
   const DepthMap& map;
   const SurfelMapOptions& options;
   Similarity predicted_S_world_kf;
-  double median_depth_su;  // there, in the unit of the world
+  double median_depth_su;  // in the own unit of its keyframe, as all lengths
   double focal_px;
 };
 
@@ -40,8 +40,8 @@ Vector7d Deviation(const RegistrationProblem& problem, const Similarity& S_world
 // By one step.
 Similarity Moved(const Similarity& S_world_kf, const Vector7d& step);
 
-RegisterParams MakeRegisterParams(const RegistrationProblem& problem, const Similarity& S_world_kf,
-                                  std::uint32_t num_surfels, std::uint32_t num_blocks, int level);
+RegisterParams MakeRegisterParams(const RegistrationProblem& problem, std::uint32_t num_surfels,
+                                  std::uint32_t num_blocks, int level);
 
 // Exposure drifts from map to map: mean and contrast of what both see are made equal.
 void SetExposure(RegisterParams& params, const RegistrationSystem& system);

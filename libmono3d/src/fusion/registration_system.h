@@ -17,8 +17,8 @@ inline constexpr std::uint32_t kSurfelsPerRegistrationRow = 16;
 inline constexpr std::uint32_t kFloatsPerRegistrationRow = 56;
 
 // The normal equations of one evaluation of the registration, and what they rest on. Unknowns, in
-// this order: rotation (rad) and translation (su) of the model in the camera's frame, logarithm of
-// the scale of the measured depths. Residuals are in sigmas.
+// this order: rotation (rad) and translation (the depth map's unit) of the model in the camera's
+// frame, logarithm of the scale of the measured depths. Residuals are in sigmas.
 struct RegistrationSystem {
   Matrix7d information = Matrix7d::Zero();  // sum of w J J^T
   Vector7d gradient = Vector7d::Zero();     // sum of w J r

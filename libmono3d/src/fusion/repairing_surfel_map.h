@@ -23,6 +23,8 @@ class RepairableMap : public SurfelMap {
   virtual void TakeOut(std::uint32_t first_depth_map) = 0;
   // Parts that hang together by the tracker's poses alone.
   virtual int num_submaps() const = 0;
+  // Merges what corrections have laid upon each other and no depth map has shown since.
+  virtual void MergePending() = 0;
 };
 
 // A model that tries depth maps again which did not fit, knows how it is, and when it refuses
@@ -36,9 +38,13 @@ class RepairingSurfelMap : public SurfelMap {
   UpdateResult Update(const KeyframePoses& poses) override { return model_->Update(poses); }
   std::optional<UpdateResult> Join(SurfelMap& other, const KeyframePoses& poses) override;
   std::vector<FusedDepthMap> DepthMaps() const override { return model_->DepthMaps(); }
+  SurfelChanges ChangesSince(std::uint64_t version) override {
+    return model_->ChangesSince(version);
+  }
   void Rest() override;
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
+    model_->MergePending();
     return model_->Export(options);
   }
   std::int64_t num_surfels() const override { return model_->num_surfels(); }

@@ -83,7 +83,7 @@ void BlockCuller::Bound(Recorder& recorder, const BlockList& blocks, std::uint32
       params, GridFor(bound_, blocks.size()));
 }
 
-void BlockCuller::FindVisible(Recorder& recorder, std::span<const ViewParams> views,
+void BlockCuller::FindVisible(Recorder& recorder, std::span<const ModelView> views,
                               std::uint32_t margin_px, SurfelStorage& surfels, BlockList& visible,
                               StageTimes* times) {
   const std::uint32_t num_blocks = DivideRoundingUp(surfels.size(), kSurfelsPerBlock);
@@ -100,9 +100,10 @@ void BlockCuller::FindVisible(Recorder& recorder, std::span<const ViewParams> vi
     is_seen_ = Buffer(device_, num_blocks * sizeof(std::uint32_t) * 3 / 2, "fusion/seen_blocks");
   }
   recorder.Fill(is_seen_, 0);
-  for (const ViewParams& view : views) {
-    recorder.Dispatch(cull_, {surfels.bounds(), is_seen_},
-                      Enlarged(view, margin_px, surfels.size()), GridFor(cull_, num_blocks));
+  for (const ModelView& view : views) {
+    recorder.Dispatch(
+        cull_, {surfels.bounds(), surfels.anchor_of_block(), view.anchors.buffer(), is_seen_},
+        Enlarged(view.params, margin_px, surfels.size()), GridFor(cull_, num_blocks));
   }
   recorder.Submit(times);
   visible.SetFlagged(device_, is_seen_, num_blocks);

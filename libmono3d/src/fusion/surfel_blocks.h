@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "fusion/anchor_table.h"
 #include "fusion/surfel_storage.h"
 #include "fusion/view.params.h"
 #include "gpu/buffer.h"
@@ -45,6 +46,12 @@ class BlockList {
   std::array<std::uint32_t, 3> grid_ = {0, 0, 1};
 };
 
+// A view as it looks at the model.
+struct ModelView {
+  const ViewParams& params;
+  const AnchorTable& anchors;
+};
+
 // Finds the blocks that views may see.
 class BlockCuller {
  public:
@@ -58,7 +65,7 @@ class BlockCuller {
   // shaders/fusion/cull_blocks.comp: lists the blocks that one of the views may see, none that it
   // sees left out, in their order; `margin_px` is added around its image. Bounds blocks first whose
   // surfels are new. Submits.
-  void FindVisible(Recorder& recorder, std::span<const ViewParams> views, std::uint32_t margin_px,
+  void FindVisible(Recorder& recorder, std::span<const ModelView> views, std::uint32_t margin_px,
                    SurfelStorage& surfels, BlockList& visible, StageTimes* times);
 
  private:

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "fusion/isolated_surfels.h"
@@ -52,8 +53,13 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
 }
 
 // The surfels that the options ask for, each by what it holds alone.
-PointCloud Chosen(const Surfels& surfels, const SurfelExportOptions& options) {
+PointCloud Chosen(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
+                  const SurfelExportOptions& options) {
   PointCloud cloud;
+  std::optional<std::uint32_t> last_anchor;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  double scale = 1;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
@@ -65,11 +71,18 @@ PointCloud Chosen(const Surfels& surfels, const SurfelExportOptions& options) {
     if (options.min_confidence > 0 && IsDisputed(history)) continue;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
-    cloud.points.emplace_back(p[0], p[1], p[2]);
-    cloud.normals.emplace_back(n[0], n[1], n[2]);
+    const std::uint32_t anchor = AnchorOf(surfels, i);
+    if (anchor != last_anchor) {
+      last_anchor = anchor;
+      R = S_world_anchor[anchor].pose().rotation().toRotationMatrix();
+      t = S_world_anchor[anchor].pose().translation();
+      scale = S_world_anchor[anchor].scale();
+    }
+    cloud.points.emplace_back((R * (scale * Eigen::Vector3d(p[0], p[1], p[2])) + t).cast<float>());
+    cloud.normals.emplace_back((R * Eigen::Vector3d(n[0], n[1], n[2])).cast<float>());
     cloud.colours.push_back(
         {Colour8(history[0]), Colour8(history[0] >> 10), Colour8(history[0] >> 20)});
-    cloud.radii.push_back(p[3]);
+    cloud.radii.push_back(static_cast<float>(scale * p[3]));
     cloud.confidences.push_back(confidence);
     cloud.observations.push_back(observations);
   }
@@ -93,9 +106,10 @@ PointCloud WithoutIsolated(const PointCloud& cloud) {
 
 }  // namespace
 
-PointCloud ToPointCloud(const Surfels& surfels, const SurfelExportOptions& options) {
+PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options) {
   options.Validate();
-  PointCloud cloud = Chosen(surfels, options);
+  PointCloud cloud = Chosen(surfels, S_world_anchor, options);
   if (options.min_confidence > 0) cloud = WithoutIsolated(cloud);
   if (options.voxel_radii > 0 && !cloud.empty()) return Thinned(cloud, options.voxel_radii);
   return cloud;

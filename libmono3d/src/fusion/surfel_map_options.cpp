@@ -7,6 +7,8 @@
 
 namespace mono3d {
 
+SurfelChanges SurfelMap::ChangesSince(std::uint64_t) { return {}; }
+
 std::optional<UpdateResult> SurfelMap::Join(SurfelMap&, const KeyframePoses&) {
   return std::nullopt;
 }

@@ -15,10 +15,9 @@ namespace mono3d {
 // depth per unit of image plane.
 inline constexpr double kMaxSlantDeg = 75;
 
-// The parameters of all stages for one depth map, in the unit of the world, that meets a model of
-// `num_surfels` slots.
-ViewParams MakeViewParams(const DepthMap& map, const Pose& T_world_cam,
-                          const SurfelMapOptions& options, std::uint32_t num_surfels,
-                          std::uint32_t map_index);
+// The parameters of all stages for one depth map that meets a model of `num_surfels` slots. The
+// map's images play no part.
+ViewParams MakeViewParams(const DepthMap& map, const SurfelMapOptions& options,
+                          std::uint32_t num_surfels, std::uint32_t map_index);
 
 }  // namespace mono3d

@@ -13,6 +13,7 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/model_health.h"
 #include "mono3d/fusion/registration.h"
+#include "mono3d/fusion/surfel_changes.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/gpu/device.h"
@@ -78,7 +79,7 @@ struct FusionResult {
 
 // What became of the model when its keyframes were moved.
 struct UpdateResult {
-  bool has_moved = false;        // a keyframe of the model is elsewhere than before
+  bool has_moved = false;  // a keyframe of the model is elsewhere, by a tenth of a pixel or more
   std::int64_t num_merged = 0;   // surfels that became one with another, of a part they fell upon
   std::int64_t num_surfels = 0;  // in the model afterwards
 };
@@ -123,6 +124,10 @@ class SurfelMap {
 
   // The depth maps in the model, in the order of their frames.
   virtual std::vector<FusedDepthMap> DepthMaps() const = 0;
+
+  // For a viewer: the surfels that have changed since the version it has, 0 at first. Costs what
+  // has changed, not what there is.
+  virtual SurfelChanges ChangesSince(std::uint64_t version);
 
   // No depth map will come for a while: lets go of the memory that is not the model itself. What
   // waited to be tried again is given up.

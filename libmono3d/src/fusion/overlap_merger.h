@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "fusion/deformation.h"
+#include "fusion/anchor_table.h"
 #include "fusion/fusion_stages.h"
 #include "fusion/surfel_blocks.h"
 #include "fusion/surfel_storage.h"
@@ -18,43 +18,36 @@
 
 namespace mono3d {
 
-// The kernels that move the surfels with their views and merge what comes to lie upon each other.
-// What a stage does stands in its shader.
-class Corrector {
+// Merges surfels of parts of the model that have come to lie upon each other. What a stage does
+// stands in its shader.
+class OverlapMerger {
  public:
-  explicit Corrector(const std::shared_ptr<Device>& device);
-
-  // shaders/fusion/deform.comp. `nodes`: one per depth map of the model.
-  void Deform(Recorder& recorder, std::span<const DeformationNode> nodes,
-              const SurfelStorage& surfels, StageTimes* times);
+  explicit OverlapMerger(const std::shared_ptr<Device>& device);
 
   // Merges the surfels of parts that overlap as one view sees them, all of which are in `blocks`:
-  // overlap_oldest, overlap_candidates, overlap_target, overlap_add, overlap_apply. Returns the
-  // number of surfels that were added to others and removed. Keeps 20 bytes per surfel until
-  // EndMerging().
-  std::uint32_t MergeOverlap(Recorder& recorder, const FusionStages& stages,
-                             const ViewParams& params, const DepthMapBuffers& map,
-                             const SurfelStorage& surfels, const BlockList& blocks,
-                             StageTimes* times);
-  void EndMerging() {
-    sums_ = Buffer();
-    candidates_ = Buffer();
-  }
+  // overlap_oldest, overlap_candidates, overlap_target, overlap_add, overlap_apply. `end_of_older`:
+  // per anchor the end of the slots of older parts. Returns the number of surfels that were added
+  // to others and removed. Keeps 20 bytes per surfel, and an index map, until End().
+  std::uint32_t Merge(Recorder& recorder, const FusionStages& stages, const ViewParams& params,
+                      const AnchorTable& anchors, std::span<const std::uint32_t> end_of_older,
+                      const SurfelStorage& surfels, const BlockList& blocks, StageTimes* times);
+  void End();
 
  private:
   void Reserve(Recorder& recorder, const ViewParams& params, const SurfelStorage& surfels);
 
   std::shared_ptr<Device> device_;
-  Kernel deform_;
   Kernel overlap_oldest_;
   Kernel overlap_candidates_;
   Kernel overlap_target_;
   Kernel overlap_add_;
   Kernel overlap_apply_;
+  Buffer index_map_;   // as DepthMapBuffers has it
   Buffer sums_;        // four uints per surfel; 0 but from overlap_add to overlap_apply
   Buffer oldest_;      // uint per tile of the index map
   Buffer candidates_;  // number of a surfel, each
   Buffer num_candidates_;
+  Buffer num_removed_;
   Buffer is_marked_;  // uint per block
   BlockList marked_;
 };
