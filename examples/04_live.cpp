@@ -49,7 +49,7 @@ int main(int argc, char** argv) try {
     std::cout << num_seconds + 1 << " s: " << mono3d::ToString(now.status) << ", "
               << now.counts.num_keyframes << " keyframes, " << now.counts.num_fused
               << " depth maps, " << now.num_surfels << " surfels" << std::endl;
-    if (++num_seconds % 5 == 0 && now.surfels) mono3d::WritePly("cloud.ply", *now.surfels);
+    if (++num_seconds % 5 == 0) mono3d::WritePly("cloud.ply", mono3d::ToPointCloud(now.surfels));
   }
   const mono3d::Reconstruction result = pipeline.Stop();
   if (result.maps.empty()) {

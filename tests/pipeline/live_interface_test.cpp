@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <memory>
+#include <numbers>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -164,8 +165,9 @@ TEST_F(LiveInterface, ASnapshotWaitsForNothing) {
   EXPECT_EQ(now.status, TrackingStatus::kTracking);
   EXPECT_EQ(now.counts.num_frames, 3);
   EXPECT_EQ(now.counts.num_depth_maps, 0);
-  EXPECT_EQ(now.version, 0U);
-  EXPECT_EQ(now.surfels, nullptr);
+  EXPECT_EQ(now.surfels.version, 0U);
+  EXPECT_TRUE(now.surfels.changed.empty());
+  EXPECT_EQ(now.model_poses, nullptr);
   ASSERT_TRUE(now.pose);
   EXPECT_EQ(now.pose->T_world_cam.translation().x(), 2);
   EXPECT_EQ(now.keyframe_poses->poses().size(), 3U);
@@ -179,21 +181,48 @@ TEST_F(LiveInterface, PublishesSurfelsOnceSomebodyAsks) {
   (void)pipeline->Push(NumberedFrame(0));
   (void)pipeline->Push(NumberedFrame(1));  // makes keyframe 0 final
   PipelineSnapshot now = pipeline->Snapshot();
-  while (!now.surfels) now = pipeline->Snapshot(now.version);
-  EXPECT_EQ(now.surfels->size(), 1U);
-  EXPECT_GE(now.version, 1U);
+  while (now.surfels.changed.empty()) now = pipeline->Snapshot(now.surfels.version);
+  EXPECT_GE(now.surfels.version, 1U);
   ASSERT_NE(now.model_poses, nullptr);
   EXPECT_NE(now.model_poses->Find(0), nullptr);
-  const PipelineSnapshot same = pipeline->Snapshot(now.version);
-  EXPECT_EQ(same.version, now.version);
-  EXPECT_EQ(same.surfels, nullptr);
-  EXPECT_EQ(pipeline->Snapshot().surfels, now.surfels) << "all of them";
+  const PipelineSnapshot same = pipeline->Snapshot(now.surfels.version);
+  EXPECT_EQ(same.surfels.version, now.surfels.version);
+  EXPECT_TRUE(same.surfels.changed.empty());
+  EXPECT_EQ(same.surfels.anchors.size(), 1U);
+  EXPECT_EQ(pipeline->Snapshot().surfels.changed.size(), 1U) << "all of them";
   (void)pipeline->Push(NumberedFrame(2));
-  PipelineSnapshot next = pipeline->Snapshot(now.version);
-  while (!next.surfels) next = pipeline->Snapshot(now.version);
-  EXPECT_EQ(next.surfels->size(), 2U);
-  EXPECT_EQ(now.surfels->size(), 1U) << "what was handed out does not change";
+  PipelineSnapshot next = pipeline->Snapshot(now.surfels.version);
+  while (next.surfels.changed.empty()) next = pipeline->Snapshot(now.surfels.version);
+  ASSERT_EQ(next.surfels.changed.size(), 1U) << "only what is new";
+  EXPECT_EQ(next.surfels.changed[0].anchor, 1U);
+  EXPECT_EQ(next.surfels.anchors.size(), 2U);
+  const PointCloud model = ToPointCloud(pipeline->Snapshot().surfels);
+  ASSERT_EQ(model.size(), 2U);
+  EXPECT_EQ(model.points[1], Eigen::Vector3f(1, 0, 2));
   static_cast<void>(pipeline->Stop());
+}
+
+TEST(ToPointCloud, PutsSurfelsIntoTheWorldWithoutThoseOfLittleConfidence) {
+  PointCloud own;
+  own.points = {{1, 0, 0}, {9, 9, 9}};
+  own.normals = {{1, 0, 0}, {0, 0, 1}};
+  own.colours = {{1, 2, 3}, {4, 5, 6}};
+  own.radii = {0.5F, 0.5F};
+  own.confidences = {0.5F, 0.1F};
+  own.observations = {3, 1};
+  SurfelChanges surfels;
+  const Similarity S_world_anchor(
+      2, Pose(RotationExp({0, 0, std::numbers::pi / 2}), Eigen::Vector3d(10, 0, 0)));
+  surfels.anchors = {{4, 0, 0, S_world_anchor}};
+  surfels.changed = {{4, std::make_shared<PointCloud>(own)}};
+  const PointCloud cloud = ToPointCloud(surfels);
+  ASSERT_EQ(cloud.size(), 1U);
+  EXPECT_LT((cloud.points[0] - Eigen::Vector3f(10, 2, 0)).norm(), 1e-5F);
+  EXPECT_LT((cloud.normals[0] - Eigen::Vector3f(0, 1, 0)).norm(), 1e-6F);
+  EXPECT_EQ(cloud.radii[0], 1);
+  EXPECT_EQ(cloud.colours[0], own.colours[0]);
+  EXPECT_EQ(cloud.observations[0], 3);
+  EXPECT_EQ(ToPointCloud(surfels, 0).size(), 2U);
 }
 
 TEST_F(LiveInterface, SnapshotsComeFromAnyThreadWhileFramesArePushed) {
@@ -206,12 +235,12 @@ TEST_F(LiveInterface, SnapshotsComeFromAnyThreadWhileFramesArePushed) {
     while (!is_over) {
       const PipelineSnapshot now = pipeline->Snapshot(version);
       EXPECT_GE(now.frame_index, latest);
-      EXPECT_GE(now.version, version);
+      EXPECT_GE(now.surfels.version, version);
       if (now.pose) {
         EXPECT_EQ(now.pose->frame_index, now.frame_index);
       }
       latest = now.frame_index;
-      version = now.version;
+      version = now.surfels.version;
     }
   });
   for (int i = 0; i < 200; ++i) (void)pipeline->Push(NumberedFrame(i));

@@ -108,6 +108,16 @@ class CountingSurfelMap final : public SurfelMap {
   }
   UpdateResult Update(const KeyframePoses&) override { return {}; }
   std::vector<FusedDepthMap> DepthMaps() const override { return maps_; }
+  SurfelChanges ChangesSince(std::uint64_t version) override {
+    SurfelChanges changes;
+    changes.version = maps_.size();
+    for (std::uint32_t i = 0; i < maps_.size(); ++i) {
+      changes.anchors.push_back(
+          {i, maps_[i].keyframe_id, maps_[i].frame_index, maps_[i].S_world_kf});
+      if (i >= version) changes.changed.push_back({i, std::make_shared<PointCloud>(OneSurfel())});
+    }
+    return changes;
+  }
   PointCloud Export(const SurfelExportOptions&) const override {
     PointCloud cloud;
     for (const FusedDepthMap& map : maps_) {
@@ -118,6 +128,18 @@ class CountingSurfelMap final : public SurfelMap {
   std::int64_t num_surfels() const override { return static_cast<std::int64_t>(maps_.size()); }
 
  private:
+  // Two units before the camera of its depth map.
+  static PointCloud OneSurfel() {
+    PointCloud cloud;
+    cloud.points = {{0, 0, 2}};
+    cloud.normals = {{0, 0, -1}};
+    cloud.colours = {{1, 2, 3}};
+    cloud.radii = {0.5F};
+    cloud.confidences = {0.5F};
+    cloud.observations = {1};
+    return cloud;
+  }
+
   std::vector<FusedDepthMap> maps_;
 };
 

@@ -7,10 +7,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <numbers>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "mono3d/geometry/similarity.h"
@@ -76,6 +79,15 @@ struct Film {
   std::vector<Pose> T_world_cam;
 };
 
+// What a viewer sees at any moment.
+void ExpectConsistent(const PipelineSnapshot& now) {
+  EXPECT_LE(now.counts.num_tracked, now.counts.num_frames);
+  EXPECT_LE(now.counts.num_fused, now.counts.num_bundles);
+  if (!now.pose) return;
+  EXPECT_EQ(now.pose->frame_index, now.frame_index);
+  EXPECT_TRUE(now.pose->T_world_cam.Matrix().allFinite());
+}
+
 Reconstruction ReconstructLive(const Film& film) {
   PipelineOptions options;
   options.is_live = true;
@@ -85,13 +97,22 @@ Reconstruction ReconstructLive(const Film& film) {
   stages.keyframe_selector = CreateKeyframeSelector(options.keyframes);
   stages.depth_estimator = std::make_unique<PoseDepthEstimator>();
   stages.create_surfel_map = [] { return std::make_unique<PoseSurfelMap>(); };
+  options.live = {.max_delay_s = 3600, .max_waiting_mb = 1e6};  // however slow the machine is
   Pipeline pipeline(std::move(stages), {}, options);
+  pipeline.Start();
+  std::atomic<bool> is_over = false;
+  std::thread viewer([&] {
+    while (!is_over) ExpectConsistent(pipeline.Snapshot());
+  });
   for (std::size_t i = 0; i < film.images.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];
-    pipeline.Process(frame);
+    (void)pipeline.Push(std::move(frame));
   }
-  return pipeline.Finish();
+  Reconstruction result = pipeline.Stop();
+  is_over = true;
+  viewer.join();
+  return result;
 }
 
 void ExpectTruth(const std::vector<TrajectoryEntry>& trajectory, const Film& film) {

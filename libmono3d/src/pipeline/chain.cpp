@@ -59,7 +59,7 @@ TrackingResult Chain::Process(const Frame& frame) {
   return tracking;
 }
 
-// Of what is done so far, for Snapshot.
+// Of what is done so far, for State.
 void Chain::TakeCounts() {
   PipelineCounts counts = counts_;
   counts.num_keyframes_without_image = tracker_->num_keyframes_without_image();
@@ -78,7 +78,10 @@ void Chain::Publish(const Frame& frame, const TrackingResult& tracking) {
   latest_.pose = tracking.pose;
 }
 
+// In this order, so that no model is made of bundles that are not counted yet, and the latest frame
+// has its keyframe among the poses.
 PipelineSnapshot Chain::State() const {
+  const ModelProgress progress = worker_->Progress();
   Latest latest;
   {
     const std::lock_guard lock(mutex_);
@@ -87,7 +90,6 @@ PipelineSnapshot Chain::State() const {
   PipelineSnapshot& snapshot = latest.snapshot;
   snapshot.keyframe_poses = tracker_->Poses();
   if (latest.pose) snapshot.pose = InWorld(*latest.pose, *snapshot.keyframe_poses);
-  const ModelProgress progress = worker_->Progress();
   AddModelCounts(progress.counts, snapshot.counts);
   snapshot.num_surfels = progress.num_surfels;
   snapshot.health = progress.health;
@@ -97,7 +99,6 @@ PipelineSnapshot Chain::State() const {
 PipelineSnapshot Chain::Snapshot(std::uint64_t since_version) const {
   PipelineSnapshot snapshot = State();
   PublishedModel published = worker_->Published(since_version);
-  snapshot.version = published.version;
   snapshot.surfels = std::move(published.surfels);
   snapshot.model_map_id = published.map_id;
   snapshot.model_poses = std::move(published.poses);
@@ -145,6 +146,7 @@ void Chain::Select(const Keyframe& keyframe) {
   std::optional<ImageBundle> bundle = keyframe_selector_->Add(keyframe, *poses_);
   if (!bundle) return;
   ++counts_.num_bundles;
+  TakeCounts();
   worker_->Add(*std::move(bundle), poses_);
 }
 

@@ -150,31 +150,18 @@ void ModelBuilder::Export(int map_id) {
   OfMap& of_map = of_map_[map_id];
   const std::vector<FramePose> depth_maps = FixedToKeyframes(model->DepthMaps(), *poses_);
   Append(depth_maps, of_map.depth_maps);
-  of_map.model = ExportSurfels(*model, depth_maps.size(), map_id);
-}
-
-PointCloud ModelBuilder::ExportSurfels(const SurfelMap& model, std::size_t num_depth_maps,
-                                       int map_id) {
   SurfelExportOptions options = stages_.surfel_export;
-  const int max_observations = std::max(1, static_cast<int>(num_depth_maps));
+  const int max_observations = std::max(1, static_cast<int>(depth_maps.size()));
   options.min_observations = std::min(options.min_observations, max_observations);
-  PointCloud cloud = model.Export(options);
-  AppendCloud(of_map_[map_id].model, cloud);
-  return cloud;
+  PointCloud cloud = model->Export(options);
+  AppendCloud(of_map.model, cloud);
+  of_map.model = std::move(cloud);
 }
 
 void ModelBuilder::PublishIfDue() {
   const auto found = surfel_maps_.find(current_id_);
   if (found == surfel_maps_.end()) return;
-  publisher_.PublishIfDue([&] {
-    const SurfelMap& model = *found->second;
-    PublishedModel published;
-    published.map_id = current_id_;
-    published.poses = poses_;
-    published.surfels =
-        std::make_shared<PointCloud>(ExportSurfels(model, model.DepthMaps().size(), current_id_));
-    return published;
-  });
+  publisher_.PublishIfDue(*found->second, current_id_, poses_);
 }
 
 void ModelBuilder::Join(const MapJoin& join, const KeyframePoses& poses) {

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -56,7 +55,7 @@ class ModelBuilder {
   // become one since then have their models put side by side.
   void Close(const KeyframePosesPtr& poses);
 
-  // Exports the current model for who watches it, if that is due.
+  // Publishes the current model for who watches it, if that is due.
   void PublishIfDue();
   ModelPublisher& publisher() { return publisher_; }
 
@@ -83,7 +82,6 @@ class ModelBuilder {
   void Join(const MapJoin& join, const KeyframePoses& poses);
   void JoinFinished(const MapJoin& join);
   void JoinRecords(const MapJoin& join);
-  PointCloud ExportSurfels(const SurfelMap& model, std::size_t num_depth_maps, int map_id);
   void Export(int map_id);
 
   ModelStages stages_;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "mono3d/pipeline/stages.h"
+
 #include "mono3d/core/options.h"
-#include "mono3d/pipeline/pipeline.h"
 
 namespace mono3d {
 
