@@ -37,6 +37,7 @@ std::array<std::uint8_t, 16> OnlyGood(int plane, int first_plane) {
   return costs;
 }
 
+// SGM^sn (paper, section 3.2): jumps that follow the normals of the level above are free.
 TEST(FineSgm, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   const SgmOptions options;

@@ -77,6 +77,7 @@ struct Case {
   RegistrationSystem expected;
 };
 
+// Point-to-plane and photometric terms against differences of the plain reference.
 TEST(Register, EqualsReferenceWithNumericalDerivatives) {
   // Sums of some 10 000 products of single precision against double; a few surfels in a thousand
   // may fall on the other side of a border.

@@ -31,7 +31,7 @@ void SgmOptions::Visit(OptionVisitor& visit) {
   visit("min_p2", min_p2, "the same across the strongest image edges");
   visit("gradient", gradient, "grey levels of difference that halve p2");
   visit("follow_normals", follow_normals,
-        "let steps along the surface of the level above cost nothing");
+        "SGM^sn: steps along the surface of the level above cost nothing");
   visit("finest_paths", finest_paths, "paths of the finest level of several: 4 or 8");
 }
 

@@ -158,7 +158,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
 }  // namespace
 
 void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
-  visit("num_images", num_images, "images of a bundle: 3, 5, 7 or 9");
+  visit("num_images", num_images, "images of an image bundle: 3, 5, 7 or 9");
   visit("max_rotation_deg", max_rotation_deg, "largest rotation between neighbouring images");
   visit("min_baseline_ratio", min_baseline_ratio,
         "smallest baseline between neighbouring images, over the median depth");

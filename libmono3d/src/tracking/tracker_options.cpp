@@ -49,7 +49,8 @@ void KeyframeInsertionOptions::Visit(OptionVisitor& visit) {
 }
 
 void LocalMappingOptions::Visit(OptionVisitor& visit) {
-  visit("num_neighbours", num_neighbours, "keyframes that new points are triangulated with");
+  visit("num_neighbours", num_neighbours,
+        "covisible keyframes that new points are triangulated with");
   visit("min_baseline_share", min_baseline_share,
         "smallest baseline for triangulation over the median depth");
   visit("num_adjusted_keyframes", num_adjusted_keyframes, "keyframes of a local bundle adjustment");
