@@ -55,7 +55,6 @@ class StraightTracker final : public Tracker {
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   std::vector<KeyframeCorrection> Corrected() {

@@ -52,7 +52,6 @@ class FakeTracker final : public Tracker {
   }
   std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   std::vector<TrajectoryEntry> entries_;
@@ -237,7 +236,6 @@ class JoiningTracker final : public Tracker {
     return entries;
   }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   static Pose InMap0(int map_id, const Pose& T_world_cam) {

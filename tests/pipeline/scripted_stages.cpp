@@ -43,7 +43,6 @@ class ScriptedTracker final : public Tracker {
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   const Script& script_;
