@@ -66,7 +66,6 @@ class ListeningTracker final : public Tracker {
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return {}; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return {}; }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   std::vector<KeyframeConstraint>* heard_;

@@ -55,7 +55,6 @@ class StraightTracker final : public Tracker {
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   void Correct() {
@@ -258,7 +257,6 @@ TEST(LivePipeline, LeavesOutABundleWhoseKeyframesAreNoLongerOfOneMap) {
     std::vector<Keyframe> Finish() override { return {}; }
     std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
     std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-    PointCloud MapPoints(int) const override { return {}; }
 
    private:
     KeyframeTable keyframes_;

@@ -53,7 +53,6 @@ class FakeTracker : public Tracker {
   }
   std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
 
  protected:
   KeyframeTable keyframes_;

@@ -45,7 +45,6 @@ class ScriptedTracker final : public Tracker {
     return keyframes_.Entries(kFrameInterval_s);
   }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   const Script& script_;

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "tracking/tracking_world.h"
+#include "reference/random.h"
 
 namespace mono3d::tracking {
 namespace {

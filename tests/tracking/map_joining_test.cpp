@@ -97,7 +97,7 @@ TEST(MatchPlace, IsNoneWhereTheFinePoseHasTooFewPoints) {
     own_map.AddObservation(own_map.AddPoint(10 * SmallCamera().Unproject(pixels[i])), {0, i});
   }
   View view = own_map.keyframe(0).view;
-  const int num_inliers = Relocalise(old_map, 0, view, 1).num_inliers;
+  const int num_inliers = FindPoseByKeyframe(old_map, 0, view, 1).num_inliers;
   ASSERT_GE(num_inliers, kMinVotes);
   ASSERT_LT(num_inliers, 20);
   // A proposal that the view has taken over, in place of its 25 own points.

@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "tracking/tracking_world.h"
+#include "reference/random.h"
 
 namespace mono3d::tracking {
 namespace {

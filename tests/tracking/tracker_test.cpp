@@ -38,7 +38,7 @@ struct Tracked {
   std::vector<TrajectoryEntry> trajectory;
   std::vector<TrajectoryEntry> keyframe_trajectory;
   KeyframePosesPtr poses;
-  PointCloud points;
+  SparseModel sparse;
 };
 
 Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options = {}) {
@@ -53,7 +53,7 @@ Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options
   run.trajectory = tracker->Trajectory();
   run.keyframe_trajectory = tracker->KeyframeTrajectory();
   run.poses = tracker->Poses();
-  run.points = tracker->MapPoints(0);
+  run.sparse = tracker->Sparse(0);
   return run;
 }
 
@@ -81,8 +81,7 @@ TEST(Tracker, FollowsAFlightOverHouses) {
   EXPECT_EQ(run.trajectory.size(), Village().frames.size());
   for (const TrajectoryEntry& entry : run.trajectory) EXPECT_EQ(entry.map_id, 0);
   EXPECT_LT(RelativeError(run.trajectory, Village()), kMaxRelativeError);
-  EXPECT_GT(run.points.size(), 300U);
-  EXPECT_EQ(run.points.observations.size(), run.points.size());
+  EXPECT_GT(run.sparse.points.size(), 300U);
 }
 
 TEST(Tracker, FollowsAFlightOverAPlane) {
@@ -101,7 +100,10 @@ TEST(Tracker, GivesTheSameBitsTwice) {
   for (std::size_t i = 0; i < first.trajectory.size(); ++i) {
     EXPECT_EQ(first.trajectory[i].T_world_cam.Matrix(), second.trajectory[i].T_world_cam.Matrix());
   }
-  EXPECT_EQ(first.points.points, second.points.points);
+  ASSERT_EQ(first.sparse.points.size(), second.sparse.points.size());
+  for (std::size_t i = 0; i < first.sparse.points.size(); ++i) {
+    EXPECT_EQ(first.sparse.points[i].p_world, second.sparse.points[i].p_world);
+  }
 }
 
 TEST(Tracker, StartsWithMedianDepthOne) {
@@ -166,7 +168,7 @@ TEST(Tracker, SaysWhyItDoesNotStart) {
   }
   EXPECT_THAT(tracker->Trajectory(), IsEmpty());
   EXPECT_THAT(tracker->Finish(), IsEmpty());
-  EXPECT_TRUE(tracker->MapPoints(0).empty());
+  EXPECT_THAT(tracker->Sparse(0).points, IsEmpty());
 }
 
 // A narrow search loses the first views before there is parallax enough.

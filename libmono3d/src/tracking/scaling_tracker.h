@@ -58,7 +58,6 @@ class ScalingTracker final : public Tracker {
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override {
     return tracker_->KeyframeTrajectory();
   }
-  PointCloud MapPoints(int map_id) const override { return tracker_->MapPoints(map_id); }
   SparseModel Sparse(int map_id) const override;
   std::string SaveMap() const override { return tracker_->SaveMap(); }
   void LoadMap(std::string_view bytes, const std::string& where) override {

@@ -13,7 +13,6 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
-#include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
@@ -83,8 +82,6 @@ class Tracker {
   virtual std::vector<TrajectoryEntry> Trajectory() const = 0;
   // The keyframes alone.
   virtual std::vector<TrajectoryEntry> KeyframeTrajectory() const = 0;
-  // The sparse points of one map.
-  virtual PointCloud MapPoints(int map_id) const = 0;
   // The keyframes of one map, its points and where they show; empty where the tracker has none.
   virtual SparseModel Sparse(int map_id) const;
 

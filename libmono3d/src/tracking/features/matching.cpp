@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracking/optimisation/chi2.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -148,6 +150,11 @@ std::optional<ProjectedPoint> ProjectMapPoint(const Map& map, PointId id, const 
   constexpr double kFrontal = 0.998;  // within 3.6 degrees of what has been seen
   const double radius = (cosine > kFrontal ? 2.5 : 4.0) * map.scales().Scale(level);
   return ProjectedPoint{id, pixel, radius, level - 1, level, point.descriptor, std::nullopt};
+}
+
+bool ShowsAt(const CameraModel& camera, const Eigen::Vector3d& p_cam, const Feature& feature) {
+  const double squared_error = (camera.Project(p_cam) - feature.pixel).squaredNorm();
+  return squared_error <= kChi2TwoDof * feature.sigma_px * feature.sigma_px;
 }
 
 std::vector<FeatureMatch> MatchDescriptors(const View& a, const std::vector<char>& use_a,

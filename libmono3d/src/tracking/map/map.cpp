@@ -174,6 +174,12 @@ std::vector<Covisible> Map::CovisibleKeyframes(KeyframeId keyframe) const {
   return KeyframesSeeing(keyframes_[keyframe].view.points, keyframe);
 }
 
+std::vector<Covisible> Map::CovisibleKeyframes(KeyframeId keyframe, std::size_t max_count) const {
+  std::vector<Covisible> covisible = CovisibleKeyframes(keyframe);
+  covisible.resize(std::min(covisible.size(), max_count));
+  return covisible;
+}
+
 std::vector<Covisible> Map::KeyframesSeeing(const std::vector<std::optional<PointId>>& points,
                                             std::optional<KeyframeId> excluded) const {
   std::vector<int> counts(keyframes_.size(), 0);

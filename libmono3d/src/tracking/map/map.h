@@ -158,6 +158,8 @@ class Map {
 
   // Keyframes that share points with `keyframe`, most shared points first.
   std::vector<Covisible> CovisibleKeyframes(KeyframeId keyframe) const;
+  // At most so many of them.
+  std::vector<Covisible> CovisibleKeyframes(KeyframeId keyframe, std::size_t max_count) const;
   // The same for any list of points, without the one excluded.
   std::vector<Covisible> KeyframesSeeing(const std::vector<std::optional<PointId>>& points,
                                          std::optional<KeyframeId> excluded = std::nullopt) const;

@@ -42,11 +42,6 @@ struct KeyframePair {
   const View& view_b() const { return map.keyframe(b).view; }
 };
 
-bool Fits(const Map& map, const Eigen::Vector3d& p_cam, const Feature& feature) {
-  const double error = (map.camera().Project(p_cam) - feature.pixel).squaredNorm();
-  return error <= kChi2TwoDof * feature.sigma_px * feature.sigma_px;
-}
-
 // The feature of b along the epipolar line that looks most like feature `i` of a.
 std::optional<std::size_t> SearchEpipolarLine(const KeyframePair& pair, std::size_t i,
                                               std::vector<std::size_t>& found) {
@@ -93,7 +88,7 @@ std::optional<Eigen::Vector3d> TriangulateChecked(const KeyframePair& pair, cons
   const std::optional<Eigen::Vector3d> p_a = Triangulate(ray_a, ray_b, pair.T_b_a);
   if (!p_a) return std::nullopt;
   const Eigen::Vector3d p_b = pair.T_b_a * *p_a;
-  if (!Fits(pair.map, *p_a, in_a) || !Fits(pair.map, p_b, in_b)) return std::nullopt;
+  if (!ShowsAt(camera, *p_a, in_a) || !ShowsAt(camera, p_b, in_b)) return std::nullopt;
   // The ratio of the distances and of the levels say the same, but for half a level on each side
   // and some slant: a factor of 1.5 levels.
   const double by_distance = p_b.norm() / p_a->norm();
@@ -281,54 +276,6 @@ bool CreateByPatch(const KeyframePair& pair, std::size_t i, const Eigen::Vector3
   return true;
 }
 
-void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
-  const View& view = map.keyframe(target).view;
-  std::vector<ProjectedPoint> projected;
-  for (const PointId point : points) {
-    if (!map.point(point).alive || map.FeatureOf(point, target)) continue;
-    std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
-    if (!at) continue;
-    at->radius_px = 3 * map.scales().Scale(at->max_level);
-    projected.push_back(*at);
-  }
-  const MatchRule rule{.max_distance = kCloseDistance, .take_occupied = true};
-  for (const PointMatch& match : MatchProjected(projected, view, rule)) {
-    const Feature& feature = view.features[match.feature];
-    if (!map.point(match.point).alive || map.FeatureOf(match.point, target)) continue;
-    if (!Fits(map, view.T_cam_world * map.point(match.point).p_world, feature)) continue;
-    const std::optional<PointId> present = view.points[match.feature];
-    if (!present) {
-      Feature& sharpened = map.keyframe(target).view.features[match.feature];
-      if (const auto aligned = FindPatch(map, match.point, view, sharpened.pixel)) {
-        sharpened.pixel = aligned->pixel;
-        sharpened.sigma_px = aligned->sigma_px;
-      } else if (!view.octaves.empty()) {
-        continue;
-      }
-      map.AddObservation(match.point, {target, match.feature});
-      map.UpdatePoint(match.point);
-      continue;
-    }
-    const bool keep_present =
-        map.point(*present).observations.size() > map.point(match.point).observations.size();
-    map.MergePoints(keep_present ? match.point : *present, keep_present ? *present : match.point);
-  }
-}
-
-std::vector<PointId> PointsOf(const View& view) {
-  std::vector<PointId> points;
-  for (const std::optional<PointId>& point : view.points) {
-    if (point) points.push_back(*point);
-  }
-  return points;
-}
-
-std::vector<Covisible> Neighbours(const Map& map, KeyframeId keyframe, int count) {
-  std::vector<Covisible> neighbours = map.CovisibleKeyframes(keyframe);
-  neighbours.resize(std::min(neighbours.size(), static_cast<std::size_t>(count)));
-  return neighbours;
-}
-
 }  // namespace
 
 int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
@@ -343,7 +290,8 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
   std::vector<char> is_needless = FindKnown(map, keyframe);
   const std::vector<char> is_served = FindServed(map, keyframe);
   for (std::size_t i = 0; i < is_needless.size(); ++i) is_needless[i] |= is_served[i];
-  for (const Covisible& neighbour : Neighbours(map, keyframe, options.num_neighbours)) {
+  for (const Covisible& neighbour :
+       map.CovisibleKeyframes(keyframe, static_cast<std::size_t>(options.num_neighbours))) {
     const View& a = map.keyframe(keyframe).view;
     const View& b = map.keyframe(neighbour.keyframe).view;
     const Pose T_b_a = b.T_cam_world * a.T_cam_world.Inverse();
@@ -359,7 +307,7 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
 }
 
 int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
-  const std::vector<Covisible> neighbours = Neighbours(map, keyframe, 1);
+  const std::vector<Covisible> neighbours = map.CovisibleKeyframes(keyframe, 1);
   if (neighbours.empty()) return 0;
   const KeyframeId neighbour = neighbours.front().keyframe;
   const View& a = map.keyframe(keyframe).view;
@@ -382,21 +330,6 @@ int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptio
     num_created += CreateByPatch(pair, i, guess_a) ? 1 : 0;
   }
   return num_created;
-}
-
-void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options) {
-  const std::vector<Covisible> neighbours = Neighbours(map, keyframe, options.num_neighbours);
-  const std::vector<PointId> own = PointsOf(map.keyframe(keyframe).view);
-  for (const Covisible& neighbour : neighbours) FuseInto(map, neighbour.keyframe, own);
-  std::vector<PointId> theirs;
-  std::vector<char> is_listed(map.points().size(), 0);
-  for (const Covisible& neighbour : neighbours) {
-    for (const PointId point : PointsOf(map.keyframe(neighbour.keyframe).view)) {
-      if (is_listed[point] == 0) theirs.push_back(point);
-      is_listed[point] = 1;
-    }
-  }
-  FuseInto(map, keyframe, theirs);
 }
 
 }  // namespace mono3d::tracking

@@ -19,8 +19,4 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
 // far apart that little is common to three of them.
 int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
-// Points of the keyframe and of its neighbours that show at the same feature become one, or gain
-// the observation they lacked.
-void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
-
 }  // namespace mono3d::tracking

@@ -19,7 +19,7 @@ namespace {
 // The next keyframe adjusts nearly the same again: what a further step would gain comes with it.
 constexpr double kLocalMinGain = 1e-3;
 
-// A bundle problem and where its parts come from.
+// A bundle adjustment and where its parts come from.
 struct MapAdjustment {
   BundleAdjustmentProblem problem;
   std::vector<KeyframeId> keyframes;      // of each view
@@ -31,15 +31,15 @@ struct MapAdjustment {
 // The points that `adjusted` see, as seen by them and by `fixed`.
 MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
                       const std::vector<KeyframeId>& fixed) {
-  MapAdjustment bundle;
-  bundle.problem.camera = map.camera();
-  bundle.num_keyframes = map.keyframes().size();
+  MapAdjustment adjustment;
+  adjustment.problem.camera = map.camera();
+  adjustment.num_keyframes = map.keyframes().size();
   std::vector<std::optional<std::size_t>> view_of(map.keyframes().size());
   const auto add_view = [&](KeyframeId id, bool is_fixed) {
-    view_of[id] = bundle.keyframes.size();
-    bundle.keyframes.push_back(id);
-    bundle.problem.T_cam_world.push_back(map.keyframe(id).view.T_cam_world);
-    bundle.problem.is_fixed.push_back(is_fixed ? 1 : 0);
+    view_of[id] = adjustment.keyframes.size();
+    adjustment.keyframes.push_back(id);
+    adjustment.problem.T_cam_world.push_back(map.keyframe(id).view.T_cam_world);
+    adjustment.problem.is_fixed.push_back(is_fixed ? 1 : 0);
   };
   for (const KeyframeId id : adjusted) add_view(id, false);
   for (const KeyframeId id : fixed) add_view(id, true);
@@ -48,21 +48,21 @@ MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
     for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
       if (!point || is_listed[*point] != 0) continue;
       is_listed[*point] = 1;
-      const std::size_t index = bundle.points.size();
-      bundle.points.push_back(*point);
-      bundle.problem.p_world.push_back(map.point(*point).p_world);
+      const std::size_t index = adjustment.points.size();
+      adjustment.points.push_back(*point);
+      adjustment.problem.p_world.push_back(map.point(*point).p_world);
       for (const Observation& observation : map.point(*point).observations) {
         const std::optional<std::size_t> view = view_of[observation.keyframe];
         if (!view) continue;
         const Feature& feature =
             map.keyframe(observation.keyframe).view.features[observation.feature];
-        bundle.problem.observations.push_back({*view, index, feature.pixel, feature.sigma_px});
-        bundle.observations.push_back(observation);
+        adjustment.problem.observations.push_back({*view, index, feature.pixel, feature.sigma_px});
+        adjustment.observations.push_back(observation);
       }
     }
   }
-  bundle.problem.constraints = ConstraintsOf(map, view_of);
-  return bundle;
+  adjustment.problem.constraints = ConstraintsOf(map, view_of);
+  return adjustment;
 }
 
 // All there is; the first keyframe stays, and so does the scale.
@@ -72,63 +72,63 @@ MapAdjustment CollectAll(const Map& map) {
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) (fixed.empty() ? fixed : adjusted).push_back(id);
   }
-  MapAdjustment bundle = Collect(map, adjusted, fixed);
-  if (fixed.empty()) return bundle;
+  MapAdjustment adjustment = Collect(map, adjusted, fixed);
+  if (fixed.empty()) return adjustment;
   if (const std::optional<KeyframeId> held = FindScaleKeyframe(map, fixed.front())) {
     const auto view_of = [&](KeyframeId id) {
       return static_cast<std::size_t>(
-          std::find(bundle.keyframes.begin(), bundle.keyframes.end(), id) -
-          bundle.keyframes.begin());
+          std::find(adjustment.keyframes.begin(), adjustment.keyframes.end(), id) -
+          adjustment.keyframes.begin());
     };
-    bundle.problem.constraints.push_back(
-        HoldDistance(bundle.problem, view_of(*held), view_of(fixed.front())));
+    adjustment.problem.constraints.push_back(
+        HoldDistance(adjustment.problem, view_of(*held), view_of(fixed.front())));
   }
-  return bundle;
+  return adjustment;
 }
 
 // Keyframes that came while the adjustment was at work, placed by the map as it was before, move
 // with the newest one that was in it.
-void MoveNewer(const MapAdjustment& bundle, Map& map) {
+void MoveNewer(const MapAdjustment& adjustment, Map& map) {
   std::optional<std::size_t> newest;
-  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
-    if (bundle.problem.is_fixed[i] != 0) continue;
-    if (!newest || bundle.keyframes[i] > bundle.keyframes[*newest]) newest = i;
+  for (std::size_t i = 0; i < adjustment.keyframes.size(); ++i) {
+    if (adjustment.problem.is_fixed[i] != 0) continue;
+    if (!newest || adjustment.keyframes[i] > adjustment.keyframes[*newest]) newest = i;
   }
   if (!newest) return;
-  const Pose T_world_new =
-      map.T_cam_world(bundle.keyframes[*newest]).Inverse() * bundle.problem.T_cam_world[*newest];
-  for (KeyframeId id = bundle.num_keyframes; id < map.keyframes().size(); ++id) {
+  const Pose T_world_new = map.T_cam_world(adjustment.keyframes[*newest]).Inverse() *
+                           adjustment.problem.T_cam_world[*newest];
+  for (KeyframeId id = adjustment.num_keyframes; id < map.keyframes().size(); ++id) {
     Pose& T_cam_world = map.keyframe(id).view.T_cam_world;
     T_cam_world = T_cam_world * T_world_new;
   }
 }
 
 // Takes the result over into the map.
-void Apply(const MapAdjustment& bundle, const BundleAdjustmentReport& report, Map& map) {
-  MoveNewer(bundle, map);
-  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
-    if (bundle.problem.is_fixed[i] != 0) continue;
-    map.keyframe(bundle.keyframes[i]).view.T_cam_world = bundle.problem.T_cam_world[i];
+void Apply(const MapAdjustment& adjustment, const BundleAdjustmentReport& report, Map& map) {
+  MoveNewer(adjustment, map);
+  for (std::size_t i = 0; i < adjustment.keyframes.size(); ++i) {
+    if (adjustment.problem.is_fixed[i] != 0) continue;
+    map.keyframe(adjustment.keyframes[i]).view.T_cam_world = adjustment.problem.T_cam_world[i];
   }
-  for (std::size_t i = 0; i < bundle.points.size(); ++i) {
-    map.point(bundle.points[i]).p_world = bundle.problem.p_world[i];
+  for (std::size_t i = 0; i < adjustment.points.size(); ++i) {
+    map.point(adjustment.points[i]).p_world = adjustment.problem.p_world[i];
   }
-  for (std::size_t i = 0; i < bundle.observations.size(); ++i) {
-    const PointId point = bundle.points[bundle.problem.observations[i].point];
+  for (std::size_t i = 0; i < adjustment.observations.size(); ++i) {
+    const PointId point = adjustment.points[adjustment.problem.observations[i].point];
     if (report.is_outlier[i] == 0 || !map.point(point).alive) continue;
-    map.RemoveObservation(point, bundle.observations[i]);
+    map.RemoveObservation(point, adjustment.observations[i]);
   }
-  for (const PointId point : bundle.points) {
+  for (const PointId point : adjustment.points) {
     if (map.point(point).alive) map.UpdateGeometry(point);
   }
 }
 
 // The problem is a copy of the part of the map: meanwhile others may have that.
-BundleAdjustmentReport AdjustCopy(MapAdjustment& bundle, BundleAdjustmentOptions options,
+BundleAdjustmentReport AdjustCopy(MapAdjustment& adjustment, BundleAdjustmentOptions options,
                                   MappingLock& lock) {
   options.stop = lock.is_interrupted();
   const ScopedUnlock away(lock);
-  return SolveBundleAdjustment(bundle.problem, options);
+  return SolveBundleAdjustment(adjustment.problem, options);
 }
 
 // Every keyframe that moved together with two newer ones comes closer to being finalised.
@@ -203,11 +203,11 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
     fixed.push_back(adjusted.front());
     adjusted.erase(adjusted.begin());
   }
-  MapAdjustment bundle = Collect(map, adjusted, fixed);
-  const std::vector<Pose> before = bundle.problem.T_cam_world;
-  const BundleAdjustmentReport report = AdjustCopy(bundle, {.min_gain = kLocalMinGain}, lock);
-  if (fixed.size() == 1) RestoreDistances(before, bundle.problem);
-  Apply(bundle, report, map);
+  MapAdjustment adjustment = Collect(map, adjusted, fixed);
+  const std::vector<Pose> before = adjustment.problem.T_cam_world;
+  const BundleAdjustmentReport report = AdjustCopy(adjustment, {.min_gain = kLocalMinGain}, lock);
+  if (fixed.size() == 1) RestoreDistances(before, adjustment.problem);
+  Apply(adjustment, report, map);
   CountNewer(together, map);
 }
 
@@ -220,18 +220,18 @@ bool AdjustAll(Map& map, MappingLock& lock) {
   // A start is further off than a local map, and a loop converges slowly.
   constexpr int kSteps = 20;
   constexpr double kMinGain = 1e-6;
-  MapAdjustment bundle = CollectAll(map);
-  const std::vector<Eigen::Vector3d> before = bundle.problem.p_world;
-  const BundleAdjustmentReport report = AdjustCopy(bundle, {kSteps, kSteps, kMinGain}, lock);
-  RestoreDepths(before, bundle.problem);
-  Apply(bundle, report, map);
+  MapAdjustment adjustment = CollectAll(map);
+  const std::vector<Eigen::Vector3d> before = adjustment.problem.p_world;
+  const BundleAdjustmentReport report = AdjustCopy(adjustment, {kSteps, kSteps, kMinGain}, lock);
+  RestoreDepths(before, adjustment.problem);
+  Apply(adjustment, report, map);
   return lock.is_interrupted() == nullptr || !*lock.is_interrupted();
 }
 
 void RemoveOutliers(Map& map) {
-  MapAdjustment bundle = CollectAll(map);
-  const BundleAdjustmentReport report = SolveBundleAdjustment(bundle.problem, {0, 0});
-  Apply(bundle, report, map);
+  MapAdjustment adjustment = CollectAll(map);
+  const BundleAdjustmentReport report = SolveBundleAdjustment(adjustment.problem, {0, 0});
+  Apply(adjustment, report, map);
 }
 
 bool AdjustAllAndScales(Map& map, MappingLock& lock) {

@@ -9,7 +9,7 @@
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/matching.h"
-#include "tracking/mapping/point_creation.h"
+#include "tracking/mapping/point_fusion.h"
 #include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/map_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"

@@ -33,17 +33,17 @@ Similarity SimilarityOf(const PlaceFound& place, const Map& map) {
          Similarity(1, map.T_cam_world(place.keyframe));
 }
 
-void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
-              const LocalMappingOptions& options, MappingLock& lock) {
-  const KeyframeId first_keyframe = map.keyframes().size();
-  const PointId first_point = map.points().size();
+NumberShift JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
+                     const LocalMappingOptions& options, MappingLock& lock) {
+  const NumberShift shift{map.keyframes().size(), map.points().size()};
   map.Append(std::move(added), SimilarityOf(place, added));
-  for (KeyframeId id = first_keyframe; id < map.keyframes().size(); ++id) {
+  for (KeyframeId id = shift.keyframes; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) places.Add(id, FeaturesWithPoints(map.keyframe(id).view));
   }
-  place.keyframe += first_keyframe;
-  for (auto& [own, old] : place.same) own += first_point;
+  place.keyframe += shift.keyframes;
+  for (auto& [own, old] : place.same) own += shift.points;
   MergePlaces(map, place, options, lock);
+  return shift;
 }
 
 }  // namespace mono3d::tracking

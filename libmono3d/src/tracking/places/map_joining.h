@@ -25,10 +25,16 @@ std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Ma
 // Maps the world of the keyframe's map to that of the other one.
 Similarity SimilarityOf(const PlaceFound& place, const Map& map);
 
+// By how much the numbers of keyframes and points of a map have grown that went into another one.
+struct NumberShift {
+  KeyframeId keyframes = 0;
+  PointId points = 0;
+};
+
 // Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
 // after those of `map`, in its world and scale; then MergePlaces.
 // `place`: its keyframe and first points are of `added`, the old ones of `map`.
-void JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
-              const LocalMappingOptions& options, MappingLock& lock);
+NumberShift JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
+                     const LocalMappingOptions& options, MappingLock& lock);
 
 }  // namespace mono3d::tracking

@@ -87,7 +87,7 @@ std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Ma
   View found = own;
   // Its points are numbers of another map; where too few match, none are put in their place.
   std::fill(found.points.begin(), found.points.end(), std::nullopt);
-  if (Relocalise(old_map, old_keyframe, found, seed).num_inliers == 0) return std::nullopt;
+  if (FindPoseByKeyframe(old_map, old_keyframe, found, seed).num_inliers == 0) return std::nullopt;
   static_cast<void>(TrackLocalMap(old_map, found));
   View old = found;
   const PoseResult result = TrackPatches(old_map, found, old);

@@ -95,8 +95,8 @@ PlaceRecognition SavedPlaces::Relocalise(const Frame& frame) {
   view.points.resize(view.features.size());
   PlaceRecognition recognition;
   content_->List(LikelyPlaces(*content_->map, content_->places, view), recognition);
-  const PoseResult pose =
-      RelocaliseInMap(*content_->map, content_->places, view, options.min_inliers, options.seed);
+  const PoseResult pose = Relocaliser(options.min_inliers, options.seed)
+                              .Relocalise(*content_->map, content_->places, view);
   if (pose.num_inliers < options.min_inliers) return recognition;
   recognition.T_world_cam = view.T_cam_world.Inverse();
   recognition.num_inliers = pose.num_inliers;

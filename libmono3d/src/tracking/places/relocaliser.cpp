@@ -118,7 +118,7 @@ std::vector<KeyframeId> RelocalisationCandidates(const Map& map, const PlaceInde
 
 }  // namespace
 
-PoseResult Relocalise(const Map& map, KeyframeId id, View& view, int seed) {
+PoseResult FindPoseByKeyframe(const Map& map, KeyframeId id, View& view, int seed) {
   const View& keyframe = map.keyframe(id).view;
   std::vector<char> has_point;
   for (const std::optional<PointId>& point : keyframe.points) has_point.push_back(point ? 1 : 0);
@@ -142,17 +142,16 @@ std::vector<PlaceMatch> LikelyPlaces(const Map& map, const PlaceIndex& places, c
   return likely;
 }
 
-PoseResult RelocaliseInMap(Map& map, const PlaceIndex& places, View& view, int min_inliers,
-                           int seed) {
-  const int needed = min_inliers * 5 / 3;
+PoseResult Relocaliser::Relocalise(Map& map, const PlaceIndex& places, View& view) const {
+  const int needed = min_inliers_ * 5 / 3;
   PoseResult best;
   for (const KeyframeId id : RelocalisationCandidates(map, places, view)) {
-    PoseResult pose = Relocalise(map, id, view, seed);
+    PoseResult pose = FindPoseByKeyframe(map, id, view, seed_);
     if (pose.num_inliers >= kMinPoseInliers) pose = TrackLocalMap(map, view);
     if (pose.num_inliers >= needed) return pose;
     if (pose.num_inliers > best.num_inliers) best = pose;
   }
-  best.num_inliers = std::min(best.num_inliers, min_inliers - 1);
+  best.num_inliers = std::min(best.num_inliers, min_inliers_ - 1);
   return best;
 }
 

@@ -10,6 +10,7 @@
 #include "tracking/features/feature_tracking.h"
 #include "tracking/features/matching.h"
 #include "tracking/mapping/point_creation.h"
+#include "tracking/mapping/point_fusion.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/map_adjustment.h"
 #include "tracking/optimisation/pose_optimisation.h"
@@ -32,7 +33,7 @@ Registration Register(Map& map, const View& view, std::size_t index, int seed) {
   best.view = index;
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
     View posed = view;
-    PoseResult pose = Relocalise(map, id, posed, seed);
+    PoseResult pose = FindPoseByKeyframe(map, id, posed, seed);
     if (pose.num_inliers < kMinPoseInliers) continue;
     pose = TrackLocalMap(map, posed);
     if (pose.num_inliers <= best.num_inliers) continue;
