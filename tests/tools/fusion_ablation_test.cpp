@@ -18,9 +18,9 @@
 namespace mono3d::tools {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kFigureRounding = 1e-9;
 
-DepthMap Wall(std::int64_t keyframe, double x_su) {
+DepthMap WallMap(std::int64_t keyframe, double x_su) {
   DepthMap map;
   map.camera.width = 48;
   map.camera.height = 32;
@@ -51,14 +51,14 @@ TEST(FusionFigures, AreMeansButForTheCounts) {
   const FusionFigures mean = MeanFigures({one, other});
   EXPECT_EQ(mean.num_maps, 8);
   EXPECT_EQ(mean.num_fused, 7);
-  EXPECT_NEAR(mean.model_rmse, 0.002, kRounding);
-  EXPECT_NEAR(mean.f_score, 0.95, kRounding);
+  EXPECT_NEAR(mean.model_rmse, 0.002, kFigureRounding);
+  EXPECT_NEAR(mean.f_score, 0.95, kFigureRounding);
 }
 
 TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
   std::vector<FusionEvent> events;
   constexpr int kNumMaps = 300;
-  for (int i = 0; i < kNumMaps; ++i) events.emplace_back(Wall(i, 0));
+  for (int i = 0; i < kNumMaps; ++i) events.emplace_back(WallMap(i, 0));
   KeyframeCorrection correction;
   correction.id = 7;
   events.emplace_back(std::vector<KeyframeCorrection>{correction});
@@ -78,7 +78,7 @@ TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
 }
 
 TEST(RecordedFusion, IsFusedAgainWithItsCorrections) {
-  std::vector<FusionEvent> events = {Wall(0, 0), Wall(1, 0.5)};
+  std::vector<FusionEvent> events = {WallMap(0, 0), WallMap(1, 0.5)};
   KeyframeCorrection moved;
   moved.id = 1;
   moved.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.75, 0, 0));

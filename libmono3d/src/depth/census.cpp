@@ -11,7 +11,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 2;
+constexpr std::uint64_t kCensusRowsPerInvocation = 2;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void CensusStage::Record(Recorder& recorder, const Buffer& images, LevelSize siz
                          std::uint32_t num_images, const Buffer& census) const {
   recorder.Dispatch(kernel_, {images, census}, CensusParams{size.width_px, size.height_px},
                     {DivideRoundingUp(size.groups_per_row(), kernel_.workgroup_size()[0]),
-                     DivideRoundingUp(size.height_px, kRowsPerInvocation), num_images});
+                     DivideRoundingUp(size.height_px, kCensusRowsPerInvocation), num_images});
 }
 
 }  // namespace mono3d

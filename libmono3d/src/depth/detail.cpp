@@ -10,7 +10,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 4;
+constexpr std::uint64_t kDetailRowsPerInvocation = 4;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void DetailStage::Record(Recorder& recorder, const DetailParams& params, std::ui
                          const Buffer& images, const Buffer& quarter, const Buffer& detail) const {
   recorder.Dispatch(kernel_, {images, quarter, detail}, params,
                     {DivideRoundingUp((params.width_px + 3) / 4, kernel_.workgroup_size()[0]),
-                     DivideRoundingUp(params.height_px, kRowsPerInvocation), num_images});
+                     DivideRoundingUp(params.height_px, kDetailRowsPerInvocation), num_images});
 }
 
 }  // namespace mono3d

@@ -10,7 +10,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 16;  // of pixels, in blocks of 2x2
+constexpr std::uint64_t kLocalSweepRowsPerInvocation = 16;  // of pixels, in blocks of 2x2
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void LocalSweepStage::Record(Recorder& recorder, std::size_t num_sources,
   const Kernel& kernel = kernels_.For(num_sources);
   recorder.Dispatch(kernel, {census, projections, ranges, costs}, params,
                     {DivideRoundingUp((params.width_px + 1) / 2, kernel.workgroup_size()[0]),
-                     DivideRoundingUp(params.height_px, kRowsPerInvocation), 1});
+                     DivideRoundingUp(params.height_px, kLocalSweepRowsPerInvocation), 1});
 }
 
 }  // namespace mono3d

@@ -10,7 +10,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::uint64_t kRowsPerInvocation = 16;
+constexpr std::uint64_t kPhotometricRowsPerInvocation = 16;
 
 }  // namespace
 
@@ -27,7 +27,8 @@ void PhotometricStage::Record(Recorder& recorder, std::size_t num_sources,
       {detail.reference, detail.before, detail.after, projections, inverse_depth, measurements},
       params,
       {DivideRoundingUp(params.width_px + 2 * kMeasurementBorder, kernel.workgroup_size()[0]),
-       DivideRoundingUp(params.height_px + 2 * kMeasurementBorder, kRowsPerInvocation), 1});
+       DivideRoundingUp(params.height_px + 2 * kMeasurementBorder, kPhotometricRowsPerInvocation),
+       1});
 }
 
 }  // namespace mono3d

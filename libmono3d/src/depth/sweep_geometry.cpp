@@ -18,7 +18,7 @@ constexpr int kGridRows = 9;
 // borders of their depth range are its least reliable.
 constexpr double kOutlierShare = 0.02;
 // 1 / kOutlierShare: below that the quantiles are the extremes.
-constexpr std::size_t kMinSample = 25;
+constexpr std::size_t kMinSparseDepths = 25;
 // What the points did not hit may lie a little nearer or farther: sparse points sit on textured
 // corners, on roofs and ground rather than on the tips of trees. A quarter of the range covers
 // that, and a tenth of the inverse depth keeps a flat scene from having no range at all.
@@ -147,7 +147,7 @@ std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_
   for (const float depth : depths_su) {
     if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
   }
-  if (inverse.size() < kMinSample) return std::nullopt;
+  if (inverse.size() < kMinSparseDepths) return std::nullopt;
   const auto quantile = [&](double share) {
     const auto at = inverse.begin() +
                     static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));

@@ -14,13 +14,13 @@ namespace mono3d {
 namespace {
 
 // The octave of its radius, and the cell of the grid of that octave.
-using Cell = std::array<std::int64_t, 4>;
+using OctaveCell = std::array<std::int64_t, 4>;
 
-Cell CellOf(const Surfels::Float4& position_radius) {
+OctaveCell CellOf(const Surfels::Float4& position_radius) {
   const double octave = std::round(std::log2(position_radius[3]));
   // A surfel's radius is the diagonal of a pixel: they are 1 / sqrt(2) of it apart.
   const double edge_su = std::exp2(octave) * std::sqrt(2.0);
-  Cell cell = {static_cast<std::int64_t>(octave)};
+  OctaveCell cell = {static_cast<std::int64_t>(octave)};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     cell[axis + 1] = static_cast<std::int64_t>(std::floor(position_radius[axis] / edge_su));
   }
@@ -30,7 +30,7 @@ Cell CellOf(const Surfels::Float4& position_radius) {
 }  // namespace
 
 Surfels Coarsened(const Surfels& surfels) {
-  std::unordered_map<Cell, std::size_t, CellHash<4>> strongest_of;
+  std::unordered_map<OctaveCell, std::size_t, CellHash<4>> strongest_of;
   strongest_of.reserve(surfels.size() / 2);  // about a third remain
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     if (IsRemoved(surfels, i)) continue;

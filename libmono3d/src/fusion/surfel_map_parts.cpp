@@ -18,7 +18,7 @@ namespace {
 
 // Views from which submaps are merged that have become one: more than after a closed loop, for two
 // submaps may lie upon each other all over.
-constexpr std::size_t kMaxMergingViews = 24;
+constexpr std::size_t kMaxViewsOfJoin = 24;
 
 // From where a depth map lies in one submap to where it lies in another.
 Similarity Between(const RegisteredView& from, const RegisteredView& to) {
@@ -179,7 +179,7 @@ void VulkanSurfelMap::MoveToOldest(const DepthMap& map, const SubmapRegistration
 
 // What two parts both show. Returns the number of surfels that became one with another.
 std::int64_t VulkanSurfelMap::MergeAcross(const std::vector<bool>& is_other) {
-  const std::int64_t num_merged = MergeOverlaps(ViewsAcross(views_, is_other, kMaxMergingViews));
+  const std::int64_t num_merged = MergeOverlaps(ViewsAcross(views_, is_other, kMaxViewsOfJoin));
   surfels_.Compact();
   return num_merged;
 }

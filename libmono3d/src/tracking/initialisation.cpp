@@ -21,11 +21,11 @@ namespace {
 // Above it the scene is as good as planar (Mur-Artal, Montiel, Tardos 2015, section IV).
 constexpr double kPlanarShare = 0.45;
 // A motion wins if no other one has more than this share of its points.
-constexpr double kClearShare = 0.75;
+constexpr double kClearShareOfPoints = 0.75;
 // px^2: twice the standard deviation of a key point.
 constexpr double kMaxSquaredError = 4;
 
-struct Candidate {
+struct MotionCandidate {
   TwoViewStart start;
   double parallax_deg = 0;  // the 50th largest
 };
@@ -57,10 +57,10 @@ std::vector<Pose> Motions(const TwoViewModel& model, bool is_planar, const Camer
 }
 
 // Triangulates the inliers under one motion and keeps those that fit.
-Candidate Test(const Pose& T_b_a, const std::vector<PointPair>& pairs,
-               const std::vector<FeatureMatch>& matches, const TwoViewModel& model,
-               const CameraModel& camera) {
-  Candidate candidate;
+MotionCandidate Test(const Pose& T_b_a, const std::vector<PointPair>& pairs,
+                     const std::vector<FeatureMatch>& matches, const TwoViewModel& model,
+                     const CameraModel& camera) {
+  MotionCandidate candidate;
   candidate.start.T_b_a = T_b_a;
   const Eigen::Vector3d centre_b = T_b_a.Inverse().translation();
   std::vector<double> cosines;
@@ -94,7 +94,7 @@ struct Shared {
 
 // The motions that one model leaves open.
 StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
-  std::vector<Candidate> candidates;
+  std::vector<MotionCandidate> candidates;
   for (const Pose& T_b_a : Motions(model, is_planar, shared.camera)) {
     candidates.push_back(Test(T_b_a, shared.pairs, shared.matches, model, shared.camera));
   }
@@ -102,7 +102,7 @@ StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, boo
   std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
     return l.start.p_a.size() > r.start.p_a.size();
   });
-  const Candidate& best = candidates[0];
+  const MotionCandidate& best = candidates[0];
   const auto num_points = static_cast<int>(best.start.p_a.size());
   const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
   if (num_points < needed) return {{}, Needed(num_points, "points triangulated", needed)};
@@ -110,8 +110,8 @@ StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, boo
     return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg)};
   }
   StartAttempt attempt;
-  for (Candidate& candidate : candidates) {
-    if (static_cast<double>(candidate.start.p_a.size()) < kClearShare * num_points) break;
+  for (MotionCandidate& candidate : candidates) {
+    if (static_cast<double>(candidate.start.p_a.size()) < kClearShareOfPoints * num_points) break;
     candidate.start.is_planar = is_planar;
     attempt.candidates.push_back(std::move(candidate.start));
   }

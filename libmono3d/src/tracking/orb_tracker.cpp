@@ -17,7 +17,7 @@
 namespace mono3d::tracking {
 namespace {
 
-std::string Needed(int found, const char* what, int needed) {
+std::string NeededInliers(int found, const char* what, int needed) {
   return std::to_string(found) + " " + what + ", " + std::to_string(needed) + " needed";
 }
 
@@ -179,7 +179,8 @@ PoseResult OrbTracker::Sharpen(View& view, const PoseResult& pose) {
 TrackingResult OrbTracker::Follow(View view) {
   const PoseResult pose = FindPose(view);
   if (pose.num_inliers < options_.min_inliers) {
-    return Lose(view, Needed(pose.num_inliers, "map points found again", options_.min_inliers));
+    return Lose(view,
+                NeededInliers(pose.num_inliers, "map points found again", options_.min_inliers));
   }
   return Continue(std::move(view), pose);
 }

@@ -11,21 +11,21 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr int kHalf = 4;
-constexpr int kSide = 2 * kHalf + 1;
-constexpr int kNumPixels = kSide * kSide;
-constexpr int kBorderedSide = kSide + 2;  // for the gradients
-constexpr int kNoise = 2;                 // grey values
+constexpr int kWindowSide = 2 * kHalf + 1;
+constexpr int kNumWindowPixels = kWindowSide * kWindowSide;
+constexpr int kBorderedSide = kWindowSide + 2;  // for the gradients
+constexpr int kNoise = 2;                       // grey values
 
 // A row of the window and what follows up to a multiple of four: the processor's vectors. What
 // follows counts nothing: it is zero in the template.
 constexpr int kRowLength = 12;
 using Row = Eigen::Array<float, kRowLength, 1>;
-using Pixels = std::array<Row, kSide>;
+using Pixels = std::array<Row, kWindowSide>;
 
 // Ones for the window, zeros for what follows.
 Row InWindow() {
   Row row = Row::Zero();
-  row.head<kSide>().setOnes();
+  row.head<kWindowSide>().setOnes();
   return row;
 }
 
@@ -40,7 +40,7 @@ struct Template {
 
 float Product(const Pixels& a, const Pixels& b) {
   Row sum = Row::Zero();
-  for (std::size_t y = 0; y < kSide; ++y) sum += a[y] * b[y];
+  for (std::size_t y = 0; y < kWindowSide; ++y) sum += a[y] * b[y];
   return sum.sum();
 }
 
@@ -48,7 +48,7 @@ float Product(const Pixels& a, const Pixels& b) {
 float Centre(Pixels& pixels) {
   Row sum = Row::Zero();
   for (const Row& row : pixels) sum += row;
-  const Row mean = sum.sum() / kNumPixels * InWindow();
+  const Row mean = sum.sum() / kNumWindowPixels * InWindow();
   for (Row& row : pixels) row -= mean;
   return std::sqrt(Product(pixels, pixels));
 }
@@ -75,11 +75,11 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
     }
   }
   Template result;
-  for (std::size_t row = 0; row < kSide; ++row) {
+  for (std::size_t row = 0; row < kWindowSide; ++row) {
     result.value[row].setZero();
     result.by_x[row].setZero();
     result.by_y[row].setZero();
-    for (int column = 0; column < kSide; ++column) {
+    for (int column = 0; column < kWindowSide; ++column) {
       const float* from =
           &bordered[(row + 1) * kBorderedSide + static_cast<std::size_t>(column) + 1];
       result.value[row][column] = from[0];
@@ -111,7 +111,7 @@ bool Sample(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   if (!(left >= 0) || !(top >= 0)) return false;
   const auto column = static_cast<int>(left);
   const auto row = static_cast<int>(top);
-  if (column + kSide >= image.cols || row + kSide >= image.rows) return false;
+  if (column + kWindowSide >= image.cols || row + kWindowSide >= image.rows) return false;
   const float u = left - static_cast<float>(column);
   const float v = top - static_cast<float>(row);
   const Row in_window = InWindow();
@@ -123,10 +123,10 @@ bool Sample(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   std::array<float, kRowLength + 1> below{};
   const auto read = [&](int y) {
     const std::uint8_t* from = image.ptr<std::uint8_t>(row + y) + column;
-    for (std::size_t x = 0; x <= kSide; ++x) below[x] = static_cast<float>(from[x]);
+    for (std::size_t x = 0; x <= kWindowSide; ++x) below[x] = static_cast<float>(from[x]);
   };
   read(0);
-  for (int y = 0; y < kSide; ++y) {
+  for (int y = 0; y < kWindowSide; ++y) {
     above = below;
     read(y + 1);
     const Eigen::Map<const Row> a0(above.data());
@@ -147,7 +147,7 @@ float PlaceSigma(const Template& to_find, float correlation) {
   constexpr int kNumFitted = 4;  // brightness, contrast, place
   const float squared_difference =
       2 * to_find.norm * to_find.norm * std::max(0.0F, 1 - correlation);
-  const float variance = squared_difference / (kNumPixels - kNumFitted) / kVarianceLeft;
+  const float variance = squared_difference / (kNumWindowPixels - kNumFitted) / kVarianceLeft;
   return std::sqrt(variance * to_find.inverse_hessian.trace() / 2);
 }
 
@@ -189,10 +189,10 @@ PatchEquations Linearise(const Template& to_find, const Pixels& pixels,
       equations.hessian.noalias() += J * J.transpose();
       equations.gradient += error * J;
       equations.squared_error += error * error;
-      mean += J / kNumPixels;
+      mean += J / kNumWindowPixels;
     }
   }
-  equations.hessian -= kNumPixels * mean * mean.transpose();  // whatever the brightness
+  equations.hessian -= kNumWindowPixels * mean * mean.transpose();  // whatever the brightness
   return equations;
 }
 
@@ -296,7 +296,8 @@ std::optional<SlopeEvidence> MeasureSlope(const Patch& patch, const PatchWarp& w
   // Without contrast and place.
   const Eigen::Matrix<double, 2, 3> through =
       all.hessian.bottomLeftCorner<2, 3>() * all.hessian.topLeftCorner<3, 3>().inverse();
-  const double variance = std::max<double>(kNoise * kNoise, all.squared_error / (kNumPixels - 6));
+  const double variance =
+      std::max<double>(kNoise * kNoise, all.squared_error / (kNumWindowPixels - 6));
   SlopeEvidence evidence;
   evidence.information =
       (all.hessian.bottomRightCorner<2, 2>() - through * all.hessian.topRightCorner<3, 2>()) /

@@ -16,17 +16,17 @@ constexpr int kMinInliers = 50;
 constexpr std::size_t kMinPairs = 20;
 
 // A point of the keyframe, an old one at the same pixel, and the ratio of their depths.
-struct Pair {
+struct PlacePair {
   PointId own = 0;
   PointId old = 0;
   double log_ratio = 0;
   bool is_same = false;  // pixel, within their standard deviations
 };
 
-std::vector<Pair> PairsOf(const Map& own_map, const View& own, const Map& old_map,
-                          const View& old) {
+std::vector<PlacePair> PairsOf(const Map& own_map, const View& own, const Map& old_map,
+                               const View& old) {
   constexpr double kSamePixel = 2;  // px
-  std::vector<Pair> pairs;
+  std::vector<PlacePair> pairs;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < old.points.size(); ++i) {
     if (!old.points[i]) continue;
@@ -56,19 +56,19 @@ std::vector<Pair> PairsOf(const Map& own_map, const View& own, const Map& old_ma
 }
 
 // The scale that most pairs agree on; leaves only those that do. Nothing when they are too few.
-std::optional<double> CommonScale(std::vector<Pair>& pairs) {
+std::optional<double> CommonScale(std::vector<PlacePair>& pairs) {
   if (pairs.size() < kMinPairs) return std::nullopt;
   std::vector<double> ratios;
-  for (const Pair& pair : pairs) ratios.push_back(pair.log_ratio);
+  for (const PlacePair& pair : pairs) ratios.push_back(pair.log_ratio);
   const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
   std::nth_element(ratios.begin(), middle, ratios.end());
   const double median = *middle;
   constexpr double kTolerance = 0.05;  // of the depth: noise of points seen under little parallax
-  std::erase_if(pairs,
-                [&](const Pair& pair) { return std::abs(pair.log_ratio - median) > kTolerance; });
+  std::erase_if(
+      pairs, [&](const PlacePair& pair) { return std::abs(pair.log_ratio - median) > kTolerance; });
   if (pairs.size() < kMinPairs) return std::nullopt;
   double sum = 0;
-  for (const Pair& pair : pairs) sum += pair.log_ratio;
+  for (const PlacePair& pair : pairs) sum += pair.log_ratio;
   return std::exp(sum / static_cast<double>(pairs.size()));
 }
 
@@ -85,11 +85,11 @@ std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Ma
   View old = found;
   const PoseResult result = TrackPatches(old_map, found, old);
   if (result.num_inliers < kMinInliers) return std::nullopt;
-  std::vector<Pair> pairs = PairsOf(own_map, own, old_map, old);
+  std::vector<PlacePair> pairs = PairsOf(own_map, own, old_map, old);
   const std::optional<double> scale = CommonScale(pairs);
   if (!scale) return std::nullopt;
   PlaceFound place{keyframe, old_keyframe, old.T_cam_world, *scale, result.num_inliers, {}};
-  for (const Pair& pair : pairs) {
+  for (const PlacePair& pair : pairs) {
     if (pair.is_same) place.same.emplace_back(pair.own, pair.old);
   }
   return place;

@@ -64,7 +64,7 @@ struct EdgeError {
 };
 
 // How far the actual T_b_a, in lengths of a, and scale are from the measured ones, in sigmas.
-struct ConstraintError {
+struct GraphConstraintError {
   Block measured;  // with the logarithm of the constraint's scale
   Matrix7d root_information;
 
@@ -126,8 +126,8 @@ PoseGraphReport OptimisePoseGraph(std::vector<Similarity>& S_cam_world,
   }
   for (const ConstraintEdge& edge : constraints.edges) {
     const Block measured = ToBlock(Similarity(edge.scale, edge.T_b_a));
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ConstraintError, 7, 8, 8>(
-                                 new ConstraintError{measured, edge.root_information}),
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<GraphConstraintError, 7, 8, 8>(
+                                 new GraphConstraintError{measured, edge.root_information}),
                              edge.is_certain ? nullptr : &loss, blocks[edge.a].data(),
                              blocks[edge.b].data());
   }
