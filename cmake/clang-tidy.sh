@@ -7,9 +7,9 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-# A folder of its own: clang reads neither GCC's precompiled headers nor all of its options.
+# A folder of its own: clang does not read all of GCC's options, and reads source by source.
 build=build/clang-tidy
-log=$(cmake --preset dev -B "$build" -DMONO3D_PRECOMPILED_HEADERS=OFF \
+log=$(cmake --preset dev -B "$build" -DMONO3D_UNITY_BUILD=OFF \
   -DMONO3D_WARNINGS_AS_ERRORS=OFF 2>&1) || { echo "$log" >&2; exit 1; }
 shaders=$(ninja -C "$build" -t targets all | sed -n 's/^\(generated.*\.spirv\.h\):.*/\1/p')
 # shellcheck disable=SC2086  # the list is meant to be split

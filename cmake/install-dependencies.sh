@@ -2,21 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the mono3d authors
 
-# Installs what mono3d needs to build, test and run, on Debian 12. Needs root or sudo, and the
-# network, only when something is missing.
+# Installs what mono3d needs on Debian 12. Needs root or sudo, and the network, only when something
+# is missing.
+#   cmake/install-dependencies.sh          to build, test, measure and document all of it
+#   cmake/install-dependencies.sh product  only to build and run mono3d-reconstruct and mono3d-depth
 set -eu
 
 packages="
-  git ca-certificates
+  ca-certificates
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libopencv-dev libceres-dev libflann-dev nlohmann-json3-dev libyaml-cpp-dev
-  libembree-dev libopenexr-dev
-  libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers glslang-tools
-  libspirv-cross-c-shared-dev
-  libcli11-dev libspdlog-dev libexif-dev
-  libgtest-dev libgmock-dev
-  clang-format clang-tidy doxygen
+  libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
+  libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
+  libcli11-dev libspdlog-dev
 "
+case ${1:-all} in
+  product) ;;
+  all)
+    packages="$packages
+      git
+      libflann-dev libembree-dev libexif-dev
+      vulkan-validationlayers
+      libgtest-dev libgmock-dev
+      clang-format clang-tidy doxygen
+    " ;;
+  *)
+    echo "install-dependencies.sh: expected nothing or \"product\", found \"$1\"" >&2
+    exit 2 ;;
+esac
 
 missing=""
 for package in $packages; do

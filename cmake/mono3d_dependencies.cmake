@@ -11,14 +11,13 @@ find_package(yaml-cpp 0.7 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spirv-cross REQUIRED IMPORTED_TARGET spirv-cross-c-shared)
-# FLANN's headers call LZ4, which its CMake package does not name.
-find_package(flann 1.9 REQUIRED)
-pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
 # Not through its CMake package: that of Debian 12 speaks of a file it does not install.
-# Its -pthread is left out: it selects nothing in a C library that holds the threads itself, and a
-# source compiled with it refuses the precompiled headers, which are compiled without.
 pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
-set_property(TARGET PkgConfig::openexr PROPERTY INTERFACE_COMPILE_OPTIONS "")
+if(MONO3D_BUILD_EVALUATION)
+  # FLANN's headers call LZ4, which its CMake package does not name.
+  find_package(flann 1.9 REQUIRED)
+  pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
+endif()
 if(MONO3D_BUILD_SYNTHETIC)
   find_package(embree 3 REQUIRED)
 endif()

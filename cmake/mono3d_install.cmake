@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the mono3d authors
 
-# One installed target, mono3d::mono3d, with its headers and its package config; the tools beside it.
+# What is installed: mono3d::mono3d and, as component `evaluation` of the package, mono3d::evaluation,
+# each with its headers; the package config for CMake and pkg-config; the tools.
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mono3d)
 
 install(TARGETS mono3d EXPORT mono3dTargets FILE_SET HEADERS)
 install(EXPORT mono3dTargets NAMESPACE mono3d:: DESTINATION ${package_dir})
+if(MONO3D_BUILD_EVALUATION)
+  install(TARGETS mono3d_evaluation_library EXPORT mono3dEvaluationTargets FILE_SET HEADERS)
+  install(EXPORT mono3dEvaluationTargets NAMESPACE mono3d:: DESTINATION ${package_dir})
+endif()
 
 get_target_property(mono3d_type mono3d TYPE)
 set(MONO3D_IS_SHARED FALSE)
@@ -25,9 +30,12 @@ install(FILES
   DESTINATION ${package_dir})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
+# Of an installed program or library, where mono3d's libraries lie.
+file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+if(MONO3D_BUILD_EVALUATION)
+  set_target_properties(mono3d_evaluation_library PROPERTIES INSTALL_RPATH "$ORIGIN")
+endif()
 if(MONO3D_BUILD_TOOLS)
-  file(RELATIVE_PATH bin_to_lib
-    ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
   get_property(targets DIRECTORY tools PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target IN LISTS targets)
     get_target_property(type ${target} TYPE)

@@ -2,24 +2,52 @@
 # Copyright the mono3d authors
 
 # A module is one folder with one job: public headers in include/mono3d/<module>, the rest in src/<module>.
-# Each is compiled once, as an object library; the modules of the product together are the one
-# installed library, and a test links the objects of its own module and of the modules that it uses.
+# Each is compiled once, as an object library; a library is the objects of its modules, and a test
+# links the objects of its own module and of the modules that it uses.
 
 # GCC 12 sees ghosts in what it inlines from system headers: maybe-uninitialized in Eigen's
-# decompositions stays a warning, and the ghosts in strings, which it keeps to itself unless the
-# headers are precompiled or much is inlined, are left out then. The sanitizers find the real ones.
+# decompositions stays a warning, and restrict in strings is left out. The sanitizers find the real
+# ones.
 add_library(mono3d_warnings INTERFACE)
 target_compile_options(mono3d_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
-  $<$<BOOL:${MONO3D_PRECOMPILED_HEADERS}>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow;-Wno-stringop-overread>
   $<$<CONFIG:Release>:-Wno-restrict>
   $<$<BOOL:${MONO3D_WARNINGS_AS_ERRORS}>:-Werror;-Wno-error=maybe-uninitialized>)
 
-# mono3d_module(<name> USES <module>... [TARGET_OF_ITS_OWN])
-# Declares a module and the modules that it may include, and reads its file list from src/<name>.
-# TARGET_OF_ITS_OWN keeps it out of the installed library.
+# mono3d_library(<name> [STATIC])
+# Declares the library mono3d::<name>. All others use mono3d::mono3d. Of the type that
+# BUILD_SHARED_LIBS says, or static and then not installed. Its target is mono3d or
+# mono3d_<name>_library, in MONO3D_LIBRARY_OF_<name>: mono3d_<name> is the module of that name.
+function(mono3d_library name)
+  cmake_parse_arguments(ARG "STATIC" "" "" ${ARGN})
+  set(target mono3d)
+  if(NOT name STREQUAL "mono3d")
+    set(target mono3d_${name}_library)
+  endif()
+  if(ARG_STATIC)
+    add_library(${target} STATIC)
+  else()
+    add_library(${target})
+  endif()
+  add_library(mono3d::${name} ALIAS ${target})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${name}
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+    POSITION_INDEPENDENT_CODE ON LINKER_LANGUAGE CXX
+    VERIFY_INTERFACE_HEADER_SETS ON)
+  if(NOT name STREQUAL "mono3d")
+    set_target_properties(${target} PROPERTIES OUTPUT_NAME mono3d_${name})
+    target_link_libraries(${target} PUBLIC mono3d)
+  endif()
+  set(MONO3D_LIBRARY_OF_${name} ${target} PARENT_SCOPE)
+endfunction()
+
+# mono3d_module(<name> USES <module>... [LIBRARY <library>])
+# Declares a module and the modules that it may include, and reads its file list from src/<name>. It
+# is a part of library mono3d unless LIBRARY names another one.
 function(mono3d_module name)
-  cmake_parse_arguments(ARG "TARGET_OF_ITS_OWN" "" "USES" ${ARGN})
+  cmake_parse_arguments(ARG "" "LIBRARY" "USES" ${ARGN})
   set(closure ${name})
   foreach(used IN LISTS ARG_USES)
     get_target_property(used_closure mono3d_${used} MONO3D_MODULE_CLOSURE)
@@ -42,40 +70,37 @@ function(mono3d_module name)
   string(JOIN " " uses ${ARG_USES})
   set_property(GLOBAL APPEND PROPERTY MONO3D_MODULE_TABLE "${name}: ${uses}")
   set(MONO3D_MODULE ${name})
-  set(MONO3D_MODULE_INSTALLED TRUE)
-  if(ARG_TARGET_OF_ITS_OWN)
-    set(MONO3D_MODULE_INSTALLED FALSE)
-  else()
-    target_sources(mono3d PRIVATE $<TARGET_OBJECTS:${target}>)
+  if(NOT ARG_LIBRARY)
+    set(ARG_LIBRARY mono3d)
   endif()
+  set(MONO3D_MODULE_LIBRARY ${MONO3D_LIBRARY_OF_${ARG_LIBRARY}})
+  target_sources(${MONO3D_MODULE_LIBRARY} PRIVATE $<TARGET_OBJECTS:${target}>)
   add_subdirectory(${PROJECT_SOURCE_DIR}/libmono3d/src/${name})
 endfunction()
 
 # mono3d_module_files([PUBLIC_HEADERS <file>...] SOURCES <file>... [SHADERS <stage>...]
-#                   [PUBLIC_LIBRARIES <target>...] [LIBRARIES <target>...]
-#                   [PRECOMPILED_HEADER <file>])
+#                     [PUBLIC_LIBRARIES <target>...] [LIBRARIES <target>...])
 # Called from src/<module>/CMakeLists.txt. PUBLIC_LIBRARIES appear in public headers.
-# PRECOMPILED_HEADER is a private header to precompile in place of the common ones.
 function(mono3d_module_files)
-  cmake_parse_arguments(ARG "" "PRECOMPILED_HEADER"
+  cmake_parse_arguments(ARG "" ""
     "PUBLIC_HEADERS;SOURCES;SHADERS;PUBLIC_LIBRARIES;LIBRARIES" ${ARGN})
   set(target mono3d_${MONO3D_MODULE})
+  set(library ${MONO3D_MODULE_LIBRARY})
   target_sources(${target} PRIVATE ${ARG_SOURCES})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBRARIES} ${ARG_LIBRARIES})
-  if(ARG_PRECOMPILED_HEADER AND MONO3D_PRECOMPILED_HEADERS)
-    target_precompile_headers(${target} PRIVATE
-      ${PROJECT_SOURCE_DIR}/libmono3d/src/${ARG_PRECOMPILED_HEADER})
-  else()
-    mono3d_precompile(${target} mono3d_precompiled)
-  endif()
+  mono3d_unity(${target})
   if(ARG_SHADERS)
     mono3d_shaders(${target} ${MONO3D_MODULE} ${ARG_SHADERS})
   endif()
-  if(MONO3D_MODULE_INSTALLED)
+  target_link_libraries(${library} PUBLIC ${ARG_PUBLIC_LIBRARIES} PRIVATE ${ARG_LIBRARIES})
+  if(ARG_PUBLIC_HEADERS)
     set(include_dir ${PROJECT_SOURCE_DIR}/libmono3d/include)
     list(TRANSFORM ARG_PUBLIC_HEADERS PREPEND ${include_dir}/mono3d/${MONO3D_MODULE}/)
-    target_sources(mono3d PUBLIC FILE_SET HEADERS BASE_DIRS ${include_dir} FILES ${ARG_PUBLIC_HEADERS})
-    target_link_libraries(mono3d PUBLIC ${ARG_PUBLIC_LIBRARIES} PRIVATE ${ARG_LIBRARIES})
+    target_sources(${library} PUBLIC
+      FILE_SET HEADERS BASE_DIRS ${include_dir} FILES ${ARG_PUBLIC_HEADERS})
+  else()
+    # Not installed: its headers are those in src/.
+    target_include_directories(${library} PUBLIC ${PROJECT_SOURCE_DIR}/libmono3d/src)
   endif()
 endfunction()
 

@@ -12,8 +12,9 @@ sequence=examples/village_orbit
 output=${1:-out/village_orbit}
 build=build/release-tools
 
-cmake/install-dependencies.sh
-cmake --preset release -B "$build" -DMONO3D_BUILD_TESTS=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
+cmake/install-dependencies.sh product
+cmake --preset release -B "$build" -DMONO3D_UNITY_BUILD=ON -DMONO3D_BUILD_TESTS=OFF \
+  -DMONO3D_BUILD_EVALUATION=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
 cmake --build "$build" --target mono3d-reconstruct
 
 "$build/tools/mono3d-reconstruct" "$sequence" --camera "$sequence/camera.yaml" -o "$output"

@@ -8,6 +8,6 @@ set -eu
 cd "$(dirname "$0")/.."
 
 cmake/install-dependencies.sh
-cmake --preset dev -DMONO3D_PRECOMPILED_HEADERS=ON "$@"
+cmake --preset dev -DMONO3D_UNITY_BUILD=ON "$@"
 cmake --build --preset dev
 ctest --preset dev -j "$(nproc)"

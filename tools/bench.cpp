@@ -16,6 +16,7 @@
 #include "bench/suite_page.h"
 #include "bench/tracking_command.h"
 #include "common/tool.h"
+#include "evaluate/files.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
 #include "mono3d/io/output_file.h"
@@ -30,14 +31,9 @@ struct Arguments {
   std::string report;
 };
 
-std::string NameOf(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
-
 void WriteResults(const Arguments& arguments, const std::vector<SequenceResult>& results) {
   const std::filesystem::path output = arguments.suite.output;
-  const std::string name = NameOf(arguments.suite.folder);
+  const std::string name = NameOfFolder(arguments.suite.folder);
   const Page page = SuitePage(results, name, output);
   const std::filesystem::path json =
       arguments.json.empty() ? output / "bench.json" : std::filesystem::path(arguments.json);

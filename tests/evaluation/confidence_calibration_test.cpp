@@ -15,7 +15,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kFloat = 1e-6;  // errors are stored as float
+constexpr double kErrorFloat = 1e-6;  // errors are stored as float
 constexpr int kNumPixels = 10;
 
 // Errors 0.1 to 1.0.
@@ -28,20 +28,20 @@ cv::Mat Errors() {
 TEST(ConfidenceCalibration, OfAPerfectConfidenceIsTheOracle) {
   const ConfidenceCalibration calibration = CalibrateConfidence(Errors(), 1 - Errors());
   EXPECT_EQ(calibration.num_pixels, kNumPixels);
-  EXPECT_NEAR(calibration.mean_error, 0.55, kFloat);
-  EXPECT_NEAR(calibration.area_to_oracle, 0, kFloat);
+  EXPECT_NEAR(calibration.mean_error, 0.55, kErrorFloat);
+  EXPECT_NEAR(calibration.area_to_oracle, 0, kErrorFloat);
   // Without the tenth: the mean of 0.1 to 0.9 is 0.5.
-  EXPECT_NEAR(calibration.error_left[10], 0.5, kFloat);
-  EXPECT_NEAR(calibration.error_removed_by_worst_tenth, 1 - 0.5 / 0.55, kFloat);
+  EXPECT_NEAR(calibration.error_left[10], 0.5, kErrorFloat);
+  EXPECT_NEAR(calibration.error_removed_by_worst_tenth, 1 - 0.5 / 0.55, kErrorFloat);
   // Half of a pixel dropped: 0.55 * 10 - 0.5 * 1.0 over 9.5.
-  EXPECT_NEAR(calibration.error_left[5], 5.0 / 9.5, kFloat);
-  EXPECT_NEAR(calibration.error_left[99], 0.1, kFloat);
-  EXPECT_NEAR(calibration.error_left_oracle[50], 0.3, kFloat);
+  EXPECT_NEAR(calibration.error_left[5], 5.0 / 9.5, kErrorFloat);
+  EXPECT_NEAR(calibration.error_left[99], 0.1, kErrorFloat);
+  EXPECT_NEAR(calibration.error_left_oracle[50], 0.3, kErrorFloat);
 }
 
 TEST(ConfidenceCalibration, OfAConfidenceThatIsWrongRemovesLessThanNothing) {
   const ConfidenceCalibration calibration = CalibrateConfidence(Errors(), Errors());
-  EXPECT_NEAR(calibration.error_left[10], 0.6, kFloat);  // without the best: 0.2 to 1.0
+  EXPECT_NEAR(calibration.error_left[10], 0.6, kErrorFloat);  // without the best: 0.2 to 1.0
   EXPECT_LT(calibration.error_removed_by_worst_tenth, 0);
   EXPECT_GT(calibration.area_to_oracle, calibration.random_area_to_oracle);
 }
@@ -49,9 +49,9 @@ TEST(ConfidenceCalibration, OfAConfidenceThatIsWrongRemovesLessThanNothing) {
 TEST(ConfidenceCalibration, OfAConfidenceThatIsAllTheSameIsThatOfChance) {
   const cv::Mat level(1, kNumPixels, CV_32FC1, cv::Scalar(0.5));
   const ConfidenceCalibration calibration = CalibrateConfidence(Errors(), level);
-  for (const double left : calibration.error_left) EXPECT_NEAR(left, 0.55, kFloat);
-  EXPECT_NEAR(calibration.error_removed_by_worst_tenth, 0, kFloat);
-  EXPECT_NEAR(calibration.area_to_oracle, calibration.random_area_to_oracle, kFloat);
+  for (const double left : calibration.error_left) EXPECT_NEAR(left, 0.55, kErrorFloat);
+  EXPECT_NEAR(calibration.error_removed_by_worst_tenth, 0, kErrorFloat);
+  EXPECT_NEAR(calibration.area_to_oracle, calibration.random_area_to_oracle, kErrorFloat);
   EXPECT_GT(calibration.random_area_to_oracle, 0.1);
 }
 
@@ -72,7 +72,7 @@ TEST(ConfidenceCalibration, LeavesOutPixelsWithoutAnError) {
   const cv::Mat confidence = (cv::Mat_<float>(1, 3) << 1, nan, 0);
   const ConfidenceCalibration calibration = CalibrateConfidence(errors, confidence);
   EXPECT_EQ(calibration.num_pixels, 2);
-  EXPECT_NEAR(calibration.mean_error, 0.2, kFloat);
+  EXPECT_NEAR(calibration.mean_error, 0.2, kErrorFloat);
   EXPECT_EQ(CalibrateConfidence(errors.col(1), confidence.col(1)).num_pixels, 0);
 }
 
@@ -90,8 +90,8 @@ TEST(ConfidenceCalibration, OfManyMapsIsTheMeanOverThoseWithPixels) {
   const ConfidenceCalibration mean =
       MeanCalibration(std::vector<ConfidenceCalibration>{good, {}, bad});
   EXPECT_EQ(mean.num_pixels, 2 * kNumPixels);
-  EXPECT_NEAR(mean.area_to_oracle, (good.area_to_oracle + bad.area_to_oracle) / 2, kFloat);
-  EXPECT_NEAR(mean.error_left[10], 0.55, kFloat);
+  EXPECT_NEAR(mean.area_to_oracle, (good.area_to_oracle + bad.area_to_oracle) / 2, kErrorFloat);
+  EXPECT_NEAR(mean.error_left[10], 0.55, kErrorFloat);
   EXPECT_TRUE(MeanCalibration({}).error_left.empty());
 }
 

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 // Depths are stored as float.
-constexpr double kFloat = 1e-6;
+constexpr double kDepthFloat = 1e-6;
 
 cv::Mat Row(const std::vector<float>& depths) {
   return cv::Mat(1, static_cast<int>(depths.size()), CV_32FC1, const_cast<float*>(depths.data()))
@@ -29,13 +29,13 @@ cv::Mat Row(const std::vector<float>& depths) {
 TEST(DepthError, OfTwoPixelsIsThatWorkedOutByHand) {
   const DepthError error = CompareDepth(Row({11, 18}), Row({10, 20}));
   EXPECT_EQ(error.num_pixels, 2);
-  EXPECT_NEAR(error.rmse, std::sqrt(2.5), kFloat);  // (1 + 4) / 2
-  EXPECT_NEAR(error.l1_abs, 1.5, kFloat);
-  EXPECT_NEAR(error.l1_rel, 0.1, kFloat);
+  EXPECT_NEAR(error.rmse, std::sqrt(2.5), kDepthFloat);  // (1 + 4) / 2
+  EXPECT_NEAR(error.l1_abs, 1.5, kDepthFloat);
+  EXPECT_NEAR(error.l1_rel, 0.1, kDepthFloat);
   EXPECT_EQ(error.delta_125, 1);  // ratios 1.1 and 1.111
   EXPECT_EQ(error.delta_105, 0);
   EXPECT_EQ(error.density, 1);
-  EXPECT_NEAR(error.mean_true_depth, 15, kFloat);
+  EXPECT_NEAR(error.mean_true_depth, 15, kDepthFloat);
 }
 
 TEST(DepthError, CountsTheSharesWithinEachFactor) {
@@ -65,7 +65,7 @@ TEST(DepthError, LeavesOutWhatIsTrulyBeyondTheBound) {
 
 TEST(DepthError, IsOfTheEstimateTimesTheScale) {
   const DepthError error = CompareDepth(Row({1, 2}), Row({10, 20}), 11);
-  EXPECT_NEAR(error.l1_rel, 0.1, kFloat);
+  EXPECT_NEAR(error.l1_rel, 0.1, kDepthFloat);
   EXPECT_EQ(error.scale, 11);
   EXPECT_THROW(CompareDepth(Row({1}), Row({1}), 0), Error);
 }
@@ -110,11 +110,11 @@ TEST(DepthError, OfManyMapsIsTheMeanOverThem) {
   const MeanDepthError mean = ComputeMeanDepthError(errors);
   EXPECT_EQ(mean.num_maps, 3);
   EXPECT_EQ(mean.num_maps_compared, 2);
-  EXPECT_NEAR(mean.mean.l1_rel, 0.2, kFloat);
-  EXPECT_NEAR(mean.mean.rmse, 2, kFloat);
-  EXPECT_NEAR(mean.mean.delta_125, 0.5, kFloat);
-  EXPECT_NEAR(mean.mean.density, 0.5, kFloat);  // (0.5 + 1 + 0) / 3: a map with nothing counts
-  EXPECT_NEAR(mean.mean.mean_true_depth, 40.0 / 3, kFloat);
+  EXPECT_NEAR(mean.mean.l1_rel, 0.2, kDepthFloat);
+  EXPECT_NEAR(mean.mean.rmse, 2, kDepthFloat);
+  EXPECT_NEAR(mean.mean.delta_125, 0.5, kDepthFloat);
+  EXPECT_NEAR(mean.mean.density, 0.5, kDepthFloat);  // (0.5 + 1 + 0) / 3: a map with nothing counts
+  EXPECT_NEAR(mean.mean.mean_true_depth, 40.0 / 3, kDepthFloat);
   EXPECT_EQ(mean.mean.num_pixels, 2);
   EXPECT_EQ(mean.mean.scale, 1);
   EXPECT_EQ(ComputeMeanDepthError({}).num_maps, 0);
@@ -122,7 +122,7 @@ TEST(DepthError, OfManyMapsIsTheMeanOverThem) {
 
 TEST(RelativeDepthErrorImage, IsNotANumberWhereThereIsNothingToCompare) {
   const cv::Mat error = RelativeDepthErrorImage(Row({1, 0, 4}), Row({10, 10, 0}), 8);
-  EXPECT_NEAR(error.at<float>(0, 0), 0.2, kFloat);
+  EXPECT_NEAR(error.at<float>(0, 0), 0.2, kDepthFloat);
   EXPECT_TRUE(std::isnan(error.at<float>(0, 1)));
   EXPECT_TRUE(std::isnan(error.at<float>(0, 2)));
 }

@@ -16,7 +16,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kFloat = 1e-4;  // normals from depths that are stored as float
+constexpr double kNormalFloat = 1e-4;  // normals from depths that are stored as float
 const CameraModel kCamera = {.width = 40, .height = 30, .fx = 50, .fy = 55, .cx = 19, .cy = 14.5};
 
 // The plane through (0, 0, depth) with this normal.
@@ -41,9 +41,9 @@ TEST(NormalsFromDepth, AreThoseOfAPlaneWhateverTheScale) {
     const cv::Mat normals = NormalsFromDepth(PlaneDepth(normal, depth), kCamera);
     for (const auto& [x, y] : {std::pair(2, 2), std::pair(20, 15), std::pair(37, 27)}) {
       const auto n = normals.at<cv::Vec3f>(y, x);
-      EXPECT_NEAR(n[0], normal.x(), kFloat) << depth;
-      EXPECT_NEAR(n[1], normal.y(), kFloat) << depth;
-      EXPECT_NEAR(n[2], normal.z(), kFloat) << depth;
+      EXPECT_NEAR(n[0], normal.x(), kNormalFloat) << depth;
+      EXPECT_NEAR(n[1], normal.y(), kNormalFloat) << depth;
+      EXPECT_NEAR(n[2], normal.z(), kNormalFloat) << depth;
     }
     EXPECT_FALSE(HasNormal(normals, 1, 15));
   }
@@ -106,9 +106,9 @@ TEST(NormalError, IsTheAngleWorkedOutByHand) {
   const NormalError error = CompareNormals(estimate, truth);
   EXPECT_EQ(error.num_true_pixels, 6);
   EXPECT_EQ(error.num_pixels, 5);
-  EXPECT_NEAR(error.density, 5.0 / 6, kFloat);
-  EXPECT_NEAR(error.angle_deg.mean, (0 + 20 + 12 + 25 + 40) / 5.0, kFloat);
-  EXPECT_NEAR(error.angle_deg.median, 20, kFloat);
+  EXPECT_NEAR(error.density, 5.0 / 6, kNormalFloat);
+  EXPECT_NEAR(error.angle_deg.mean, (0 + 20 + 12 + 25 + 40) / 5.0, kNormalFloat);
+  EXPECT_NEAR(error.angle_deg.median, 20, kNormalFloat);
   EXPECT_DOUBLE_EQ(error.share_below_11_25_deg, 0.2);
   EXPECT_DOUBLE_EQ(error.share_below_22_5_deg, 0.6);
   EXPECT_DOUBLE_EQ(error.share_below_30_deg, 0.8);
@@ -121,10 +121,10 @@ TEST(NormalError, OfManyMapsIsTheMeanOverThem) {
   const NormalError nothing = CompareNormals(Normals({{0, 0, 0}}), Normals({Tilted(0)}));
   const NormalError mean = MeanNormalError(std::vector<NormalError>{a, b, nothing});
   EXPECT_EQ(mean.num_pixels, 2);
-  EXPECT_NEAR(mean.angle_deg.mean, 20, kFloat);
-  EXPECT_NEAR(mean.angle_deg.min, 10, kFloat);
-  EXPECT_NEAR(mean.angle_deg.max, 30, kFloat);
-  EXPECT_NEAR(mean.density, 2.0 / 3, kFloat);
+  EXPECT_NEAR(mean.angle_deg.mean, 20, kNormalFloat);
+  EXPECT_NEAR(mean.angle_deg.min, 10, kNormalFloat);
+  EXPECT_NEAR(mean.angle_deg.max, 30, kNormalFloat);
+  EXPECT_NEAR(mean.density, 2.0 / 3, kNormalFloat);
   EXPECT_EQ(MeanNormalError({}).num_pixels, 0);
 }
 

@@ -18,7 +18,7 @@ namespace mono3d {
 namespace {
 
 // Half an ellipse in the plane z = 0, seen by cameras that look down.
-std::vector<StampedPose> Flight(double size) {
+std::vector<StampedPose> BentFlight(double size) {
   const Eigen::Quaterniond down(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
   std::vector<StampedPose> poses;
   for (int i = 0; i <= 120; ++i) {
@@ -31,7 +31,7 @@ std::vector<StampedPose> Flight(double size) {
 
 // The second half of the flight 0.1 off sideways.
 std::vector<StampedPose> Estimate(double size) {
-  std::vector<StampedPose> poses = Flight(size);
+  std::vector<StampedPose> poses = BentFlight(size);
   for (std::size_t i = poses.size() / 2; i < poses.size(); ++i) {
     Pose& pose = poses[i].T_world_cam;
     pose = Pose(pose.rotation(), pose.translation() + Eigen::Vector3d(0, 0.1 * size, 0));
@@ -42,8 +42,8 @@ std::vector<StampedPose> Estimate(double size) {
 cv::Mat Draw(double size) {
   TrajectoryErrorOptions options;
   options.align = "none";
-  return TrajectoryPicture(CompareTrajectories(Estimate(size), Flight(size), options),
-                           Flight(size));
+  return TrajectoryPicture(CompareTrajectories(Estimate(size), BentFlight(size), options),
+                           BentFlight(size));
 }
 
 // Inside the axes.
@@ -104,8 +104,8 @@ TEST(TrajectoryPicture, MayBeOfOnePose) {
 }
 
 TEST(TrajectoryPicture, RefusesATinyPictureAndNoTruth) {
-  const TrajectoryError error = CompareTrajectories(Flight(1), Flight(1));
-  EXPECT_THROW(TrajectoryPicture(error, Flight(1), {.width_px = 100}), Error);
+  const TrajectoryError error = CompareTrajectories(BentFlight(1), BentFlight(1));
+  EXPECT_THROW(TrajectoryPicture(error, BentFlight(1), {.width_px = 100}), Error);
   EXPECT_THROW(TrajectoryPicture(error, {}), Error);
 }
 

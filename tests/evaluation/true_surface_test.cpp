@@ -15,7 +15,7 @@ namespace mono3d {
 namespace {
 
 // 41 pixels of 0.1 m at 10 m: the image shows x and y from -2 to 2 m.
-CameraModel SmallCamera() {
+CameraModel SurfaceCamera() {
   CameraModel camera;
   camera.width = camera.height = 41;
   camera.fx = camera.fy = 100;
@@ -23,10 +23,10 @@ CameraModel SmallCamera() {
   return camera;
 }
 
-Pose At(double x_m) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_m, 0, 0)}; }
+Pose PoseAt(double x_m) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_m, 0, 0)}; }
 
 TrueView ViewOfWall(double x_m, double depth_m = 10) {
-  return {SmallCamera(), At(x_m), cv::Mat(41, 41, CV_32FC1, cv::Scalar(depth_m))};
+  return {SurfaceCamera(), PoseAt(x_m), cv::Mat(41, 41, CV_32FC1, cv::Scalar(depth_m))};
 }
 
 // A wall at 10 m with a point every 0.25 m.
@@ -94,14 +94,14 @@ TEST(TrueSurface, WhatIsCoarserThanTheCloudAddsNothing) {
 TEST(TrueSurface, IsRenderedFromTheCloudWithTheNearestPointInFront) {
   PointCloud cloud = Wall(-3, 3);
   cloud.points.emplace_back(0.0F, 0.0F, 5.0F);
-  const cv::Mat depth = RenderTrueDepth(cloud, 0.25, SmallCamera(), At(0));
+  const cv::Mat depth = RenderTrueDepth(cloud, 0.25, SurfaceCamera(), PoseAt(0));
   EXPECT_EQ(cv::countNonZero(depth), 41 * 41) << "the wall closes";
   EXPECT_EQ(depth.at<float>(20, 20), 5);
   // 0.25 m are five pixels at 5 m.
   EXPECT_EQ(depth.at<float>(20, 25), 5);
   EXPECT_EQ(depth.at<float>(20, 26), 10);
   const std::vector<std::uint32_t> counts = CountViews(cloud, 0.25, 1, [&](std::size_t) {
-    return TrueView{SmallCamera(), At(0), depth};
+    return TrueView{SurfaceCamera(), PoseAt(0), depth};
   });
   EXPECT_EQ(counts.back(), 1U);
 }

@@ -13,7 +13,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kRounding = 1e-12;  // relative; a few operations in double precision
+constexpr double kCameraRounding = 1e-12;  // relative; a few operations in double precision
 
 CameraModel SmallCamera() {
   return {.width = 80, .height = 60, .fx = 100, .fy = 110, .cx = 39.5, .cy = 29.5};
@@ -28,8 +28,8 @@ TEST(CameraModel, UnprojectInvertsProject) {
   const Eigen::Vector2d pixel(12.25, 51);
   const Eigen::Vector3d ray = SmallCamera().Unproject(pixel);
   EXPECT_EQ(ray.z(), 1);
-  EXPECT_LT((SmallCamera().Project(7 * ray) - pixel).norm(), 80 * kRounding);
-  EXPECT_LT((SmallCamera().Matrix() * ray - pixel.homogeneous()).norm(), 80 * kRounding);
+  EXPECT_LT((SmallCamera().Project(7 * ray) - pixel).norm(), 80 * kCameraRounding);
+  EXPECT_LT((SmallCamera().Matrix() * ray - pixel.homogeneous()).norm(), 80 * kCameraRounding);
 }
 
 TEST(CameraModel, ContainsThePixelCentres) {
@@ -49,7 +49,7 @@ TEST(CameraModel, ResizedMovesPixelCentresWithTheImage) {
   EXPECT_EQ(half.cx, 19.5);  // (39.5 + 0.5) / 2 - 0.5
   // The corner between the four top-left pixels is the centre of the top-left pixel of the half.
   const Eigen::Vector3d ray = SmallCamera().Unproject({0.5, 0.5});
-  EXPECT_LT(half.Project(ray).norm(), 80 * kRounding);
+  EXPECT_LT(half.Project(ray).norm(), 80 * kCameraRounding);
 }
 
 TEST(CameraModel, ValidateRefusesWhatIsNoCamera) {

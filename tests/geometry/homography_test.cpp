@@ -16,7 +16,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kRounding = 1e-8;  // of an eigenvector problem of squared pixels
+constexpr double kEigenvectorRounding = 1e-8;  // of an eigenvector problem of squared pixels
 
 TEST(FitHomography, FindsAShiftFromFourCorners) {
   std::vector<PointPair> pairs;
@@ -27,7 +27,7 @@ TEST(FitHomography, FindsAShiftFromFourCorners) {
   ASSERT_TRUE(H.has_value());
   Eigen::Matrix3d shift;
   shift << 1, 0, 5, 0, 1, -2, 0, 0, 1;
-  EXPECT_LT((*H / (*H)(2, 2) - shift).norm(), kRounding);
+  EXPECT_LT((*H / (*H)(2, 2) - shift).norm(), kEigenvectorRounding);
 }
 
 TEST(FitHomography, RefusesPointsOnALineAndTooFew) {
@@ -64,7 +64,7 @@ TEST(DecomposeHomography, HoldsTheMotionAndThePlane) {
     for (const PlaneMotion& motion : motions) {
       const Eigen::Matrix3d again = motion.T_b_a.rotation().toRotationMatrix() +
                                     motion.T_b_a.translation() * motion.normal_a.transpose();
-      EXPECT_LT((again - H).norm(), kRounding);
+      EXPECT_LT((again - H).norm(), kEigenvectorRounding);
       smallest = std::min(smallest, (motion.T_b_a.Matrix() - T_b_a.Matrix()).norm() +
                                         (motion.normal_a - normal).norm());
     }

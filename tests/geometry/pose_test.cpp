@@ -15,7 +15,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kRounding = 1e-12;  // a few operations in double precision on numbers near 1
+constexpr double kPoseRounding = 1e-12;  // a few operations in double precision on numbers near 1
 
 Pose RandomPose(std::mt19937& random) {
   const auto number = [&] { return Uniform(random, -1.5, 1.5); };
@@ -25,15 +25,15 @@ Pose RandomPose(std::mt19937& random) {
 
 TEST(Pose, QuarterTurnAboutZMapsXToY) {
   const Pose T(RotationExp({0, 0, std::numbers::pi / 2}), Eigen::Vector3d(0, 0, 5));
-  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0, 1, 5)).norm(), kRounding);
-  EXPECT_NEAR(T.RotationAngle(), std::numbers::pi / 2, kRounding);
+  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0, 1, 5)).norm(), kPoseRounding);
+  EXPECT_NEAR(T.RotationAngle(), std::numbers::pi / 2, kPoseRounding);
 }
 
 TEST(Pose, TimesItsInverseIsIdentity) {
   std::mt19937 random(SeedFromTestName());
   for (int i = 0; i < 20; ++i) {
     const Pose T = RandomPose(random);
-    EXPECT_LT(((T * T.Inverse()).Matrix() - Eigen::Matrix4d::Identity()).norm(), kRounding);
+    EXPECT_LT(((T * T.Inverse()).Matrix() - Eigen::Matrix4d::Identity()).norm(), kPoseRounding);
   }
 }
 
@@ -42,26 +42,26 @@ TEST(Pose, ProductMapsAsOneAfterTheOther) {
   const Pose T_a_b = RandomPose(random);
   const Pose T_b_c = RandomPose(random);
   const Eigen::Vector3d p_c(0.3, -2, 1);
-  EXPECT_LT(((T_a_b * T_b_c) * p_c - T_a_b * (T_b_c * p_c)).norm(), kRounding);
-  EXPECT_LT(((T_a_b * T_b_c).Matrix() - T_a_b.Matrix() * T_b_c.Matrix()).norm(), kRounding);
+  EXPECT_LT(((T_a_b * T_b_c) * p_c - T_a_b * (T_b_c * p_c)).norm(), kPoseRounding);
+  EXPECT_LT(((T_a_b * T_b_c).Matrix() - T_a_b.Matrix() * T_b_c.Matrix()).norm(), kPoseRounding);
 }
 
 TEST(Pose, NormalisesTheRotation) {
   const Pose T(Eigen::Quaterniond(2, 0, 0, 0), Eigen::Vector3d::Zero());
-  EXPECT_NEAR(T.rotation().norm(), 1, kRounding);
+  EXPECT_NEAR(T.rotation().norm(), 1, kPoseRounding);
 }
 
 TEST(RotationLog, InvertsRotationExp) {
   for (const double angle : {0.0, 1e-9, 1e-5, 0.3, 3.0}) {
     const Eigen::Vector3d omega = angle * Eigen::Vector3d(2, -1, 2) / 3;
-    EXPECT_LT((RotationLog(RotationExp(omega)) - omega).norm(), kRounding) << angle;
+    EXPECT_LT((RotationLog(RotationExp(omega)) - omega).norm(), kPoseRounding) << angle;
   }
 }
 
 TEST(RotationLog, TakesTheShorterWayRound) {
   const Eigen::Quaterniond q = RotationExp({0.4, 0, 0});
   const Eigen::Quaterniond opposite(-q.w(), -q.x(), -q.y(), -q.z());
-  EXPECT_LT((RotationLog(opposite) - Eigen::Vector3d(0.4, 0, 0)).norm(), kRounding);
+  EXPECT_LT((RotationLog(opposite) - Eigen::Vector3d(0.4, 0, 0)).norm(), kPoseRounding);
 }
 
 TEST(Pose, RefusesAMatrixThatIsNoRotation) {

@@ -14,21 +14,22 @@
 namespace mono3d {
 namespace {
 
-constexpr double kRounding = 1e-10;  // some operations in double precision on numbers near 10
+constexpr double kSimilarityRounding =
+    1e-10;  // some operations in double precision on numbers near 10
 
 const Similarity kSimilarity(2.5, Pose(RotationExp({0.3, -0.8, 0.2}), Eigen::Vector3d(1, 2, -3)));
 
 TEST(Similarity, ScalesThenRotatesThenMoves) {
   const Similarity S(3, Pose(RotationExp({0, 0, 0}), Eigen::Vector3d(0, 1, 0)));
-  EXPECT_LT((S * Eigen::Vector3d(1, 1, 1) - Eigen::Vector3d(3, 4, 3)).norm(), kRounding);
+  EXPECT_LT((S * Eigen::Vector3d(1, 1, 1) - Eigen::Vector3d(3, 4, 3)).norm(), kSimilarityRounding);
 }
 
 TEST(Similarity, TimesItsInverseIsIdentity) {
   const Eigen::Vector3d p(4, -5, 6);
-  EXPECT_LT((kSimilarity.Inverse() * (kSimilarity * p) - p).norm(), kRounding);
+  EXPECT_LT((kSimilarity.Inverse() * (kSimilarity * p) - p).norm(), kSimilarityRounding);
   const Similarity product = kSimilarity * kSimilarity.Inverse();
-  EXPECT_NEAR(product.scale(), 1, kRounding);
-  EXPECT_LT((product * p - p).norm(), kRounding);
+  EXPECT_NEAR(product.scale(), 1, kSimilarityRounding);
+  EXPECT_LT((product * p - p).norm(), kSimilarityRounding);
 }
 
 TEST(Similarity, MovesACameraWithItsPoints) {
@@ -37,7 +38,7 @@ TEST(Similarity, MovesACameraWithItsPoints) {
   const Eigen::Vector3d p_b(3, 2, 9);
   const Eigen::Vector3d seen = T_b_cam.Inverse() * p_b;
   const Eigen::Vector3d seen_after = (kSimilarity * T_b_cam).Inverse() * (kSimilarity * p_b);
-  EXPECT_LT((seen_after - kSimilarity.scale() * seen).norm(), kRounding);
+  EXPECT_LT((seen_after - kSimilarity.scale() * seen).norm(), kSimilarityRounding);
 }
 
 TEST(FitSimilarity, FindsTheSimilarityOfExactPairs) {
@@ -49,8 +50,8 @@ TEST(FitSimilarity, FindsTheSimilarityOfExactPairs) {
     target.push_back(kSimilarity * source.back());
   }
   const Similarity fit = FitSimilarity(source, target);
-  EXPECT_NEAR(fit.scale(), kSimilarity.scale(), kRounding);
-  EXPECT_LT((fit.pose().Matrix() - kSimilarity.pose().Matrix()).norm(), kRounding);
+  EXPECT_NEAR(fit.scale(), kSimilarity.scale(), kSimilarityRounding);
+  EXPECT_LT((fit.pose().Matrix() - kSimilarity.pose().Matrix()).norm(), kSimilarityRounding);
 }
 
 TEST(FitSimilarity, RefusesTooFewOrCoincidingPoints) {

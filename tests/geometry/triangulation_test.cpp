@@ -12,14 +12,14 @@
 namespace mono3d {
 namespace {
 
-constexpr double kRounding = 1e-9;  // relative, of a 4x4 eigenvector
+constexpr double kTriangulationRounding = 1e-9;  // relative, of a 4x4 eigenvector
 
 TEST(Triangulate, FindsAPointWorkedOutByHand) {
   // Camera b stands 1 to the right; the point at (1, 0.5, 2) is straight ahead of it.
   const Pose T_b_a(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-1, 0, 0));
   const auto p_a = Triangulate({0.5, 0.25, 1}, {0, 0.25, 1}, T_b_a);
   ASSERT_TRUE(p_a.has_value());
-  EXPECT_LT((*p_a - Eigen::Vector3d(1, 0.5, 2)).norm(), kRounding);
+  EXPECT_LT((*p_a - Eigen::Vector3d(1, 0.5, 2)).norm(), kTriangulationRounding);
 }
 
 TEST(Triangulate, RefusesAPointBehindTheCameras) {

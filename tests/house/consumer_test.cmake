@@ -2,7 +2,7 @@
 # Copyright the mono3d authors
 
 # Installs the tree in BUILD_DIR to STAGE_DIR, configures and builds CONSUMER_SOURCE_DIR against it
-# and runs PROGRAM, where given, which must print VERSION.
+# and runs PROGRAMS, where given, which must print VERSION.
 
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
@@ -29,9 +29,9 @@ endif()
 
 run(${CMAKE_COMMAND} --build ${CONSUMER_BUILD_DIR})
 
-if(PROGRAM)
-  run(${CONSUMER_BUILD_DIR}/${PROGRAM})
+foreach(program IN LISTS PROGRAMS)
+  run(${CONSUMER_BUILD_DIR}/${program})
   if(NOT output MATCHES "mono3d ${VERSION}")
     message(FATAL_ERROR "expected \"mono3d ${VERSION}\" in the output, found:\n${output}")
   endif()
-endif()
+endforeach()

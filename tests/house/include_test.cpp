@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "house/include_cycles.h"
 #include "house/include_rules.h"
 #include "house/module_table.h"
 #include "house/source_files.h"
@@ -73,6 +74,29 @@ TEST(IncludeRules, RefuseAFileOfAModuleThatTheTableDoesNotKnow) {
               ElementsAre(EndsWith("voxels is not in the table of the modules")));
 }
 
+TEST(IncludeCycles, AreFoundOfTwoOfThreeAndThroughASource) {
+  const std::vector<SourceFile> files = {
+      {"libmono3d/src/depth/a.h", {"#include \"depth/b.h\""}},
+      {"libmono3d/src/depth/b.h", {}},
+      {"libmono3d/src/depth/b.cpp", {"#include \"depth/b.h\"", "#include \"depth/a.h\""}},
+      {"tools/bench/x.h", {"#include \"bench/y.h\""}},
+      {"tools/bench/y.h", {"#include \"bench/z.h\""}},
+      {"tools/bench/z.h", {"#include \"bench/x.h\"", "#include \"mono3d/core/error.h\""}},
+      {"libmono3d/src/depth/c.h", {"#include \"depth/a.h\"", "#include \"depth/b.h\""}}};
+  EXPECT_THAT(FindIncludeCycles(files),
+              ElementsAre("depth/a, depth/b", "tools/bench/x, tools/bench/y, tools/bench/z"));
+}
+
+TEST(IncludeCycles, AreNoneWhereAPublicHeaderIsImplementedByWhatIncludesIt) {
+  const std::vector<SourceFile> files = {
+      {"libmono3d/include/mono3d/depth/estimator.h", {}},
+      {"libmono3d/src/depth/estimator.cpp",
+       {"#include \"mono3d/depth/estimator.h\"", "#include \"depth/stage.h\""}},
+      {"libmono3d/src/depth/stage.h", {"#include \"mono3d/depth/estimator.h\""}},
+      {"libmono3d/src/depth/stage.cpp", {"#include \"depth/stage.h\""}}};
+  EXPECT_THAT(FindIncludeCycles(files), IsEmpty());
+}
+
 TEST(House, KeepsItsStagesApart) {
   const ModuleTable table = ParseModuleTable(kModuleTable);
   for (const char* stage : {"tracking", "keyframes", "depth", "fusion"}) {
@@ -96,6 +120,19 @@ TEST(House, IncludesOnlyWhatItsTableAllows) {
   }
   EXPECT_GT(files.size(), 50U) << "the tree was not read";
   EXPECT_GT(num_lines, 1000U) << "the tree was not read";
+}
+
+// Between modules and inside them.
+TEST(House, IncludesNothingInCircles) {
+  // To be undone; nothing may be added.
+  const std::vector<std::string> known = {
+      "tracking/bundle_adjustment, tracking/dense_bundle",
+      "tracking/keyframe_constraints, tracking/keyframe_graph, tracking/local_mapping, "
+      "tracking/loop_closing, tracking/scale_gauge"};
+  const std::vector<SourceFile> files =
+      ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d", "tools"}, {".h", ".cpp"});
+  EXPECT_GT(files.size(), 300U) << "the tree was not read";
+  EXPECT_EQ(FindIncludeCycles(files), known);
 }
 
 }  // namespace

@@ -31,13 +31,13 @@ constexpr const char* kColmap =
     "10.5 20.25 -1 30 40 17\n"
     "8 1 0 0 0 0 0 0 1 last one 13.jpg\n"
     "\n";
-constexpr double kRounding = 1e-12;
+constexpr double kPoseRounding = 1e-12;
 
 void ExpectQuarterTurn(const Pose& T_world_cam) {
   EXPECT_TRUE(
-      (T_world_cam * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), kRounding))
+      (T_world_cam * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), kPoseRounding))
       << T_world_cam.Matrix();
-  EXPECT_TRUE(T_world_cam.translation().isApprox(Eigen::Vector3d(1, 2, 3), kRounding))
+  EXPECT_TRUE(T_world_cam.translation().isApprox(Eigen::Vector3d(1, 2, 3), kPoseRounding))
       << T_world_cam.Matrix();
 }
 

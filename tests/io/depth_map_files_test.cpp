@@ -20,11 +20,11 @@ using testing::ThrowsMessage;
 
 using DepthMapFiles = TemporaryFolderTest;
 
-CameraModel TestCamera() { return {6, 4, 5, 5, 2.5, 1.5, {}}; }
+CameraModel DepthCamera() { return {6, 4, 5, 5, 2.5, 1.5, {}}; }
 
 TEST_F(DepthMapFiles, AreThoseOfTheImagesThatTheMapHas) {
   DepthMap map;
-  map.camera = TestCamera();
+  map.camera = DepthCamera();
   map.depth = cv::Mat(4, 6, CV_32FC1, cv::Scalar(2));
   WriteDepthMap(folder_, "000042", map);
   EXPECT_EQ(cv::countNonZero(ReadPfm(folder_ / "000042.depth.pfm") != map.depth), 0);
@@ -42,7 +42,7 @@ TEST_F(DepthMapFiles, AreThoseOfTheImagesThatTheMapHas) {
 
 TEST_F(DepthMapFiles, RefuseImagesOfAnotherType) {
   DepthMap map;
-  map.camera = TestCamera();
+  map.camera = DepthCamera();
   map.depth = cv::Mat(4, 6, CV_32FC3, cv::Scalar(2));
   EXPECT_THAT([&] { WriteDepthMap(folder_, "a", map); },
               ThrowsMessage<Error>(HasSubstr("depth map: wrong size or type of depth (expected 6x4 "

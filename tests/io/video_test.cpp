@@ -27,7 +27,7 @@ constexpr int kFirst = 10;
 constexpr int kStep = 16;
 constexpr double kMaxGreyError = 2;
 
-CameraModel TestCamera() { return {64, 48, 60, 60, 31.5, 23.5, {}}; }
+CameraModel VideoCamera() { return {64, 48, 60, 60, 31.5, 23.5, {}}; }
 
 class VideoTest : public TemporaryFolderTest {
  protected:
@@ -40,7 +40,7 @@ class VideoTest : public TemporaryFolderTest {
   }
 
   std::vector<Frame> ReadAll(const FrameSourceOptions& options = {}) const {
-    const auto source = OpenFrameSource(path_, TestCamera(), options);
+    const auto source = OpenFrameSource(path_, VideoCamera(), options);
     std::vector<Frame> frames;
     while (auto frame = source->Next()) frames.push_back(*frame);
     return frames;
@@ -64,19 +64,19 @@ TEST_F(VideoTest, GivesEveryFrameOnce) {
 
 TEST_F(VideoTest, TakesStartStrideNumberAndRateIntoAccount) {
   const FrameSourceOptions options{.fps = 10, .stride = 4, .start = 2, .max_frames = 2};
-  EXPECT_EQ(OpenFrameSource(path_, TestCamera(), options)->num_frames(), 2);
+  EXPECT_EQ(OpenFrameSource(path_, VideoCamera(), options)->num_frames(), 2);
   const std::vector<Frame> frames = ReadAll(options);
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(frames[1].index, 6);
   EXPECT_DOUBLE_EQ(frames[1].timestamp_s, 0.6);
   EXPECT_NEAR(cv::mean(frames[1].bgr)[0], kFirst + kStep * 6, kMaxGreyError);
-  EXPECT_EQ(OpenFrameSource(path_, TestCamera(), {.stride = 5})->num_frames(), 3);
+  EXPECT_EQ(OpenFrameSource(path_, VideoCamera(), {.stride = 5})->num_frames(), 3);
   EXPECT_EQ(ReadAll({.stride = 5}).size(), 3U);
 }
 
 TEST_F(VideoTest, RefusesWhatIsNoVideo) {
   const auto path = WriteText("text.mp4", "not a video\n");
-  EXPECT_THAT([&] { OpenFrameSource(path, TestCamera()); },
+  EXPECT_THAT([&] { OpenFrameSource(path, VideoCamera()); },
               ThrowsMessage<Error>(HasSubstr("text.mp4: cannot open the video")));
 }
 

@@ -63,7 +63,6 @@ class KeepingTracker final : public Tracker {
   }
   std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   const LiveScript* script_;

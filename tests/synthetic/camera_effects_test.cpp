@@ -17,10 +17,10 @@
 namespace mono3d::synthetic {
 namespace {
 
-const CameraModel kCamera{256, 160, 230, 230, 127.5, 79.5};
+const CameraModel kEffectsCamera{256, 160, 230, 230, 127.5, 79.5};
 
 CameraModel Distorted() {
-  CameraModel camera = kCamera;
+  CameraModel camera = kEffectsCamera;
   camera.distortion = {-0.25, 0.08, 0.002, -0.001, 0.01};
   return camera;
 }
@@ -102,7 +102,7 @@ struct Warped {
   cv::Mat grey;
   cv::Mat mask;
 };
-Warped Warp(const View& source, const View& target, const CameraModel& camera) {
+Warped WarpToTarget(const View& source, const View& target, const CameraModel& camera) {
   const Pose T_source_target = source.T_world_cam.Inverse() * target.T_world_cam;
   cv::Mat map(target.depth.size(), CV_32FC2, cv::Scalar::all(-1));
   cv::Mat mask = cv::Mat::zeros(target.depth.size(), CV_8UC1);
@@ -133,11 +133,11 @@ constexpr double kMaxShift_px = 0.02;
 constexpr double kMaxResidual = 0.06;
 
 TEST(Render, PictureWarpedByDepthAndPosesAgreesWithTheOther) {
-  for (const CameraModel& distorted : {kCamera, Distorted()}) {
+  for (const CameraModel& distorted : {kEffectsCamera, Distorted()}) {
     const CameraModel camera = DepthCamera(distorted);
     const View source = ViewFrom({0, -30, 42}, distorted);
     const View target = ViewFrom({4, -29, 41}, distorted);
-    const Warped warped = Warp(source, target, camera);
+    const Warped warped = WarpToTarget(source, target, camera);
     EXPECT_GT(cv::countNonZero(warped.mask), 0.6 * camera.width * camera.height);
     const Agreement all = Compare(warped.grey, target.grey, warped.mask);
     EXPECT_LT(all.shift_px.norm(), kMaxShift_px);
@@ -165,16 +165,16 @@ TEST(Render, UndistortedPictureOfALensIsThatOfTheDepthCamera) {
   EXPECT_LT(agreement.residual, kMaxResidual);
   // That the lens does something: the pictures differ before.
   const cv::Mat raw = Grey(RenderRadiance(BoxScene(), Distorted(), MovingShot()));
-  const cv::Mat pinhole = Grey(RenderRadiance(BoxScene(), kCamera, MovingShot()));
+  const cv::Mat pinhole = Grey(RenderRadiance(BoxScene(), kEffectsCamera, MovingShot()));
   EXPECT_GT(Compare(raw, pinhole, everywhere).residual, 2 * kMaxResidual);
 }
 
 TEST(RollingShutter, OfACameraThatStandsStillChangesNothing) {
   RenderOptions options;
   const Pose T_world_cam = LookAt({6, -30, 40}, {0, 0, 2});
-  const cv::Mat still = Render(BoxScene(), kCamera, T_world_cam, options).bgr;
+  const cv::Mat still = Render(BoxScene(), kEffectsCamera, T_world_cam, options).bgr;
   options.sensor.readout_s = 0.03;
-  const cv::Mat rolling = Render(BoxScene(), kCamera, T_world_cam, options).bgr;
+  const cv::Mat rolling = Render(BoxScene(), kEffectsCamera, T_world_cam, options).bgr;
   EXPECT_EQ(cv::norm(still, rolling, cv::NORM_INF), 0);
 }
 
@@ -182,13 +182,13 @@ TEST(RollingShutter, EachRowIsThatOfThePoseAtItsTime) {
   RenderOptions options;
   options.sensor.readout_s = 0.04;
   const Shot shot = MovingShot();
-  const cv::Mat rolling = RenderRadiance(BoxScene(), kCamera, shot, options);
+  const cv::Mat rolling = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
   options.sensor.readout_s = 0;
   for (const int y : {0, 53, 159}) {
     const Shot at_row{shot.motion, shot.t_s + 0.04 * (y / 159.0 - 0.5), 0};
-    const cv::Mat sharp = RenderRadiance(BoxScene(), kCamera, at_row, options);
+    const cv::Mat sharp = RenderRadiance(BoxScene(), kEffectsCamera, at_row, options);
     EXPECT_LT(cv::norm(rolling.row(y), sharp.row(y), cv::NORM_INF), 1e-6);
-    const cv::Mat other = RenderRadiance(BoxScene(), kCamera, shot, options);
+    const cv::Mat other = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
     EXPECT_GT(cv::norm(rolling.row(y), other.row(y), cv::NORM_INF), 0.01);
   }
 }
@@ -198,14 +198,14 @@ TEST(MotionBlur, IsTheMeanOfSharpPictures) {
   const Shot shot = MovingShot();
   constexpr double kExposure_s = 0.03;  // 6 px of blur
   constexpr int kNumSharp = 24;
-  cv::Mat mean = cv::Mat::zeros(kCamera.height, kCamera.width, CV_32FC3);
+  cv::Mat mean = cv::Mat::zeros(kEffectsCamera.height, kEffectsCamera.width, CV_32FC3);
   for (int i = 0; i < kNumSharp; ++i) {
     const double t_s = shot.t_s + kExposure_s * ((i + 0.5) / kNumSharp - 0.5);
-    mean += RenderRadiance(BoxScene(), kCamera, {shot.motion, t_s, 0}, options) / kNumSharp;
+    mean += RenderRadiance(BoxScene(), kEffectsCamera, {shot.motion, t_s, 0}, options) / kNumSharp;
   }
-  const cv::Mat sharp = RenderRadiance(BoxScene(), kCamera, shot, options);
+  const cv::Mat sharp = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
   options.sensor.exposure_s = kExposure_s;
-  const cv::Mat blurred = RenderRadiance(BoxScene(), kCamera, shot, options);
+  const cv::Mat blurred = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
   const double error = cv::norm(blurred, mean, cv::NORM_L2);
   const double blur = cv::norm(sharp, mean, cv::NORM_L2);
   // 16 rays a pixel against 96: what is left is the grain of fine texture.
@@ -223,7 +223,7 @@ TEST(ShutterSpan, ReachesFromTheFirstRowsOpeningToTheLastRowsClosing) {
 }
 
 TEST(Render, RefusesADistortionThatFoldsBack) {
-  CameraModel camera = kCamera;
+  CameraModel camera = kEffectsCamera;
   camera.distortion[0] = -3;
   EXPECT_THROW(Render(BoxScene(), camera, Pose()), Error);
 }

@@ -15,7 +15,7 @@
 namespace mono3d::synthetic {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kStatisticsRounding = 1e-9;
 
 TEST(FlightStatistics, AreThoseOfThreeFramesWorkedOutByHand) {
   const std::array<double, 3> times_s = {0, 0.5, 0.75};
@@ -25,21 +25,21 @@ TEST(FlightStatistics, AreThoseOfThreeFramesWorkedOutByHand) {
       Pose(RotationExp({0, 0, 0.1}), Eigen::Vector3d(1, 0, 33)),
   };
   const FlightStatistics statistics = Summarise(SampleFlight(times_s, poses, 10));
-  EXPECT_NEAR(statistics.height_m.mean, 21, kRounding);
-  EXPECT_NEAR(statistics.height_m.sigma, std::sqrt(2.0), kRounding);
-  EXPECT_NEAR(statistics.height_m.max, 23, kRounding);
-  EXPECT_NEAR(statistics.angular_velocity_rad_per_s.max, 0.2, kRounding);
+  EXPECT_NEAR(statistics.height_m.mean, 21, kStatisticsRounding);
+  EXPECT_NEAR(statistics.height_m.sigma, std::sqrt(2.0), kStatisticsRounding);
+  EXPECT_NEAR(statistics.height_m.max, 23, kStatisticsRounding);
+  EXPECT_NEAR(statistics.angular_velocity_rad_per_s.max, 0.2, kStatisticsRounding);
   EXPECT_NEAR(statistics.angular_velocity_rad_per_s.min, 0, 1e-6);
-  EXPECT_NEAR(statistics.speed_m_per_s.mean, (2 + 12) / 2.0, kRounding);
-  EXPECT_NEAR(statistics.frames_per_s.min, 2, kRounding);
-  EXPECT_NEAR(statistics.frames_per_s.max, 4, kRounding);
+  EXPECT_NEAR(statistics.speed_m_per_s.mean, (2 + 12) / 2.0, kStatisticsRounding);
+  EXPECT_NEAR(statistics.frames_per_s.min, 2, kStatisticsRounding);
+  EXPECT_NEAR(statistics.frames_per_s.max, 4, kStatisticsRounding);
 }
 
 TEST(FlightStatistics, JoinFlights) {
   FlightSamples all{{1}, {2}, {3}, {4}};
   all.Append({{3}, {4}, {5}, {6}});
-  EXPECT_NEAR(Summarise(all).height_m.mean, 2, kRounding);
-  EXPECT_NEAR(Summarise(all).frames_per_s.mean, 5, kRounding);
+  EXPECT_NEAR(Summarise(all).height_m.mean, 2, kStatisticsRounding);
+  EXPECT_NEAR(Summarise(all).frames_per_s.mean, 5, kStatisticsRounding);
   EXPECT_EQ(Summarise(FlightSamples{}).height_m.mean, 0);
 }
 

@@ -15,7 +15,7 @@
 namespace mono3d::synthetic {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of double-precision geometry at some 100 m
+constexpr double kFlightRounding = 1e-9;  // of double-precision geometry at some 100 m
 
 TEST(LookAt, PutsTheTargetAtThePrincipalPointAndUpAtTheTop) {
   const Eigen::Vector3d eye(40, -30, 50);
@@ -23,11 +23,11 @@ TEST(LookAt, PutsTheTargetAtThePrincipalPointAndUpAtTheTop) {
   const Pose T_cam_world = LookAt(eye, target).Inverse();
   const CameraModel camera{320, 192, 288, 288, 159.5, 95.5};
   const Eigen::Vector3d target_cam = T_cam_world * target;
-  EXPECT_NEAR(target_cam.z(), (target - eye).norm(), kRounding);
+  EXPECT_NEAR(target_cam.z(), (target - eye).norm(), kFlightRounding);
   EXPECT_NEAR((camera.Project(target_cam) - Eigen::Vector2d(159.5, 95.5)).norm(), 0, 1e-6);
   const Eigen::Vector3d above_cam = T_cam_world * (target + Eigen::Vector3d::UnitZ());
   EXPECT_LT(above_cam.y(), 0);
-  EXPECT_NEAR(above_cam.x(), 0, kRounding);
+  EXPECT_NEAR(above_cam.x(), 0, kFlightRounding);
 }
 
 TEST(LookAt, RefusesALineOfSightWithoutHorizon) {
@@ -64,7 +64,7 @@ TEST(Flight, OfEveryKindStartsAndEndsAtRestAndNeverJumps) {
     for (double t_s = 0.1; t_s < end_s; t_s += 0.1) {
       const Pose now = flight.PoseAt(t_s);
       const Pose T_before_now = before.Inverse() * now;
-      EXPECT_LT(T_before_now.translation().norm(), 0.1 * 1.4 + kRounding) << kind << t_s;
+      EXPECT_LT(T_before_now.translation().norm(), 0.1 * 1.4 + kFlightRounding) << kind << t_s;
       // The fastest is the lawnmower's turn: 1.5 times 1.4 m/s over a radius of 12.5 m.
       EXPECT_LT(T_before_now.RotationAngle(), 0.1 * 0.17) << kind << t_s;
       before = now;
@@ -77,7 +77,7 @@ TEST(Flight, KeepsItsSpeedAndHeightOnceUnderWay) {
   for (const char* kind : {"orbit", "lawnmower", "cruise", "lateral"}) {
     const Flight flight(OfKind(kind), ground);
     EXPECT_NEAR(Speed(flight, 40), 1.4, 1e-5) << kind;
-    EXPECT_NEAR(flight.PoseAt(40).translation().z(), 71 + 7, kRounding) << kind;
+    EXPECT_NEAR(flight.PoseAt(40).translation().z(), 71 + 7, kFlightRounding) << kind;
   }
 }
 
@@ -93,7 +93,7 @@ TEST(Flight, OrbitThatClosesEndsWhereItBeganAndLooksAtItsTarget) {
   EXPECT_NEAR(flight.duration_s(), 2 * std::numbers::pi * 80 / 1.4 + 3, 1e-6);
   const Pose somewhere = flight.PoseAt(100);
   const Eigen::Vector3d to_target = Eigen::Vector3d(12, -5, 0) - somewhere.translation();
-  EXPECT_LT((Ahead(somewhere) - to_target.normalized()).norm(), kRounding);
+  EXPECT_LT((Ahead(somewhere) - to_target.normalized()).norm(), kFlightRounding);
 }
 
 TEST(Flight, CruiseLooksOnAverageAtItsTarget) {
@@ -105,7 +105,7 @@ TEST(Flight, CruiseLooksOnAverageAtItsTarget) {
   const Eigen::Vector3d ahead = Ahead(middle);
   const Eigen::Vector3d seen = middle.translation() - middle.translation().z() / ahead.z() * ahead;
   EXPECT_LT((seen - Eigen::Vector3d(3, 0, 0)).norm(), 1e-6);
-  EXPECT_LT((Ahead(flight.PoseAt(0)) - ahead).norm(), kRounding);
+  EXPECT_LT((Ahead(flight.PoseAt(0)) - ahead).norm(), kFlightRounding);
 }
 
 TEST(Flight, LawnmowerTurnsRoundAtTheEndOfEachRow) {
@@ -115,7 +115,7 @@ TEST(Flight, LawnmowerTurnsRoundAtTheEndOfEachRow) {
   // A row of 30 m and a half circle of 39.3 m, 49.5 s, and half of a ramp before.
   const Eigen::Vector3d first = Ahead(flight.PoseAt(5));
   const Eigen::Vector3d second = Ahead(flight.PoseAt(55));
-  EXPECT_NEAR(first.head<2>().normalized().dot(second.head<2>().normalized()), -1, kRounding);
+  EXPECT_NEAR(first.head<2>().normalized().dot(second.head<2>().normalized()), -1, kFlightRounding);
   const Eigen::Vector3d across = flight.PoseAt(55).translation() - flight.PoseAt(5).translation();
   EXPECT_NEAR(across.y(), options.row_spacing_m, 1e-6);  // to the left of the heading
 }
@@ -124,8 +124,8 @@ TEST(Flight, TakeOffRisesFromTheHorizonToItsPitch) {
   const FlightOptions options = OfKind("take_off");
   const Flight flight(options);
   const double climb_s = (71 - 5) / 1.4 + 3;
-  EXPECT_NEAR(flight.PoseAt(0).translation().z(), 5, kRounding);
-  EXPECT_NEAR(Ahead(flight.PoseAt(0)).z(), 0, kRounding);
+  EXPECT_NEAR(flight.PoseAt(0).translation().z(), 5, kFlightRounding);
+  EXPECT_NEAR(Ahead(flight.PoseAt(0)).z(), 0, kFlightRounding);
   const Pose top = flight.PoseAt(climb_s);
   EXPECT_LT((top.translation() - Eigen::Vector3d(0, 0, 71)).norm(), 1e-6);
   EXPECT_NEAR(-Ahead(top).z(), std::sin(40 * std::numbers::pi / 180), 1e-6);

@@ -12,7 +12,7 @@
 namespace mono3d::synthetic {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of double-precision geometry at some 100 m
+constexpr double kFrameFlightRounding = 1e-9;  // of double-precision geometry at some 100 m
 
 TEST(OrbitFlight, KeepsItsStepAndDistance) {
   OrbitOptions options;
@@ -24,7 +24,7 @@ TEST(OrbitFlight, KeepsItsStepAndDistance) {
   for (std::size_t i = 1; i < flight.size(); ++i) {
     const Pose T_before_now = flight[i - 1].Inverse() * flight[i];
     EXPECT_NEAR(T_before_now.RotationAngle() * 180 / std::numbers::pi, options.step_deg, 1e-6);
-    EXPECT_NEAR(flight[i].translation().head<2>().norm(), options.radius_m, kRounding);
+    EXPECT_NEAR(flight[i].translation().head<2>().norm(), options.radius_m, kFrameFlightRounding);
     EXPECT_GT(flight[i].translation().z(), 0);
   }
 }
@@ -37,7 +37,8 @@ TEST(LateralFlight, MovesToTheRightOfItsView) {
   options.unsteadiness.rotation_deg = 0;
   const std::vector<Pose> flight = LateralFlight(options);
   const Pose T_first_last = flight.front().Inverse() * flight.back();
-  EXPECT_NEAR((T_first_last.translation() - Eigen::Vector3d(4, 0, 0)).norm(), 0, kRounding);
+  EXPECT_NEAR((T_first_last.translation() - Eigen::Vector3d(4, 0, 0)).norm(), 0,
+              kFrameFlightRounding);
   EXPECT_NEAR(T_first_last.RotationAngle(), 0, 1e-6);
 }
 

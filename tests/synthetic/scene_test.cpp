@@ -38,7 +38,7 @@ Scene FloorWithDrivingCube() {
 Hit Below(const Scene& scene, float x, float time_s = 0) {
   const auto hit = scene.Intersect({{x, 0.3F, 20}, {0, 0, -1}, time_s});
   EXPECT_TRUE(hit.has_value());
-  return hit.value_or(Hit{});
+  return hit.value();
 }
 
 TEST(Scene, MovingObjectIsWhereItsPoseSays) {

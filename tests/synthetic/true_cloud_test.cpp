@@ -17,23 +17,23 @@
 namespace mono3d::synthetic {
 namespace {
 
-const CameraModel kCamera{96, 56, 86.4, 86.4, 47.5, 27.5};
+const CameraModel kCloudCamera{96, 56, 86.4, 86.4, 47.5, 27.5};
 constexpr double kVoxel_m = 1.0;
 // Single precision at 100 m.
-constexpr float kRounding_m = 1e-4F;
+constexpr float kCloudRounding_m = 1e-4F;
 
-const cv::Mat kRed(kCamera.height, kCamera.width, CV_8UC3, cv::Scalar(0, 0, 255));
+const cv::Mat kRedImage(kCloudCamera.height, kCloudCamera.width, CV_8UC3, cv::Scalar(0, 0, 255));
 
 Pose From(double x, double y) { return LookAt({x, y, 60}, {0, 0, 0}); }
 
 TEST(TrueCloud, PointsOfAPlaneLieOnItWithItsNormalAndTheImagesColour) {
   const Scene scene = BuildPlane();
   TrueCloud cloud(kVoxel_m, 300);
-  cloud.Add(scene, kCamera, From(40, 30), kRed);
+  cloud.Add(scene, kCloudCamera, From(40, 30), kRedImage);
   const PointCloud points = cloud.Build();
   ASSERT_GT(points.size(), 500U);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    EXPECT_NEAR(points.points[i].z(), 0, kRounding_m);
+    EXPECT_NEAR(points.points[i].z(), 0, kCloudRounding_m);
     EXPECT_NEAR(points.normals[i].z(), 1, 1e-5);
     EXPECT_EQ(points.colours[i], (std::array<std::uint8_t, 3>{255, 0, 0}));
     EXPECT_EQ(points.observations[i], 1U);
@@ -43,7 +43,7 @@ TEST(TrueCloud, PointsOfAPlaneLieOnItWithItsNormalAndTheImagesColour) {
 TEST(TrueCloud, HasOnePointInEachCell) {
   const Scene scene = BuildPlaneAndBox();
   TrueCloud cloud(kVoxel_m, 300);
-  for (int i = 0; i < 4; ++i) cloud.Add(scene, kCamera, From(40 - 5 * i, 30), kRed);
+  for (int i = 0; i < 4; ++i) cloud.Add(scene, kCloudCamera, From(40 - 5 * i, 30), kRedImage);
   std::set<std::array<int, 3>> cells;
   const PointCloud points = cloud.Build();
   for (const Eigen::Vector3f& p : points.points) {
@@ -64,14 +64,14 @@ float DistanceFromSurface(const Eigen::Vector3f& p) {
 TEST(TrueCloud, LiesOnTheBoxAndReachesItsRoof) {
   const Scene scene = BuildPlaneAndBox();
   TrueCloud cloud(kVoxel_m, 300);
-  cloud.Add(scene, kCamera, From(40, 30), kRed);
+  cloud.Add(scene, kCloudCamera, From(40, 30), kRedImage);
   float highest = 0;
   const PointCloud points = cloud.Build();
   for (const Eigen::Vector3f& p : points.points) {
-    EXPECT_LT(DistanceFromSurface(p), kRounding_m);
+    EXPECT_LT(DistanceFromSurface(p), kCloudRounding_m);
     highest = std::max(highest, p.z());
   }
-  EXPECT_NEAR(highest, 8, kRounding_m);
+  EXPECT_NEAR(highest, 8, kCloudRounding_m);
 }
 
 TEST(TrueCloud, TheOrderOfTheImagesDoesNotMatter) {
@@ -79,9 +79,9 @@ TEST(TrueCloud, TheOrderOfTheImagesDoesNotMatter) {
   TrueCloud forth(kVoxel_m, 300);
   TrueCloud back(kVoxel_m, 300);
   const std::array<Pose, 3> poses = {From(40, 30), From(20, 40), From(-30, 35)};
-  for (const Pose& pose : poses) forth.Add(scene, kCamera, pose, kRed);
+  for (const Pose& pose : poses) forth.Add(scene, kCloudCamera, pose, kRedImage);
   for (auto pose = poses.rbegin(); pose != poses.rend(); ++pose) {
-    back.Add(scene, kCamera, *pose, kRed);
+    back.Add(scene, kCloudCamera, *pose, kRedImage);
   }
   const PointCloud a = forth.Build();
   const PointCloud b = back.Build();
@@ -94,11 +94,11 @@ TEST(TrueCloud, EndsAtTheLargestDepth) {
   const Scene scene = BuildPlane();
   TrueCloud cloud(kVoxel_m, 70);
   const Pose T_world_cam = From(40, 30);
-  cloud.Add(scene, kCamera, T_world_cam, kRed);
+  cloud.Add(scene, kCloudCamera, T_world_cam, kRedImage);
   const PointCloud points = cloud.Build();
   ASSERT_FALSE(points.empty());
   for (const Eigen::Vector3f& p : points.points) {
-    EXPECT_LT((T_world_cam.Inverse() * p.cast<double>()).z(), 70 + kRounding_m);
+    EXPECT_LT((T_world_cam.Inverse() * p.cast<double>()).z(), 70 + kCloudRounding_m);
   }
 }
 
@@ -107,10 +107,10 @@ TEST(TrueCloud, RefusesBadInput) {
   EXPECT_THROW(TrueCloud(0, 300), Error);
   EXPECT_THROW(TrueCloud(1, -1), Error);
   TrueCloud cloud(kVoxel_m, 300);
-  EXPECT_THROW(cloud.Add(scene, kCamera, From(40, 30), kRed.colRange(0, 50)), Error);
-  CameraModel distorted = kCamera;
+  EXPECT_THROW(cloud.Add(scene, kCloudCamera, From(40, 30), kRedImage.colRange(0, 50)), Error);
+  CameraModel distorted = kCloudCamera;
   distorted.distortion[0] = 0.1;
-  EXPECT_THROW(cloud.Add(scene, distorted, From(40, 30), kRed), Error);
+  EXPECT_THROW(cloud.Add(scene, distorted, From(40, 30), kRedImage), Error);
 }
 
 }  // namespace

@@ -27,13 +27,13 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWidth = 96;
-constexpr int kHeight = 72;
+constexpr int kBundleWidth = 96;
+constexpr int kBundleHeight = 72;
 constexpr int kShift_px = 4;  // from image to image
 
-std::string CameraText(double fx) {
-  return "%YAML:1.0\n---\nimage_width: " + std::to_string(kWidth) +
-         "\nimage_height: " + std::to_string(kHeight) +
+std::string BundleCameraText(double fx) {
+  return "%YAML:1.0\n---\nimage_width: " + std::to_string(kBundleWidth) +
+         "\nimage_height: " + std::to_string(kBundleHeight) +
          "\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ " +
          std::to_string(fx) +
          ", 0., 47.5, 0., 100., 35.5, 0., 0., 1. ]\n"
@@ -51,18 +51,18 @@ class BadBundleTool : public testing::Test {
               (std::string("mono3d_bad_bundle_") + test->name());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_ / "images");
-    texture_ = cv::Mat(kHeight, kWidth + 8 * kShift_px, CV_8UC3);
+    texture_ = cv::Mat(kBundleHeight, kBundleWidth + 8 * kShift_px, CV_8UC3);
     cv::RNG random(7);
     random.fill(texture_, cv::RNG::UNIFORM, 0, 256);
     cv::GaussianBlur(texture_, texture_, {}, 1);
-    WriteText(folder_ / "camera.yaml", CameraText(100));
+    WriteText(folder_ / "camera.yaml", BundleCameraText(100));
     WriteImages(5);
     WritePoses(5, 0.4);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   cv::Mat Picture(int i) const {
-    return texture_(cv::Rect(i * kShift_px, 0, kWidth, kHeight)).clone();
+    return texture_(cv::Rect(i * kShift_px, 0, kBundleWidth, kBundleHeight)).clone();
   }
   void WriteImage(int i, const cv::Mat& image) const {
     cv::imwrite((folder_ / "images" / (std::to_string(i) + ".png")).string(), image);
@@ -151,13 +151,13 @@ TEST_F(BadBundleTool, CamerasThatLookAwayFromEachOtherHaveNoDepth) {
 
 TEST_F(BadBundleTool, GreyImagesHaveNoDepth) {
   for (int i = 0; i < 5; ++i)
-    WriteImage(i, cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(9, 99, 9)));
+    WriteImage(i, cv::Mat(kBundleHeight, kBundleWidth, CV_8UC3, cv::Scalar(9, 99, 9)));
   ExpectNoDepth("no texture in the middle image");
 }
 
 TEST_F(BadBundleTool, SaturatedImagesHaveNoDepth) {
   for (int i = 0; i < 5; ++i) {
-    WriteImage(i, cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(255)));
+    WriteImage(i, cv::Mat(kBundleHeight, kBundleWidth, CV_8UC3, cv::Scalar::all(255)));
   }
   ExpectNoDepth("no texture: the middle image is black or saturated");
 }
@@ -165,7 +165,7 @@ TEST_F(BadBundleTool, SaturatedImagesHaveNoDepth) {
 TEST_F(BadBundleTool, UnrelatedImagesHaveNoDepth) {
   cv::RNG random(8);
   for (int i = 0; i < 5; ++i) {
-    cv::Mat image(kHeight, kWidth, CV_8UC3);
+    cv::Mat image(kBundleHeight, kBundleWidth, CV_8UC3);
     random.fill(image, cv::RNG::UNIFORM, 0, 256);
     cv::GaussianBlur(image, image, {}, 2);
     WriteImage(i, image);
@@ -178,12 +178,12 @@ TEST_F(BadBundleTool, UnrelatedImagesHaveNoDepth) {
 TEST_F(BadBundleTool, HalfSaturatedImagesHaveDepthInTheOtherHalf) {
   for (int i = 0; i < 5; ++i) {
     cv::Mat image = Picture(i);
-    image.rowRange(0, kHeight / 2).setTo(cv::Scalar::all(255));
+    image.rowRange(0, kBundleHeight / 2).setTo(cv::Scalar::all(255));
     WriteImage(i, image);
   }
   const cv::Mat depth = DepthOfGoodFiles("2");
-  EXPECT_EQ(cv::countNonZero(depth.rowRange(0, kHeight / 2 - 8)), 0);
-  EXPECT_GT(ShareNear(depth.rowRange(kHeight / 2 + 8, kHeight), 10), 0.7);
+  EXPECT_EQ(cv::countNonZero(depth.rowRange(0, kBundleHeight / 2 - 8)), 0);
+  EXPECT_GT(ShareNear(depth.rowRange(kBundleHeight / 2 + 8, kBundleHeight), 10), 0.7);
 }
 
 TEST_F(BadBundleTool, PlanesThatNoOtherCameraSeesDoNoHarm) {
@@ -204,7 +204,7 @@ TEST_F(BadBundleTool, PosesWithNaNOrInfinityAreRefused) {
 }
 
 TEST_F(BadBundleTool, AFocalLengthOfZeroIsRefused) {
-  WriteText(folder_ / "camera.yaml", CameraText(0));
+  WriteText(folder_ / "camera.yaml", BundleCameraText(0));
   const CommandResult result = Depth();
   EXPECT_EQ(result.exit_status, 1);
   EXPECT_THAT(result.errors,

@@ -18,9 +18,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWrongUsage = 2;
-constexpr int kFailure = 1;
-
 std::string CameraText(const std::string& fx = "60", int width = 64) {
   return "%YAML:1.0\n---\nimage_width: " + std::to_string(width) +
          "\nimage_height: 64\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"

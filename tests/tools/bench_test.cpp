@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 // Small images and few frames keep the test short; the chain is the same.
-constexpr const char* kSmall =
+constexpr const char* kSmallBench =
     " -- --resize 384x224 --max-frames 40 --tracking.features.num_features 600";
 constexpr double kClockTick_ms = 20;  // the clocks of a process and of its threads differ by less
 
@@ -43,7 +43,7 @@ class BenchRun : public testing::Test {
 
   static CommandResult Bench(const std::string& options) {
     return RunCommand("cd " + folder().string() + " && " + MONO3D_BENCH_TOOL +
-                          " suite suite -o out " + options + kSmall,
+                          " suite suite -o out " + options + kSmallBench,
                       folder());
   }
   static Json ReadJson(const std::string& name) {

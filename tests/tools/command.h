@@ -8,6 +8,10 @@
 
 namespace mono3d {
 
+// What the tools end with.
+inline constexpr int kWrongUsage = 2;
+inline constexpr int kFailure = 1;
+
 // How a command of the shell ended.
 struct CommandResult {
   int exit_status = -1;  // -1 when a signal ended it

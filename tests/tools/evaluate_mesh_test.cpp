@@ -21,7 +21,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using Json = nlohmann::json;
 
 class EvaluateMesh : public testing::Test {
  protected:
@@ -53,7 +52,9 @@ class EvaluateMesh : public testing::Test {
         "cd " + folder_.string() + " && " + MONO3D_EVALUATE_TOOL + " run run sequence --no-report",
         folder_);
   }
-  Json Result() const { return Json::parse(std::ifstream(folder_ / "run/evaluation.json")); }
+  nlohmann::json Result() const {
+    return nlohmann::json::parse(std::ifstream(folder_ / "run/evaluation.json"));
+  }
 
   std::filesystem::path folder_;
   SmallRun paths_;
@@ -67,7 +68,7 @@ TEST_F(EvaluateMesh, StandsBesideTheSurfels) {
   EXPECT_THAT(result.output, AllOf(HasSubstr("Mesh: distances"), HasSubstr("surfels, by area"),
                                    HasSubstr("Mesh: how it hangs together")));
   EXPECT_TRUE(Result()["left_out"].empty()) << Result()["left_out"];
-  const Json mesh = Result()["model"]["model"]["mesh"];
+  const nlohmann::json mesh = Result()["model"]["model"]["mesh"];
   EXPECT_EQ(mesh["triangles"], mesh_.triangles.size());
   EXPECT_EQ(mesh["samples"], mesh_.vertices.size());
   EXPECT_EQ(mesh["pieces"], 1);
@@ -92,7 +93,7 @@ TEST_F(EvaluateMesh, InventedSurfaceIsCountedAndStandsInTheError) {
   mesh_.triangles.push_back({first, first + 1, first + 2});
   WriteMeshPly(paths_.run / "mesh.ply", mesh_);
   ASSERT_EQ(Run().exit_status, 0);
-  const Json mesh = Result()["model"]["model"]["mesh"];
+  const nlohmann::json mesh = Result()["model"]["model"]["mesh"];
   EXPECT_EQ(mesh["pieces"], 2);
   const double share = 50 / mesh["area_m2"].get<double>();
   EXPECT_LT(share, 50.0 / (50 + 64));

@@ -25,9 +25,7 @@ using testing::HasSubstr;
 using testing::Not;
 using Json = nlohmann::json;
 
-constexpr double kRounding = 1e-5;  // files hold floats
-constexpr int kWrongUsage = 2;
-constexpr int kFailure = 1;
+constexpr double kFileRounding = 1e-5;  // files hold floats
 
 class Evaluate : public testing::Test {
  protected:
@@ -79,18 +77,18 @@ TEST_F(Evaluate, TrajectoryErrorsAreThoseWorkedOutByHand) {
   EXPECT_THAT(result.output, HasSubstr("2.449 (2.449 %)"));
   const Json position = ReadJson("out.json")["trajectory"]["position_m"];
   EXPECT_EQ(position["count"], 5);
-  EXPECT_NEAR(position["rmse"], std::sqrt(30.0 / 5), kRounding);
-  EXPECT_NEAR(position["mean"], 2, kRounding);
-  EXPECT_NEAR(position["median"], 2, kRounding);
-  EXPECT_NEAR(position["sigma"], std::sqrt(2), kRounding);
-  EXPECT_NEAR(position["max"], 4, kRounding);
+  EXPECT_NEAR(position["rmse"], std::sqrt(30.0 / 5), kFileRounding);
+  EXPECT_NEAR(position["mean"], 2, kFileRounding);
+  EXPECT_NEAR(position["median"], 2, kFileRounding);
+  EXPECT_NEAR(position["sigma"], std::sqrt(2), kFileRounding);
+  EXPECT_NEAR(position["max"], 4, kFileRounding);
 }
 
 TEST_F(Evaluate, TrajectoryOfAnotherScaleFitsAfterSim3Only) {
   const std::string files =
       "trajectory run/trajectory.txt sequence/groundtruth.txt --json out.json";
   ASSERT_EQ(Run(files).exit_status, 0);
-  EXPECT_LT(ReadJson("out.json")["trajectory"]["position_m"]["rmse"], kRounding);
+  EXPECT_LT(ReadJson("out.json")["trajectory"]["position_m"]["rmse"], kFileRounding);
   EXPECT_NEAR(ReadJson("out.json")["trajectory"]["alignment"]["scale"], 1 / kSmallRunScale, 1e-6);
   ASSERT_EQ(Run(files + " --align se3").exit_status, 0);
   EXPECT_GT(ReadJson("out.json")["trajectory"]["position_m"]["rmse"], 1);
@@ -103,16 +101,16 @@ TEST_F(Evaluate, DepthErrorsAreThoseWorkedOutByHand) {
   const Json json = ReadJson("out.json");
   EXPECT_EQ(json["depth"]["maps"], 1) << "frame 2 alone has both";
   const Json mean = json["depth"]["mean"];
-  EXPECT_NEAR(mean["density"], 0.9, kRounding);
-  EXPECT_NEAR(mean["l1_rel"], 0.25 * 0.04, kRounding);
-  EXPECT_NEAR(mean["l1_abs_m"], 0.25 * 0.4, kRounding);
-  EXPECT_NEAR(mean["rmse_m"], 0.5 * 0.4, kRounding);
-  EXPECT_NEAR(mean["delta_1.01"], 0.75, kRounding);
-  EXPECT_NEAR(mean["delta_1.05"], 1, kRounding);
+  EXPECT_NEAR(mean["density"], 0.9, kFileRounding);
+  EXPECT_NEAR(mean["l1_rel"], 0.25 * 0.04, kFileRounding);
+  EXPECT_NEAR(mean["l1_abs_m"], 0.25 * 0.4, kFileRounding);
+  EXPECT_NEAR(mean["rmse_m"], 0.5 * 0.4, kFileRounding);
+  EXPECT_NEAR(mean["delta_1.01"], 0.75, kFileRounding);
+  EXPECT_NEAR(mean["delta_1.05"], 1, kFileRounding);
   // The worst tenth holds 0.1 / 0.25 of all error; 0.15 of 0.9 pixels are wrong in what is left.
   EXPECT_NEAR(json["confidence"]["error_removed_by_worst_tenth"], 1 - (0.15 / 0.9) / 0.25,
-              kRounding);
-  EXPECT_NEAR(json["confidence"]["area_to_oracle"], 0, kRounding);
+              kFileRounding);
+  EXPECT_NEAR(json["confidence"]["area_to_oracle"], 0, kFileRounding);
   EXPECT_NEAR(json["normals"]["angle_deg"]["median"], 10, 1e-3);
 }
 
@@ -125,7 +123,7 @@ TEST_F(Evaluate, DepthWithoutScalingIsComparedAsItIs) {
     ASSERT_EQ(result.exit_status, 0) << result.errors;
     // A tenth of the truth, a quarter of the pixels 4 % more than that.
     EXPECT_NEAR(ReadJson("out.json")["depth"]["mean"]["l1_rel"], 0.75 * 0.9 + 0.25 * 0.896,
-                kRounding);
+                kFileRounding);
   }
 }
 
@@ -138,7 +136,7 @@ TEST_F(Evaluate, CloudNeedsTheTrajectoriesToBeginWith) {
   EXPECT_LT(error["estimate_to_truth_m"]["rmse"], 1e-3);
   EXPECT_LT(error["truth_to_estimate_m"]["rmse"], 1e-3);
   ASSERT_EQ(error["shares"].size(), 3U);
-  EXPECT_NEAR(error["shares"][0]["threshold_m"], 0.05, kRounding);
+  EXPECT_NEAR(error["shares"][0]["threshold_m"], 0.05, kFileRounding);
   EXPECT_EQ(error["shares"][0]["f_score"], 1);
 }
 
@@ -149,10 +147,10 @@ TEST_F(Evaluate, RunPutsAllPartsIntoOneTableOneRecordAndOnePage) {
               AllOf(HasSubstr("mean depth 10.00 m, over 3 true depth maps"), HasSubstr("online"),
                     HasSubstr("F-score"), HasSubstr("oracle"), HasSubstr("below 11.25")));
   const Json json = ReadJson("run/evaluation.json");
-  EXPECT_NEAR(json["mean_depth_m"], 10, kRounding);
-  EXPECT_LT(json["trajectory"]["final"]["position_rmse_of_mean_depth"], kRounding);
-  EXPECT_LT(json["trajectory"]["model"]["position_rmse_of_mean_depth"], kRounding);
-  EXPECT_NEAR(json["depth"]["mean"]["l1_rel"], 0.01, kRounding);
+  EXPECT_NEAR(json["mean_depth_m"], 10, kFileRounding);
+  EXPECT_LT(json["trajectory"]["final"]["position_rmse_of_mean_depth"], kFileRounding);
+  EXPECT_LT(json["trajectory"]["model"]["position_rmse_of_mean_depth"], kFileRounding);
+  EXPECT_NEAR(json["depth"]["mean"]["l1_rel"], 0.01, kFileRounding);
   EXPECT_LT(json["model"]["model"]["rmse_of_mean_depth"], 1e-4);
   EXPECT_TRUE(json["left_out"].empty()) << json["left_out"];
   for (const char* name : {"trajectory_final.png", "trajectory_model.png", "depth_only.png",
@@ -185,7 +183,7 @@ TEST_F(Evaluate, TheModelIsJudgedByWhatFiveFramesSee) {
   const Json surface = ReadJson("run/evaluation.json")["model"]["model"]["whole_surface"];
   EXPECT_EQ(surface["views_are"], "true depth maps");
   EXPECT_EQ(surface["views"], 11);
-  EXPECT_NEAR(surface["frames_per_view"], 21.0 / 11, kRounding);
+  EXPECT_NEAR(surface["frames_per_view"], 21.0 / 11, kFileRounding);
   EXPECT_EQ(surface["min_views"], 3) << "three views speak for five frames";
   EXPECT_EQ(surface["added_points"], 0) << "pixels are 0.25 m apart, points 0.2 m";
   EXPECT_GT(surface["seen_points"], 0);

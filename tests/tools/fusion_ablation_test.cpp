@@ -19,7 +19,7 @@
 namespace mono3d::tools {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kFigureRounding = 1e-9;
 
 constexpr int kNumKeyframes = 300;
 
@@ -32,7 +32,7 @@ KeyframePoses PosesWith(std::int64_t keyframe, double x_su) {
 }
 
 // Its keyframe is at x, all others at 0.
-FusionEvent Wall(std::int64_t keyframe, double x_su) {
+FusionEvent WallMap(std::int64_t keyframe, double x_su) {
   DepthMap map;
   map.camera.width = 48;
   map.camera.height = 32;
@@ -62,13 +62,13 @@ TEST(FusionFigures, AreMeansButForTheCounts) {
   const FusionFigures mean = MeanFigures({one, other});
   EXPECT_EQ(mean.num_maps, 8);
   EXPECT_EQ(mean.num_fused, 7);
-  EXPECT_NEAR(mean.model_rmse, 0.002, kRounding);
-  EXPECT_NEAR(mean.f_score, 0.95, kRounding);
+  EXPECT_NEAR(mean.model_rmse, 0.002, kFigureRounding);
+  EXPECT_NEAR(mean.f_score, 0.95, kFigureRounding);
 }
 
 TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
   std::vector<FusionEvent> events;
-  for (int i = 0; i < kNumKeyframes; ++i) events.push_back(Wall(i, 0));
+  for (int i = 0; i < kNumKeyframes; ++i) events.push_back(WallMap(i, 0));
   events.push_back({PosesWith(0, 0), {}});
   const std::vector<FusionEvent> worse = WithPoseErrors(events, 0.005);
   double squares = 0;
@@ -85,7 +85,7 @@ TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
 }
 
 TEST(RecordedFusion, IsFusedAgainWithItsPoses) {
-  std::vector<FusionEvent> events = {Wall(0, 0), Wall(1, 0.5)};
+  std::vector<FusionEvent> events = {WallMap(0, 0), WallMap(1, 0.5)};
   events.push_back({PosesWith(1, 0.75), {}});
   const auto device = OpenDevice();
   const auto model = CreateSurfelMap(device);

@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 // A wall 10 ahead of cameras that look at it squarely, 384 px and 10 wide: 16 columns of points.
-PlaceTruth Wall(const std::vector<double>& x, float depth_of_second = 10) {
+PlaceTruth WallTruth(const std::vector<double>& x, float depth_of_second = 10) {
   CameraModel camera;
   camera.width = 384;
   camera.fx = camera.fy = 384;
@@ -37,7 +37,7 @@ PlaceTruth Wall(const std::vector<double>& x, float depth_of_second = 10) {
 
 TEST(PlaceTruth, SharesWhatBothShow) {
   // A quarter of the way: 4 of 16 columns leave the picture.
-  const PlaceTruth truth = Wall({0, 2.5, 10.1});
+  const PlaceTruth truth = WallTruth({0, 2.5, 10.1});
   EXPECT_DOUBLE_EQ(truth.SharedShare(0, 1, 30), 0.75);
   EXPECT_DOUBLE_EQ(truth.SharedShare(1, 0, 30), 0.75);
   EXPECT_DOUBLE_EQ(truth.SharedShare(0, 0, 0.1), 1);
@@ -48,12 +48,12 @@ TEST(PlaceTruth, SharesWhatBothShow) {
 
 TEST(PlaceTruth, DoesNotShareWhatIsSeenFromAside) {
   // Each point is seen from 10 to 15 degrees aside.
-  EXPECT_DOUBLE_EQ(Wall({0, 2.5}).SharedShare(0, 1, 9), 0);
-  EXPECT_DOUBLE_EQ(Wall({0, 2.5}).SharedShare(0, 1, 15), 0.75);
+  EXPECT_DOUBLE_EQ(WallTruth({0, 2.5}).SharedShare(0, 1, 9), 0);
+  EXPECT_DOUBLE_EQ(WallTruth({0, 2.5}).SharedShare(0, 1, 15), 0.75);
 }
 
 TEST(PlaceTruth, DoesNotShareWhatIsHidden) {
-  EXPECT_DOUBLE_EQ(Wall({0, 2.5}, 5).SharedShare(0, 1, 30), 0);
+  EXPECT_DOUBLE_EQ(WallTruth({0, 2.5}, 5).SharedShare(0, 1, 30), 0);
 }
 
 TEST(PlaceCounts, GiveRecallOfRevisitsAlone) {

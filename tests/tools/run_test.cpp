@@ -31,7 +31,7 @@ namespace {
 using testing::HasSubstr;
 
 // Small images keep the test short; the chain is the same.
-const std::string kSmall = " --resize 384x224 --tracking.features.num_features 600";
+const std::string kSmallRun = " --resize 384x224 --tracking.features.num_features 600";
 const std::filesystem::path kExample = MONO3D_EXAMPLE;
 
 class ExampleRun : public testing::Test {
@@ -47,7 +47,7 @@ class ExampleRun : public testing::Test {
 
   std::string Command(const std::filesystem::path& output, const std::string& extra) const {
     return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kExample.string() + " --camera " +
-           (kExample / "camera.yaml").string() + " -o " + output.string() + kSmall + extra;
+           (kExample / "camera.yaml").string() + " -o " + output.string() + kSmallRun + extra;
   }
 
   std::filesystem::path folder_;
@@ -147,7 +147,7 @@ TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
   const CommandResult result =
       RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images.string() + " --camera " +
                      (kExample / "camera.yaml").string() + " -o " + (folder_ / "out").string() +
-                     kSmall + " --max-frames 36",
+                     kSmallRun + " --max-frames 36",
                  folder_);
   ASSERT_EQ(result.exit_status, 0) << result.errors;
   EXPECT_THAT(result.errors, HasSubstr(names.at(15).filename().string()));

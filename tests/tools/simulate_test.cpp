@@ -28,7 +28,7 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const std::string kSmall =
+const std::string kSmallSequence =
     " --camera.width 96 --camera.height 56 --flight.duration_s 8 --fps 1 --depth-stride 3"
     " --jpeg-quality 90 --scene.kind fields";
 constexpr int kNumFrames = 9;
@@ -63,7 +63,7 @@ std::map<std::string, std::string> Contents(const fs::path& folder) {
 }
 
 TEST_F(SimulateTool, WritesASequenceThatTheOthersRead) {
-  const CommandResult result = Simulate(kSmall + Output("a"));
+  const CommandResult result = Simulate(kSmallSequence + Output("a"));
   ASSERT_EQ(result.exit_status, 0) << result.errors;
   const fs::path a = folder_ / "a";
   const CameraModel camera = ReadCameraFile(a / "camera.yaml");
@@ -96,8 +96,8 @@ TEST_F(SimulateTool, WritesASequenceThatTheOthersRead) {
 }
 
 TEST_F(SimulateTool, ARunThatGoesOnMakesTheSameBytes) {
-  ASSERT_EQ(Simulate(kSmall + Output("a")).exit_status, 0);
-  ASSERT_EQ(Simulate(kSmall + Output("b")).exit_status, 0);
+  ASSERT_EQ(Simulate(kSmallSequence + Output("a")).exit_status, 0);
+  ASSERT_EQ(Simulate(kSmallSequence + Output("b")).exit_status, 0);
   const auto whole = Contents(folder_ / "a");
   EXPECT_TRUE(whole == Contents(folder_ / "b")) << "same seed, same bytes";
   // As if killed: without the end, and with a file half written.
@@ -109,7 +109,7 @@ TEST_F(SimulateTool, ARunThatGoesOnMakesTheSameBytes) {
   auto json = nlohmann::ordered_json::parse(record);
   json["complete"] = false;
   WriteText(folder_ / "b/sequence.json", json.dump(2));
-  const CommandResult again = Simulate(kSmall + Output("b"));
+  const CommandResult again = Simulate(kSmallSequence + Output("b"));
   ASSERT_EQ(again.exit_status, 0) << again.errors;
   EXPECT_THAT(again.output, HasSubstr("2 made now"));
   const auto resumed = Contents(folder_ / "b");
@@ -118,30 +118,32 @@ TEST_F(SimulateTool, ARunThatGoesOnMakesTheSameBytes) {
     // The record of the earlier run goes on; its values are the same.
     EXPECT_TRUE(resumed.at(name) == content) << name;
   }
-  EXPECT_THAT(Simulate(kSmall + Output("b")).output, HasSubstr("0 made now"));
+  EXPECT_THAT(Simulate(kSmallSequence + Output("b")).output, HasSubstr("0 made now"));
 }
 
 TEST_F(SimulateTool, RefusesToMixTwoSequences) {
-  ASSERT_EQ(Simulate(kSmall + " --max-frames 2" + Output("a")).exit_status, 0);
-  const CommandResult other = Simulate(kSmall + " --max-frames 2 --seed 2" + Output("a"));
+  ASSERT_EQ(Simulate(kSmallSequence + " --max-frames 2" + Output("a")).exit_status, 0);
+  const CommandResult other = Simulate(kSmallSequence + " --max-frames 2 --seed 2" + Output("a"));
   EXPECT_EQ(other.exit_status, 1);
   EXPECT_THAT(other.errors, HasSubstr("another sequence was begun in this folder"));
   fs::create_directories(folder_ / "photos/images");
   WriteText(folder_ / "photos/images/holiday.jpg", "x");
-  EXPECT_THAT(Simulate(kSmall + Output("photos")).errors, HasSubstr("images of another origin"));
+  EXPECT_THAT(Simulate(kSmallSequence + Output("photos")).errors,
+              HasSubstr("images of another origin"));
 }
 
 TEST_F(SimulateTool, AnotherSeedIsAnotherSequence) {
-  ASSERT_EQ(Simulate(kSmall + " --max-frames 1" + Output("a")).exit_status, 0);
-  ASSERT_EQ(Simulate(kSmall + " --max-frames 1 --seed 2" + Output("b")).exit_status, 0);
+  ASSERT_EQ(Simulate(kSmallSequence + " --max-frames 1" + Output("a")).exit_status, 0);
+  ASSERT_EQ(Simulate(kSmallSequence + " --max-frames 1 --seed 2" + Output("b")).exit_status, 0);
   EXPECT_NE(ReadText(folder_ / "a/images/000000.jpg"), ReadText(folder_ / "b/images/000000.jpg"));
   EXPECT_NE(ReadText(folder_ / "a/gps.txt"), ReadText(folder_ / "b/gps.txt"));
 }
 
 TEST_F(SimulateTool, AFullDiskIsNamedAndLeavesNoHalfWrittenFile) {
   // Files of at most 16 KiB (a depth image has 21), and no signal when one would grow larger.
-  const CommandResult result = Simulate(kSmall + " --depth-form pfm --max-frames 1" + Output("a"),
-                                        "trap '' XFSZ; ulimit -f 32; ");
+  const CommandResult result =
+      Simulate(kSmallSequence + " --depth-form pfm --max-frames 1" + Output("a"),
+               "trap '' XFSZ; ulimit -f 32; ");
   EXPECT_EQ(result.exit_status, 1);
   EXPECT_THAT(result.errors, HasSubstr("cannot write the file"));
   EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1);

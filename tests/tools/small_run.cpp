@@ -16,8 +16,8 @@
 namespace mono3d {
 namespace {
 
-constexpr int kWidth = 40;
-constexpr int kHeight = 20;
+constexpr int kRunWidth = 40;
+constexpr int kRunHeight = 20;
 
 std::vector<StampedPose> Poses(double scale) {
   std::vector<StampedPose> poses;
@@ -44,13 +44,13 @@ PointCloud Cloud(double scale) {
 
 void WriteDepthMapOfRun(const std::filesystem::path& folder) {
   constexpr double kAngle_rad = 10 * std::numbers::pi / 180;
-  cv::Mat depth(kHeight, kWidth, CV_32FC1, cv::Scalar(10 * kSmallRunScale));
-  cv::Mat confidence(kHeight, kWidth, CV_32FC1, cv::Scalar(0.9));
-  cv::Mat normal(kHeight, kWidth, CV_32FC3,
+  cv::Mat depth(kRunHeight, kRunWidth, CV_32FC1, cv::Scalar(10 * kSmallRunScale));
+  cv::Mat confidence(kRunHeight, kRunWidth, CV_32FC1, cv::Scalar(0.9));
+  cv::Mat normal(kRunHeight, kRunWidth, CV_32FC3,
                  cv::Scalar(0, std::sin(kAngle_rad), -std::cos(kAngle_rad)));
-  depth.colRange(0, kWidth / 10) = cv::Scalar(0);
-  confidence.colRange(0, kWidth / 10) = cv::Scalar(0);
-  const cv::Range far(kWidth / 10, kWidth / 10 + kWidth * 9 / 40);
+  depth.colRange(0, kRunWidth / 10) = cv::Scalar(0);
+  confidence.colRange(0, kRunWidth / 10) = cv::Scalar(0);
+  const cv::Range far(kRunWidth / 10, kRunWidth / 10 + kRunWidth * 9 / 40);
   depth.colRange(far) = cv::Scalar(10.4 * kSmallRunScale);
   confidence.colRange(far) = cv::Scalar(0.2);
   WritePfm(folder / "000002.depth.pfm", depth);
@@ -65,15 +65,16 @@ SmallRun WriteSmallRun(const std::filesystem::path& folder) {
   std::filesystem::create_directories(paths.sequence / "depth");
   std::filesystem::create_directories(paths.run / "depth");
   CameraModel camera;
-  camera.width = kWidth;
-  camera.height = kHeight;
+  camera.width = kRunWidth;
+  camera.height = kRunHeight;
   camera.fx = camera.fy = 40;
-  camera.cx = 0.5 * (kWidth - 1);
-  camera.cy = 0.5 * (kHeight - 1);
+  camera.cx = 0.5 * (kRunWidth - 1);
+  camera.cy = 0.5 * (kRunHeight - 1);
   WriteCameraFile(paths.sequence / "camera.yaml", camera);
   WriteTrajectory(paths.sequence / "groundtruth.txt", Poses(1));
   for (const char* name : {"000000.pfm", "000002.pfm", "000004.pfm"}) {
-    WritePfm(paths.sequence / "depth" / name, cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(10)));
+    WritePfm(paths.sequence / "depth" / name,
+             cv::Mat(kRunHeight, kRunWidth, CV_32FC1, cv::Scalar(10)));
   }
   WritePly(paths.sequence / "cloud.ply", Cloud(1));
   for (const char* name : {"trajectory.txt", "trajectory_online.txt", "model_trajectory.txt"}) {

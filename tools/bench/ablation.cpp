@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bench/true_bundles.h"
+#include "evaluate/files.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/evaluation/confidence_calibration.h"
@@ -19,16 +20,16 @@ namespace mono3d::tools {
 namespace {
 
 // A bundle with what its estimates are compared with.
-struct Truth {
+struct DepthTruth {
   TrueBundle bundle;
   cv::Mat normals;
   cv::Mat slanted_depth;  // the true depth where the surface is slanted
 };
 
-std::vector<Truth> ReadTruth(const std::string& folder, const AblationOptions& options) {
-  std::vector<Truth> truths;
+std::vector<DepthTruth> ReadDepthTruth(const std::string& folder, const AblationOptions& options) {
+  std::vector<DepthTruth> truths;
   for (TrueBundle& bundle : ReadTrueBundles(folder, options.num_bundles, options.step)) {
-    Truth truth;
+    DepthTruth truth;
     const CameraModel& camera = bundle.bundle.reference().frame.camera;
     truth.normals = NormalsFromDepth(bundle.true_depth, camera);
     truth.slanted_depth = bundle.true_depth.clone();
@@ -39,7 +40,7 @@ std::vector<Truth> ReadTruth(const std::string& folder, const AblationOptions& o
   return truths;
 }
 
-AblationFigures Compare(const DepthMap& map, const Truth& truth) {
+AblationFigures CompareWithTruth(const DepthMap& map, const DepthTruth& truth) {
   const cv::Mat& depth = truth.bundle.true_depth;
   AblationFigures figures;
   const double scale = MedianDepthScale(map.depth, depth).value_or(1);
@@ -68,17 +69,17 @@ ImageBundle Middle(const ImageBundle& bundle, std::size_t num_images) {
 
 // Over the bundles of one sequence.
 AblationFigures FiguresOf(const AblationVariant& variant, const std::shared_ptr<Device>& device,
-                          const std::vector<Truth>& truths) {
+                          const std::vector<DepthTruth>& truths) {
   const auto estimator = CreateDepthEstimator(device, variant.depth);
   (void)estimator->Estimate(Middle(truths.front().bundle.bundle, variant.num_images));
   std::vector<AblationFigures> figures;
   double least_cpu_ms = 0;
-  for (const Truth& truth : truths) {
+  for (const DepthTruth& truth : truths) {
     const ImageBundle bundle = Middle(truth.bundle.bundle, variant.num_images);
     const double start_ms = ProcessCpuMs();
     const DepthResult result = estimator->Estimate(bundle);
     const double cpu_ms = ProcessCpuMs() - start_ms;
-    figures.push_back(result.status == DepthStatus::kEstimated ? Compare(result.map, truth)
+    figures.push_back(result.status == DepthStatus::kEstimated ? CompareWithTruth(result.map, truth)
                                                                : AblationFigures{});
     figures.back().num_bundles = 1;
     least_cpu_ms = least_cpu_ms > 0 ? std::min(least_cpu_ms, cpu_ms) : cpu_ms;
@@ -88,7 +89,7 @@ AblationFigures FiguresOf(const AblationVariant& variant, const std::shared_ptr<
   return mean;
 }
 
-std::vector<AblationVariant> ChosenVariants(const AblationOptions& options) {
+std::vector<AblationVariant> ChosenDepthVariants(const AblationOptions& options) {
   std::vector<AblationVariant> all = AblationVariants(options.depth);
   if (options.only.empty()) return all;
   std::vector<AblationVariant> chosen = {all.front()};
@@ -104,11 +105,6 @@ std::vector<AblationVariant> ChosenVariants(const AblationOptions& options) {
     if (found != all.begin()) chosen.push_back(*found);
   }
   return chosen;
-}
-
-std::string NameOf(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
 }  // namespace
@@ -170,14 +166,14 @@ AblationFigures MeanFigures(const std::vector<AblationFigures>& figures) {
 
 AblationResult RunAblation(const AblationOptions& options, const DeviceOptions& device_options) {
   options.depth.Validate();
-  const std::vector<AblationVariant> variants = ChosenVariants(options);
+  const std::vector<AblationVariant> variants = ChosenDepthVariants(options);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   AblationResult result;
   result.device = Info(*device).name;
   for (const AblationVariant& variant : variants) result.rows.push_back({variant.name, {}, {}});
   for (const std::string& folder : options.folders) {
-    result.sequences.push_back(NameOf(folder));
-    const std::vector<Truth> truths = ReadTruth(folder, options);
+    result.sequences.push_back(NameOfFolder(folder));
+    const std::vector<DepthTruth> truths = ReadDepthTruth(folder, options);
     for (std::size_t i = 0; i < variants.size(); ++i) {
       result.rows[i].sequences.push_back(FiguresOf(variants[i], device, truths));
     }

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "bench/true_bundles.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
@@ -75,18 +76,6 @@ double SgbmCpuMs(const ImageBundle& bundle) {
   const double start_ms = ProcessCpuMs();
   matcher->compute(left, right, disparity);
   return ProcessCpuMs() - start_ms;
-}
-
-// Depths of some pixels of a map, in the place of a tracker's points.
-std::vector<float> SparseDepths(const cv::Mat& depth) {
-  constexpr int kSpacing_px = 24;
-  std::vector<float> depths_su;
-  for (int y = 0; y < depth.rows; y += kSpacing_px) {
-    for (int x = 0; x < depth.cols; x += kSpacing_px) {
-      if (depth.at<float>(y, x) > 0) depths_su.push_back(depth.at<float>(y, x));
-    }
-  }
-  return depths_su;
 }
 
 struct TimedMap {

@@ -22,21 +22,21 @@
 namespace mono3d::tools {
 namespace {
 
-struct Truth {
+struct FusionTruth {
   std::vector<StampedPose> poses;
   double mean_depth_m = 0;
   PointCloud cloud;
   SequenceSurface surface;
 };
 
-Truth ReadTruth(const std::string& folder) {
+FusionTruth ReadFusionTruth(const std::string& folder) {
   const SequenceFiles files = FindSequenceFiles(folder);
   const auto require = [&folder](bool holds, const std::string& what) {
     if (!holds) throw Error(ErrorParts{what, folder, "", ""});
   };
   require(!files.groundtruth.empty(), "no true poses in the sequence");
   require(!files.cloud.empty(), "no true cloud in the sequence");
-  Truth truth;
+  FusionTruth truth;
   truth.poses = ReadTrajectory(files.groundtruth);
   const std::optional<MeanDepth> mean_depth = FindMeanDepth(files.depth, {});
   require(mean_depth.has_value(), "no true depth in the sequence");
@@ -47,7 +47,7 @@ Truth ReadTruth(const std::string& folder) {
 }
 
 // The paper's three steps, then against all that the frames show.
-FusionFigures Compare(const FusedRun& run, const Truth& truth) {
+FusionFigures CompareModel(const FusedRun& run, const FusionTruth& truth) {
   FusionFigures figures;
   figures.num_maps = run.num_maps;
   figures.num_fused = run.num_fused;
@@ -69,7 +69,7 @@ FusionFigures Compare(const FusedRun& run, const Truth& truth) {
   return figures;
 }
 
-std::vector<FusionVariant> ChosenVariants(const FusionAblationOptions& options) {
+std::vector<FusionVariant> ChosenFusionVariants(const FusionAblationOptions& options) {
   std::vector<FusionVariant> all = FusionVariants(options.pipeline.fusion);
   if (options.only.empty()) return all;
   std::vector<FusionVariant> chosen = {all.front()};
@@ -84,11 +84,6 @@ std::vector<FusionVariant> ChosenVariants(const FusionAblationOptions& options) 
     if (found != all.begin()) chosen.push_back(*found);
   }
   return chosen;
-}
-
-std::string NameOf(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
 }  // namespace
@@ -137,22 +132,22 @@ FusionFigures MeanFigures(const std::vector<FusionFigures>& figures) {
 
 FusionAblationResult RunFusionAblation(const FusionAblationOptions& options,
                                        const DeviceOptions& device_options) {
-  const std::vector<FusionVariant> variants = ChosenVariants(options);
+  const std::vector<FusionVariant> variants = ChosenFusionVariants(options);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   FusionAblationResult result;
   result.device = Info(*device).name;
   result.pose_error = options.pose_error;
   for (const FusionVariant& variant : variants) result.rows.push_back({variant.name, {}});
   for (const std::string& folder : options.folders) {
-    result.sequences.push_back(NameOf(folder));
-    const Truth truth = ReadTruth(folder);
+    result.sequences.push_back(NameOfFolder(folder));
+    const FusionTruth truth = ReadFusionTruth(folder);
     const std::vector<FusionEvent> events = RecordFusion(folder, options.pipeline, device);
     const std::vector<FusionEvent> worse = WithPoseErrors(events, options.pose_error);
     for (std::size_t i = 0; i < variants.size(); ++i) {
       const auto model = CreateSurfelMap(device, variants[i].fusion);
       const FusedRun run = FuseAgain(variants[i].has_pose_errors ? worse : events, *model,
                                      options.pipeline.surfel_export);
-      result.rows[i].sequences.push_back(Compare(run, truth));
+      result.rows[i].sequences.push_back(CompareModel(run, truth));
     }
   }
   return result;

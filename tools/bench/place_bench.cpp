@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "bench/place_truth.h"
+#include "evaluate/files.h"
 #include "mono3d/core/error.h"
 #include "mono3d/evaluation/trajectory_error.h"
 #include "mono3d/io/camera_file.h"
@@ -24,11 +25,6 @@ constexpr double kMinShare = 0.5;  // of the surface that a revisit shares
 constexpr double kMaxPositionError = 0.02;
 constexpr double kMaxRotationError_deg = 2;
 constexpr double kMaxScaleError = 0.02;
-
-std::string NameOf(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
 
 CameraModel CameraOf(const std::string& folder) {
   return ReadCameraFile((std::filesystem::path(folder) / "camera.yaml").string());
@@ -210,7 +206,7 @@ void AskOther(const PlaceBenchOptions& options, const std::string& folder, const
               SavedPlaces& places, PlaceBenchResult& result) {
   PlaceCounts& images = result.images.emplace_back();
   PlaceCounts& keyframes = result.keyframes.emplace_back();
-  images.name = keyframes.name = NameOf(folder);
+  images.name = keyframes.name = NameOfFolder(folder);
   std::int64_t count = 0;
   footage.ForEach([&](const Frame& frame) {
     if (count++ % options.query_stride != 0) return;
@@ -232,7 +228,7 @@ PlaceBenchResult BenchPlaces(const PlaceBenchOptions& options) {
   options.tracking.Validate();
   const PlaceTruth truth = ReadPlaceTruth(options.folder);
   PlaceBenchResult result;
-  result.name = NameOf(options.folder);
+  result.name = NameOfFolder(options.folder);
   result.split = options.split > 0 ? options.split : truth.num_images() / 2;
   FrameSourceOptions source = options.source;
   source.start = 0;

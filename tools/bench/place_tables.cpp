@@ -12,7 +12,7 @@ bool IsRevisit(const PlaceCounts& counts) {
   return counts.name.empty() && static_cast<int>(counts.place_class) < kNumRevisitClasses;
 }
 
-std::string NameOf(const PlaceCounts& counts) {
+std::string NameOfCounts(const PlaceCounts& counts) {
   return counts.name.empty() ? ToString(counts.place_class) : counts.name;
 }
 
@@ -28,7 +28,7 @@ Table TableOf(const std::string& title, const std::vector<PlaceCounts>& counts) 
   for (const PlaceCounts& row : counts) {
     if (row.num_asked == 0) continue;
     const std::optional<double> rmse = Rmse(row);
-    table.rows.push_back({NameOf(row), std::to_string(row.num_asked),
+    table.rows.push_back({NameOfCounts(row), std::to_string(row.num_asked),
                           IsRevisit(row) ? std::to_string(row.num_proposed) : "-",
                           std::to_string(row.num_right), std::to_string(row.num_wrong),
                           rmse ? FormatFixed(100 * *rmse, 3) : "-"});
@@ -45,9 +45,9 @@ Json JsonOf(const std::vector<PlaceCounts>& counts) {
   json["wrong"] = NumWrong(counts);
   json["classes"] = Json::array();
   for (const PlaceCounts& row : counts) {
-    Json of = {{"shows", NameOf(row)},   {"is_revisit", IsRevisit(row)},
-               {"asked", row.num_asked}, {"proposed", row.num_proposed},
-               {"found", row.num_right}, {"wrong", row.num_wrong}};
+    Json of = {{"shows", NameOfCounts(row)}, {"is_revisit", IsRevisit(row)},
+               {"asked", row.num_asked},     {"proposed", row.num_proposed},
+               {"found", row.num_right},     {"wrong", row.num_wrong}};
     if (const auto rmse = Rmse(row)) of["position_rmse_share_of_depth"] = *rmse;
     json["classes"].push_back(of);
   }

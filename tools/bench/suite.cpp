@@ -74,8 +74,8 @@ Json ToJson(const Commands& commands) {
 }
 
 // Runs one program; the reason why it failed, or nothing.
-std::string Run(const std::vector<std::string>& command, const std::filesystem::path& log,
-                double time_limit_s) {
+std::string RunCommand(const std::vector<std::string>& command, const std::filesystem::path& log,
+                       double time_limit_s) {
   const ProcessResult process = RunProcess(command, log, time_limit_s, StopRequested());
   if (process.exit_status == 0) return {};
   const std::string reason = ReasonIn(log);
@@ -100,9 +100,9 @@ SequenceResult RunSequence(const SuiteOptions& options, const std::filesystem::p
       std::filesystem::remove(output / file);
     }
     std::string reason =
-        Run(commands.reconstruct, output / "reconstruct.log", options.time_limit_s);
+        RunCommand(commands.reconstruct, output / "reconstruct.log", options.time_limit_s);
     if (!reason.empty()) return FailedSequence(name, reason);
-    reason = Run(commands.evaluate, output / "evaluate.log", options.time_limit_s);
+    reason = RunCommand(commands.evaluate, output / "evaluate.log", options.time_limit_s);
     if (!reason.empty()) return FailedSequence(name, reason);
     // Written last: it says that the rest is complete.
     WriteFileAtomically(output / kCommandFile, ToJson(commands).dump(2) + "\n");

@@ -43,9 +43,9 @@ std::optional<TrajectoryError> ErrorOf(const std::vector<TrajectoryEntry>& entri
   }
 }
 
-void Compare(const std::filesystem::path& folder, double mean_depth_m,
-             const std::vector<TrajectoryEntry>& trajectory,
-             const std::vector<TrajectoryEntry>& online, TrackingBenchResult& result) {
+void CompareTracking(const std::filesystem::path& folder, double mean_depth_m,
+                     const std::vector<TrajectoryEntry>& trajectory,
+                     const std::vector<TrajectoryEntry>& online, TrackingBenchResult& result) {
   if (trajectory.empty() || !std::filesystem::exists(folder / "groundtruth.txt")) return;
   const SequenceFiles sequence = FindSequenceFiles(folder);
   if (mean_depth_m > 0) {
@@ -62,14 +62,14 @@ void Compare(const std::filesystem::path& folder, double mean_depth_m,
 }
 
 // What is counted while the frames go by.
-struct Run {
+struct TrackedRun {
   std::vector<TrajectoryEntry> online;
   double thread_ms = 0;
   double read_ms = 0;
 };
 
-Run TrackAll(FrameSource& source, Tracker& tracker, TrackingBenchResult& result) {
-  Run run;
+TrackedRun TrackAll(FrameSource& source, Tracker& tracker, TrackingBenchResult& result) {
+  TrackedRun run;
   const auto timed = [](double& sum, const auto& work) {
     const double start_ms = ThreadCpuMs();
     work();
@@ -113,7 +113,7 @@ TrackingBenchResult BenchTracking(const TrackingBenchOptions& options) {
   StageTimes times;
   const std::unique_ptr<Tracker> tracker = CreateTracker(options.tracking, &times);
   const double start_ms = ProcessCpuMs();
-  const Run run = TrackAll(*source, *tracker, result);
+  const TrackedRun run = TrackAll(*source, *tracker, result);
   const double cpu_ms = ProcessCpuMs() - start_ms - run.read_ms;
   const double num_frames = std::max<double>(1, static_cast<double>(result.num_frames));
   result.cpu_ms_per_frame = cpu_ms / num_frames;
@@ -127,7 +127,7 @@ TrackingBenchResult BenchTracking(const TrackingBenchOptions& options) {
   std::map<int, int> maps;
   for (const TrajectoryEntry& entry : trajectory) ++maps[entry.map_id];
   result.num_maps = maps.size();
-  Compare(folder, options.mean_depth_m, trajectory, run.online, result);
+  CompareTracking(folder, options.mean_depth_m, trajectory, run.online, result);
   return result;
 }
 

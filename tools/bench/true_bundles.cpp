@@ -19,8 +19,6 @@ namespace {
 
 using Indices = std::vector<std::size_t>;  // of the images of a bundle
 
-constexpr int kSparseSpacing_px = 24;
-
 struct Sequence {
   SequenceFiles files;
   CameraModel camera;
@@ -51,16 +49,6 @@ cv::Mat ReadTruth(const Sequence& sequence, std::size_t index) {
   const auto found =
       sequence.files.depth.find(NumberOfImage(sequence.files, static_cast<std::int64_t>(index)));
   return found == sequence.files.depth.end() ? cv::Mat() : ReadDepthImage(found->second);
-}
-
-std::vector<float> SparseDepths(const cv::Mat& depth) {
-  std::vector<float> depths_su;
-  for (int y = 0; y < depth.rows; y += kSparseSpacing_px) {
-    for (int x = 0; x < depth.cols; x += kSparseSpacing_px) {
-      if (depth.at<float>(y, x) > 0) depths_su.push_back(depth.at<float>(y, x));
-    }
-  }
-  return depths_su;
 }
 
 // Those that fit into the sequence, around each image with a true depth.
@@ -109,7 +97,7 @@ std::vector<Indices> BundlesOfSelector(const Sequence& sequence) {
   return bundles;
 }
 
-TrueBundle ReadBundle(const Sequence& sequence, const Indices& indices) {
+TrueBundle ReadTrueBundle(const Sequence& sequence, const Indices& indices) {
   std::vector<std::string> images;
   std::vector<Pose> T_world_cam;
   TrueBundle result;
@@ -131,6 +119,17 @@ TrueBundle ReadBundle(const Sequence& sequence, const Indices& indices) {
 
 }  // namespace
 
+std::vector<float> SparseDepths(const cv::Mat& depth) {
+  constexpr int kSpacing_px = 24;
+  std::vector<float> depths_su;
+  for (int y = 0; y < depth.rows; y += kSpacing_px) {
+    for (int x = 0; x < depth.cols; x += kSpacing_px) {
+      if (depth.at<float>(y, x) > 0) depths_su.push_back(depth.at<float>(y, x));
+    }
+  }
+  return depths_su;
+}
+
 std::vector<TrueBundle> ReadTrueBundles(const std::string& folder, int num_bundles, int step) {
   const Sequence sequence = ReadSequence(folder);
   const std::vector<Indices> all = step > 0
@@ -146,7 +145,7 @@ std::vector<TrueBundle> ReadTrueBundles(const std::string& folder, int num_bundl
   const std::size_t wanted = std::min(all.size(), static_cast<std::size_t>(num_bundles));
   std::vector<TrueBundle> bundles;
   for (std::size_t i = 0; i < wanted; ++i) {
-    bundles.push_back(ReadBundle(sequence, all[(2 * i + 1) * all.size() / (2 * wanted)]));
+    bundles.push_back(ReadTrueBundle(sequence, all[(2 * i + 1) * all.size() / (2 * wanted)]));
   }
   return bundles;
 }

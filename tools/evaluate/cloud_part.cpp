@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMaxDistanceShown = 0.02;  // of the mean depth: end of the colour scale
 
-Json ToJson(const CloudRegistration& registration) {
+Json RegistrationJson(const CloudRegistration& registration) {
   Json json = {{"status", mono3d::ToString(registration.status)}};
   if (!registration.reason.empty()) json["reason"] = registration.reason;
   json["iterations"] = registration.num_iterations;
@@ -22,7 +22,7 @@ Json ToJson(const CloudRegistration& registration) {
   json["inlier_share"] = registration.inlier_share;
   json["residual_m"] = registration.residual_m;
   json["free_motions"] = registration.num_free_motions;
-  json["transformation"] = tools::ToJson(registration.S_truth_estimate);
+  json["transformation"] = ToJson(registration.S_truth_estimate);
   return json;
 }
 
@@ -157,12 +157,12 @@ Json ToJson(const ModelEvaluation& model) {
                {"true_points", model.truth.size()}};
   const ErrorStatistics& distances = model.cloud.error.estimate_to_truth;
   if (model.mean_depth_m) json["rmse_of_mean_depth"] = distances.rmse / *model.mean_depth_m;
-  json["error"] = tools::ToJson(model.cloud.error);
-  if (model.surface) json["whole_surface"] = tools::ToJson(*model.surface);
-  if (model.mesh) json["mesh"] = tools::ToJson(*model.mesh);
-  json["error_at_start"] = tools::ToJson(model.cloud.error_at_start);
-  json["rigid"] = ToJson(model.cloud.rigid);
-  json["with_scale"] = ToJson(model.cloud.with_scale);
+  json["error"] = ToJson(model.cloud.error);
+  if (model.surface) json["whole_surface"] = ToJson(*model.surface);
+  if (model.mesh) json["mesh"] = ToJson(*model.mesh);
+  json["error_at_start"] = ToJson(model.cloud.error_at_start);
+  json["rigid"] = RegistrationJson(model.cloud.rigid);
+  json["with_scale"] = RegistrationJson(model.cloud.with_scale);
   return json;
 }
 

@@ -68,6 +68,11 @@ bool IsEmpty(const RunMapFiles& map) {
 
 }  // namespace
 
+std::string NameOfFolder(const std::filesystem::path& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 std::optional<std::int64_t> FrameNumber(const std::filesystem::path& path) {
   std::string name = path.filename().string();
   name = name.substr(0, name.find('.'));

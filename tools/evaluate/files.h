@@ -12,6 +12,9 @@
 
 namespace mono3d::tools {
 
+// The name of a folder, also of one given as "." or with a slash at the end.
+std::string NameOfFolder(const std::filesystem::path& folder);
+
 using FilesByFrame = std::map<std::int64_t, std::filesystem::path>;
 
 // The last number in a file's name, before its first point: 7 of "rect_0007.depth.pfm"; nothing

@@ -9,7 +9,7 @@
 
 #include "evaluate/cloud_part.h"
 #include "evaluate/files.h"
-#include "evaluate/run_part.h"
+#include "evaluate/run_arguments.h"
 #include "evaluate/trajectory_part.h"
 
 namespace mono3d::tools {

@@ -3,22 +3,10 @@
 
 #pragma once
 
-#include <string>
-
-#include "evaluate/depth_part.h"
 #include "evaluate/evaluation.h"
-#include "mono3d/evaluation/trajectory_error.h"
+#include "evaluate/run_arguments.h"
 
 namespace mono3d::tools {
-
-// Everything of `mono3d-evaluate run`.
-struct RunArguments {
-  std::string run;          // folder that mono3d-reconstruct wrote
-  std::string sequence;     // folder with the truth
-  double mean_depth_m = 0;  // 0: from the true depth maps
-  TrajectoryErrorOptions trajectory;
-  DepthEvaluationOptions depth;
-};
 
 // Every measure that both folders have the files for. What is left out, and why, is said in the
 // page and listed in json["left_out"]. Throws Error when nothing can be compared.

@@ -10,13 +10,13 @@
 namespace mono3d::tools {
 namespace {
 
-double Number(const Json& json, const std::string& pointer) {
+double NumberAt(const Json& json, const std::string& pointer) {
   const Json::json_pointer at("/" + pointer);
   return json.contains(at) && json.at(at).is_number() ? json.at(at).get<double>() : 0;
 }
 
 std::string Count(const Json& json, const std::string& pointer) {
-  return FormatFixed(Number(json, pointer), 0);
+  return FormatFixed(NumberAt(json, pointer), 0);
 }
 
 Table CountTable(const Json& record) {
@@ -43,9 +43,9 @@ Table CountTable(const Json& record) {
 }
 
 Table TimeTable(const Json& record) {
-  const double frames = Number(record, "counts/frames");
-  const double wall_s = Number(record, "times/wall_s");
-  const double cpu_s = Number(record, "times/cpu_s");
+  const double frames = NumberAt(record, "counts/frames");
+  const double wall_s = NumberAt(record, "times/wall_s");
+  const double cpu_s = NumberAt(record, "times/cpu_s");
   Table table;
   table.title = "Time and memory";
   table.columns = {"", "whole run", "per frame"};
@@ -55,7 +55,7 @@ Table TimeTable(const Json& record) {
   table.rows = {
       {"wall clock", FormatNumber(wall_s, 3) + " s", per_frame(wall_s)},
       {"processor, all threads", FormatNumber(cpu_s, 3) + " s", per_frame(cpu_s)},
-      {"peak memory", FormatNumber(1e-6 * Number(record, "peak_memory_bytes"), 3) + " MB", "-"}};
+      {"peak memory", FormatNumber(1e-6 * NumberAt(record, "peak_memory_bytes"), 3) + " MB", "-"}};
   const Json::json_pointer device("/device/name");
   if (record.contains(device) && record.at(device).is_string()) {
     table.notes = {"Device: " + record.at(device).get<std::string>()};
@@ -69,9 +69,9 @@ Table StageTable(const Json& record) {
   table.columns = {"stage", "calls", "wall ms", "device ms", "ms per call"};
   const Json stages = record.value("stages", Json::object());
   for (const auto& [stage, times] : stages.items()) {
-    const double calls = Number(times, "calls");
-    const double wall_ms = Number(times, "wall_ms");
-    const double gpu_ms = Number(times, "gpu_ms");
+    const double calls = NumberAt(times, "calls");
+    const double wall_ms = NumberAt(times, "wall_ms");
+    const double gpu_ms = NumberAt(times, "gpu_ms");
     table.rows.push_back(
         {stage, FormatFixed(calls, 0), FormatFixed(wall_ms, 0), FormatFixed(gpu_ms, 0),
          calls > 0 ? FormatNumber((wall_ms > 0 ? wall_ms : gpu_ms) / calls, 3) : "-"});

@@ -22,20 +22,20 @@ struct Axes {
   double y(double error) const { return kTop + kHeight * (1 - error / top); }
 };
 
-std::string Number(double value) { return FormatFixed(value, 1); }
+std::string SvgNumber(double value) { return FormatFixed(value, 1); }
 
 std::string Points(const std::vector<double>& curve, double whole, const Axes& axes) {
   std::string points;
   for (std::size_t i = 0; i < curve.size(); ++i) {
     const double dropped = static_cast<double>(i) / static_cast<double>(curve.size());
-    points += Number(axes.x(dropped)) + "," + Number(axes.y(curve[i] / whole)) + " ";
+    points += SvgNumber(axes.x(dropped)) + "," + SvgNumber(axes.y(curve[i] / whole)) + " ";
   }
   return points;
 }
 
 std::string Text(double x, double y, const std::string& anchor, const std::string& words) {
-  return "<text x=\"" + Number(x) + "\" y=\"" + Number(y) + "\" text-anchor=\"" + anchor + "\">" +
-         EscapeHtml(words) + "</text>\n";
+  return "<text x=\"" + SvgNumber(x) + "\" y=\"" + SvgNumber(y) + "\" text-anchor=\"" + anchor +
+         "\">" + EscapeHtml(words) + "</text>\n";
 }
 
 std::string Grid(const Axes& axes) {
@@ -43,8 +43,8 @@ std::string Grid(const Axes& axes) {
   std::string labels = "<g fill=\"currentColor\" font-size=\"13\">\n";
   for (int i = 0; i <= 4; ++i) {
     const double error = axes.top * i / 4;
-    svg += "<path d=\"M" + Number(kLeft) + " " + Number(axes.y(error)) + "h" + Number(kWidth) +
-           "\"/>\n";
+    svg += "<path d=\"M" + SvgNumber(kLeft) + " " + SvgNumber(axes.y(error)) + "h" +
+           SvgNumber(kWidth) + "\"/>\n";
     labels += Text(kLeft - 8, axes.y(error) + 4, "end", FormatPercent(error, 0));
     labels += Text(axes.x(i / 4.0), kTop + kHeight + 20, "middle", FormatPercent(i / 4.0, 0));
   }
@@ -56,10 +56,10 @@ std::string Grid(const Axes& axes) {
 std::string Legend() {
   const double y = kTop + kHeight + 66;
   return "<path class=\"curve\" fill=\"none\" stroke=\"#1f5fa8\" stroke-width=\"2\" d=\"M" +
-         Number(kLeft) + " " + Number(y) + "h34\"/>\n" +
+         SvgNumber(kLeft) + " " + SvgNumber(y) + "h34\"/>\n" +
          "<path class=\"curve oracle\" fill=\"none\" stroke=\"#c2571a\" stroke-width=\"2\" "
          "stroke-dasharray=\"6 4\" d=\"M" +
-         Number(kLeft + 190) + " " + Number(y) + "h34\"/>\n" +
+         SvgNumber(kLeft + 190) + " " + SvgNumber(y) + "h34\"/>\n" +
          "<g fill=\"currentColor\" font-size=\"13\">\n" +
          Text(kLeft + 42, y + 4, "start", "by confidence") +
          Text(kLeft + 232, y + 4, "start", "by the true error (oracle)") + "</g>\n";

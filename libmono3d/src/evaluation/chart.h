@@ -12,6 +12,7 @@ namespace mono3d {
 
 // What the pictures of errors share: text, ticks, colour bars. Images are CV_8UC3 (BGR).
 
+inline const cv::Scalar kChartBackground(255, 255, 255);
 inline const cv::Scalar kChartText(40, 40, 40);
 inline const cv::Scalar kChartGrid(225, 225, 225);
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "core/statistics.h"
 #include "evaluation/cloud_sampling.h"
 
 namespace mono3d {
@@ -37,12 +38,6 @@ struct Step {
   int num_free_motions = 0;
 };
 
-double Quantile(std::vector<double>& values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 double Radius(std::span<const Eigen::Vector3d> points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : points) sum += point;
@@ -69,8 +64,7 @@ Pairs FindPairs(const IcpPoints& estimate, const CloudSurface& truth, double tru
   for (std::size_t i = 0; i < size; ++i) {
     distances[i] = (points[i] - truth.points()[nearest[i]]).norm();
   }
-  std::vector<double> sorted = distances;
-  const double quartile = Quantile(sorted, 0.25);
+  const double quartile = Quantile(distances, 0.25);
   if (!(quartile <= kMaxOffset * truth_radius)) return {};
   const double max_distance = max_distance_in_quartiles * quartile;
 

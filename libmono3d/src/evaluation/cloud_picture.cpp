@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "evaluation/chart.h"
 #include "evaluation/cloud_renderer.h"
 #include "mono3d/core/error.h"
 
@@ -20,7 +21,6 @@ constexpr int kBarHeight_px = 18;
 constexpr int kBarBandHeight_px = 92;
 constexpr int kNumTicks = 5;
 constexpr double kTextSize = 0.6;
-const cv::Scalar kWhite(255, 255, 255);
 const cv::Scalar kInk(40, 40, 40);
 // The paper's colours of the estimate and of the truth; blue, green, red.
 const cv::Vec3b kYellow = {40, 205, 250};
@@ -42,7 +42,7 @@ std::string Number(double value, const char* unit) {
 }
 
 cv::Mat WithTitle(const cv::Mat& picture, const std::string& title) {
-  cv::Mat titled(picture.rows + kTitleHeight_px, picture.cols, CV_8UC3, kWhite);
+  cv::Mat titled(picture.rows + kTitleHeight_px, picture.cols, CV_8UC3, kChartBackground);
   picture.copyTo(titled.rowRange(kTitleHeight_px, titled.rows));
   Write(titled, title, {8, kTitleHeight_px - 14});
   return titled;
@@ -55,7 +55,7 @@ cv::Mat Stack(const std::vector<cv::Mat>& rows) {
     size.width = std::max(size.width, row.cols);
     size.height += row.rows;
   }
-  cv::Mat stack(size, CV_8UC3, kWhite);
+  cv::Mat stack(size, CV_8UC3, kChartBackground);
   int top = 0;
   for (const cv::Mat& row : rows) {
     row.copyTo(stack(cv::Rect({0, top}, row.size())));
@@ -66,7 +66,7 @@ cv::Mat Stack(const std::vector<cv::Mat>& rows) {
 
 // The scale of ErrorColour, with numbers.
 cv::Mat ColourBar(int width, double max_distance_m, std::optional<double> mean_depth_m) {
-  cv::Mat band(kBarBandHeight_px, width, CV_8UC3, kWhite);
+  cv::Mat band(kBarBandHeight_px, width, CV_8UC3, kChartBackground);
   const int left = width / 10;
   const int length = width - 2 * left;
   for (int x = 0; x < length; ++x) {
@@ -101,7 +101,7 @@ cv::Mat CloudsSideBySide(const PointCloud& estimate_in_truth, const PointCloud& 
   for (const CloudView& view : views) {
     const cv::Mat pair[] = {
         WithTitle(RenderLayers({&left, 1}, {&left_radii, 1}, view), "Estimate, " + view.name),
-        cv::Mat(view.size.height + kTitleHeight_px, kGap_px, CV_8UC3, kWhite),
+        cv::Mat(view.size.height + kTitleHeight_px, kGap_px, CV_8UC3, kChartBackground),
         WithTitle(RenderLayers({&right, 1}, {&right_radii, 1}, view), "Truth, " + view.name)};
     cv::Mat row;
     cv::hconcat(pair, 3, row);

@@ -22,15 +22,15 @@ constexpr float kSplatShare = 0.7F;          // of the distance of the farthest 
 constexpr float kMaxSplatInMedians = 4;
 constexpr int kShadingRadius = 3;  // samples that a slope is fitted to, each way
 constexpr float kMaxSlope = 4;     // steeper is an edge
-constexpr float kNothing = std::numeric_limits<float>::infinity();
+constexpr float kNoSurface = std::numeric_limits<float>::infinity();
 constexpr float kAmbientOfColours = 0.6F;  // colours of photographs have the sun's shading already
 constexpr float kAmbientOfOneColour = 0.3F;
-const cv::Vec3b kGrey = {200, 200, 200};
+const cv::Vec3b kColourlessPoint = {200, 200, 200};
 const cv::Vec3b kBackground = {255, 255, 255};
 
 // Samples of a picture: what is nearest to the viewer.
 struct Canvas {
-  cv::Mat depth;    // CV_32F, in samples, kNothing where nothing is
+  cv::Mat depth;    // CV_32F, in samples, kNoSurface where nothing is
   cv::Mat colour;   // CV_8UC3
   cv::Mat ambient;  // CV_32F, share of the light that does not depend on the slope
 };
@@ -59,7 +59,7 @@ void DrawSplat(Canvas& canvas, const Eigen::Vector3f& at, float radius, const cv
 cv::Vec3b ColourOf(const CloudLayer& layer, std::size_t i) {
   if (!layer.values.empty()) return ErrorColour(layer.values[i] / layer.max_value);
   if (layer.colour) return *layer.colour;
-  if (layer.cloud->colours.empty()) return kGrey;
+  if (layer.cloud->colours.empty()) return kColourlessPoint;
   const auto& [red, green, blue] = layer.cloud->colours[i];
   return {blue, green, red};
 }
@@ -116,7 +116,7 @@ void Shade(Canvas& canvas) {
   cv::parallel_for_(cv::Range(0, canvas.depth.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < canvas.depth.cols; ++x) {
-        if (canvas.depth.at<float>(y, x) == kNothing) continue;
+        if (canvas.depth.at<float>(y, x) == kNoSurface) continue;
         const float ambient = canvas.ambient.at<float>(y, x);
         const float light = ambient + (1 - ambient) * Light(canvas.depth, x, y);
         cv::Vec3b& colour = canvas.colour.at<cv::Vec3b>(y, x);
@@ -185,7 +185,7 @@ cv::Mat RenderLayers(std::span<const CloudLayer> layers,
                      std::span<const std::vector<float>> splat_radii, const CloudView& view) {
   CheckLayers(layers, view);
   const cv::Size samples = view.size * kSamplesPerPixel;
-  Canvas canvas{cv::Mat(samples, CV_32F, cv::Scalar(kNothing)), cv::Mat(samples, CV_8UC3),
+  Canvas canvas{cv::Mat(samples, CV_32F, cv::Scalar(kNoSurface)), cv::Mat(samples, CV_8UC3),
                 cv::Mat(samples, CV_32F, cv::Scalar(1))};
   canvas.colour.setTo(kBackground);
   for (std::size_t i = 0; i < layers.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/statistics.h"
 #include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
 #include "mono3d/evaluation/cloud_picture.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxSamples = 100000;  // points that a view is chosen from
 constexpr double kShareOutside = 0.005;      // at each side of a picture
-constexpr double kMargin = 1.08;             // picture over what it shows
+constexpr double kViewMargin = 1.08;         // picture over what it shows
 constexpr double kShareForAxes = 0.9;        // the points nearest to the middle give the axes
 constexpr double kElevation_rad = 35 * std::numbers::pi / 180;
 constexpr int kMinAspect = 4;  // a picture is at least this part of its width high
@@ -27,13 +28,6 @@ struct Axes {
   Eigen::Vector3d back;
   Eigen::Vector3d up;
 };
-
-double Quantile(std::vector<double> values, double share) {
-  const auto at =
-      static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(values.size() - 1)));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 std::vector<double> Along(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> points) {
   std::vector<double> values(points.size());
@@ -113,7 +107,7 @@ CloudView MakeView(const std::string& name, const Eigen::Vector3d& forward,
     const double low = Quantile(values, kShareOutside);
     const double high = Quantile(values, 1 - kShareOutside);
     middle[axis] = (low + high) / 2;
-    extent[axis] = kMargin * (high - low);
+    extent[axis] = kViewMargin * (high - low);
   }
   view.centre_world = view.R_view_world.transpose() * middle;
   const double side = std::max(extent.x(), extent.y());

@@ -9,8 +9,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/statistics.h"
 #include "evaluation/depth_pixels.h"
-#include "evaluation/median.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -66,7 +66,7 @@ std::optional<double> MedianDepthScale(const cv::Mat& estimate, const cv::Mat& t
 double RunDepthScale(std::span<const double> map_scales) {
   if (map_scales.empty()) throw Error("no map has both an estimated and a true depth: no scale");
   for (const double scale : map_scales) RequireScale(scale);
-  return Median({map_scales.begin(), map_scales.end()});
+  return Median(std::vector<double>(map_scales.begin(), map_scales.end()));
 }
 
 DepthError CompareDepth(const cv::Mat& estimate, const cv::Mat& truth, double scale,

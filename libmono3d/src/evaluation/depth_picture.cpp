@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "core/statistics.h"
 #include "evaluation/chart.h"
 #include "evaluation/depth_pixels.h"
 #include "mono3d/core/error.h"
@@ -18,12 +19,12 @@ namespace mono3d {
 namespace {
 
 constexpr int kDepthMap = cv::COLORMAP_TURBO;
-constexpr int kErrorMap = cv::COLORMAP_MAGMA;
+constexpr int kDepthErrorMap = cv::COLORMAP_MAGMA;
 constexpr int kConfidenceMap = cv::COLORMAP_VIRIDIS;
-const cv::Scalar kNothing(200, 200, 200);
+const cv::Scalar kNoDepthColour(200, 200, 200);
 
 // Around the panels, px.
-constexpr int kGap = 12;
+constexpr int kPanelGap = 12;
 constexpr int kAbove = 30;  // the titles
 constexpr int kBelow = 46;  // the legends
 constexpr int kBarHeight = 12;
@@ -39,12 +40,6 @@ struct Range {
   double high = 1;
   double Share(double value) const { return high > low ? (value - low) / (high - low) : 0.5; }
 };
-
-double Quantile(std::vector<double>& values, double share) {
-  const auto nth = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + nth, values.end());
-  return values[static_cast<std::size_t>(nth)];
-}
 
 Range InverseDepthRange(const cv::Mat& truth, double max_depth) {
   std::vector<double> inverse;
@@ -92,7 +87,7 @@ cv::Mat Coloured(const cv::Size& size, int colour_map, ShareOf share_of) {
   }
   cv::Mat colours;
   cv::applyColorMap(level, colours, colour_map);
-  colours.setTo(kNothing, nothing);
+  colours.setTo(kNoDepthColour, nothing);
   return colours;
 }
 
@@ -104,13 +99,13 @@ cv::Mat ColouredDepth(const cv::Mat& depth, double scale, double max_depth, cons
 }
 
 cv::Mat ColouredError(const cv::Mat& relative_error, const Range& range) {
-  return Coloured(relative_error.size(), kErrorMap,
+  return Coloured(relative_error.size(), kDepthErrorMap,
                   [&](int x, int y) { return range.Share(relative_error.at<float>(y, x)); });
 }
 
 // Where panel i of a picture is, and the bar of a legend below panels `first` to `last`.
 cv::Rect PanelRect(int i, const cv::Size& panel) {
-  return {kGap + i * (panel.width + kGap), kAbove, panel.width, panel.height};
+  return {kPanelGap + i * (panel.width + kPanelGap), kAbove, panel.width, panel.height};
 }
 cv::Rect BarRect(int first, int last, const cv::Size& panel) {
   constexpr int kInset = 24;  // for the halves of the texts at the ends
@@ -127,8 +122,8 @@ struct Panel {
 
 cv::Mat SideBySide(const std::vector<Panel>& panels, const cv::Size& size) {
   const int count = static_cast<int>(panels.size());
-  cv::Mat picture(size.height + kAbove + kBelow, count * (size.width + kGap) + kGap, CV_8UC3,
-                  cv::Scalar::all(255));
+  cv::Mat picture(size.height + kAbove + kBelow, count * (size.width + kPanelGap) + kPanelGap,
+                  CV_8UC3, cv::Scalar::all(255));
   for (int i = 0; i < count; ++i) {
     const Panel& panel = panels[static_cast<std::size_t>(i)];
     const cv::Rect rect = PanelRect(i, size);
@@ -202,7 +197,7 @@ cv::Mat DepthPicture(const cv::Mat& estimate, const cv::Mat& truth, double scale
     const cv::Rect bar = BarRect(0, 1, size);
     DrawColourBar(picture, bar, kDepthMap, DepthTicks(depths, options.unit, bar.width));
   }
-  DrawColourBar(picture, BarRect(2, 2, size), kErrorMap, PercentTicks(errors));
+  DrawColourBar(picture, BarRect(2, 2, size), kDepthErrorMap, PercentTicks(errors));
   return picture;
 }
 
@@ -219,7 +214,7 @@ cv::Mat ConfidencePicture(const cv::Mat& confidence, const cv::Mat& estimate, co
       {{"Confidence", shown}, {"Relative error", ColouredError(relative_error, errors)}}, size);
   DrawColourBar(picture, BarRect(0, 0, size), kConfidenceMap,
                 {{0, "0"}, {0.25, "0.25"}, {0.5, "0.5"}, {0.75, "0.75"}, {1, "1"}});
-  DrawColourBar(picture, BarRect(1, 1, size), kErrorMap, PercentTicks(errors));
+  DrawColourBar(picture, BarRect(1, 1, size), kDepthErrorMap, PercentTicks(errors));
   return picture;
 }
 

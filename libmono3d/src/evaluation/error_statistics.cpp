@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/median.h"
+#include "core/statistics.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -29,7 +29,7 @@ ErrorStatistics ComputeStatistics(std::span<const double> errors) {
     sum_of_square_deviations += (error - statistics.mean) * (error - statistics.mean);
   }
   statistics.sigma = std::sqrt(sum_of_square_deviations / count);
-  statistics.median = Median({errors.begin(), errors.end()});
+  statistics.median = Median(std::vector<double>(errors.begin(), errors.end()));
   const auto [min, max] = std::minmax_element(errors.begin(), errors.end());
   statistics.min = *min;
   statistics.max = *max;

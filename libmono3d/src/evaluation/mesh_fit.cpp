@@ -28,18 +28,19 @@ void Append(const std::vector<Eigen::Vector3f>& points, const char* what,
   }
 }
 
-void Require(bool is_so, const std::string& expected, const std::string& found) {
+void RequireSamples(bool is_so, const std::string& expected, const std::string& found) {
   if (!is_so) throw Error(ErrorParts{"cannot compare mesh and surfels", "model", expected, found});
 }
 
 }  // namespace
 
 MeshFit FitOfMesh(const TriangleMesh& mesh, const PointCloud& samples, const PointCloud& surfels) {
-  Require(!samples.empty() && !surfels.empty(), "points on the mesh and surfels", "none");
-  Require(surfels.radii.size() == surfels.size() &&
-              std::ranges::all_of(surfels.radii,
-                                  [](float radius) { return std::isfinite(radius) && radius > 0; }),
-          "a radius above 0 for each surfel", "others");
+  RequireSamples(!samples.empty() && !surfels.empty(), "points on the mesh and surfels", "none");
+  RequireSamples(
+      surfels.radii.size() == surfels.size() &&
+          std::ranges::all_of(surfels.radii,
+                              [](float radius) { return std::isfinite(radius) && radius > 0; }),
+      "a radius above 0 for each surfel", "others");
   std::vector<Eigen::Vector3d> p_mesh;
   Append(samples.points, "points on the mesh", p_mesh);
   std::vector<Eigen::Vector3d> p_surfels;

@@ -15,12 +15,11 @@
 namespace mono3d {
 namespace {
 
-const cv::Vec3b kGrey = {200, 200, 200};
-const cv::Scalar kWhite = cv::Scalar::all(255);
-constexpr double kEdgeOn = 1e-3;        // cosine below which a disc is a line
-constexpr double kShareOutside = 0.01;  // of the depths, at each end of the colour scale
+const cv::Vec3b kColourlessSurfel = {200, 200, 200};
+constexpr double kEdgeOn = 1e-3;                // cosine below which a disc is a line
+constexpr double kShareOfDepthsOutside = 0.01;  // of the depths, at each end of the colour scale
 
-void Require(const PointCloud& surfels, const CameraModel& camera) {
+void RequireSurfels(const PointCloud& surfels, const CameraModel& camera) {
   CheckCloud(surfels, "model to render");
   Validate(camera, "camera of the picture");
   if (camera.HasDistortion()) throw Error("a model is rendered by cameras without distortion");
@@ -93,7 +92,7 @@ class Painter {
     float& nearest = rendering_.depth.at<float>(y, x);
     if (nearest > 0 && nearest <= static_cast<float>(depth)) return;
     nearest = static_cast<float>(depth);
-    cv::Vec3b colour = kGrey;
+    cv::Vec3b colour = kColourlessSurfel;
     if (!surfels_.colours.empty()) {
       const auto& [red, green, blue] = surfels_.colours[i];
       colour = {blue, green, red};
@@ -127,7 +126,7 @@ cv::Mat DepthColours(const cv::Mat& depth) {
   if (!inverse.empty()) {
     std::sort(inverse.begin(), inverse.end());
     const auto outside =
-        static_cast<std::size_t>(kShareOutside * static_cast<double>(inverse.size()));
+        static_cast<std::size_t>(kShareOfDepthsOutside * static_cast<double>(inverse.size()));
     const double far = inverse[outside];
     const double range = std::max(1e-6 * far, inverse[inverse.size() - 1 - outside] - far);
     for (int y = 0; y < depth.rows; ++y) {
@@ -146,7 +145,7 @@ cv::Mat DepthColours(const cv::Mat& depth) {
 
 ModelRendering RenderModel(const PointCloud& surfels, const CameraModel& camera,
                            const Pose& T_world_cam) {
-  Require(surfels, camera);
+  RequireSurfels(surfels, camera);
   const Pose T_cam_world = T_world_cam.Inverse();
   Painter painter(surfels, camera);
   for (std::size_t i = 0; i < surfels.size(); ++i) {
@@ -188,7 +187,7 @@ cv::Mat ToPicture(const ModelRendering& rendering, ModelAspect aspect) {
       }
     }
   }
-  picture.setTo(kWhite, rendering.depth == 0);
+  picture.setTo(kChartBackground, rendering.depth == 0);
   return picture;
 }
 

@@ -12,12 +12,11 @@
 #include <vector>
 
 #include "evaluation/depth_pixels.h"
+#include "geometry/angles.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
-
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 Eigen::Vector3d PointAt(const cv::Mat& depth, const CameraModel& camera, int x, int y) {
   return depth.at<float>(y, x) * camera.Unproject({x, y});
@@ -65,7 +64,7 @@ bool WindowLiesOnPlane(const cv::Mat& depth, const CameraModel& camera, int x, i
   return true;
 }
 
-void Require(bool holds, const char* what, const char* expected, double found) {
+void RequireNormalOption(bool holds, const char* what, const char* expected, double found) {
   if (holds) return;
   throw Error(
       ErrorParts{.what = what, .where = {}, .expected = expected, .found = std::to_string(found)});
@@ -76,10 +75,11 @@ void Require(bool holds, const char* what, const char* expected, double found) {
 cv::Mat NormalsFromDepth(const cv::Mat& depth, const CameraModel& camera,
                          const TrueNormalOptions& options) {
   RequireImage(depth, "the true depth", CV_32FC1, cv::Size(camera.width, camera.height));
-  Require(options.radius_px >= 1, "bad radius of the window for normals", "1 px or more",
-          options.radius_px);
-  Require(options.max_plane_distance_footprints > 0, "bad bound on the distance from a plane",
-          "more than 0", options.max_plane_distance_footprints);
+  RequireNormalOption(options.radius_px >= 1, "bad radius of the window for normals",
+                      "1 px or more", options.radius_px);
+  RequireNormalOption(options.max_plane_distance_footprints > 0,
+                      "bad bound on the distance from a plane", "more than 0",
+                      options.max_plane_distance_footprints);
   cv::Mat normals(depth.size(), CV_32FC3, cv::Scalar::all(0));
   const int radius = options.radius_px;
   for (int y = radius; y < depth.rows - radius; ++y) {
@@ -96,8 +96,8 @@ cv::Mat NormalsFromDepth(const cv::Mat& depth, const CameraModel& camera,
 
 cv::Mat SlantedSurfaces(const cv::Mat& normals, const CameraModel& camera, double min_angle_deg) {
   RequireImage(normals, "the normals", CV_32FC3, {camera.width, camera.height});
-  Require(min_angle_deg >= 0 && min_angle_deg <= 90, "bad angle of slanted surfaces",
-          "0 to 90 degrees", min_angle_deg);
+  RequireNormalOption(min_angle_deg >= 0 && min_angle_deg <= 90, "bad angle of slanted surfaces",
+                      "0 to 90 degrees", min_angle_deg);
   const double max_cosine = std::cos(min_angle_deg / kDegreesPerRadian);
   cv::Mat slanted(normals.size(), CV_8UC1, cv::Scalar(0));
   for (int y = 0; y < normals.rows; ++y) {

@@ -10,12 +10,11 @@
 #include "evaluation/chart.h"
 #include "evaluation/trajectory_alignment.h"
 #include "evaluation/trajectory_association.h"
+#include "geometry/angles.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
-
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 std::vector<PosePair> Associate(std::span<const StampedPose> estimate,
                                 std::span<const StampedPose> truth,

@@ -10,14 +10,14 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "core/statistics.h"
 #include "evaluation/chart.h"
-#include "evaluation/median.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
 
-constexpr int kErrorMap = cv::COLORMAP_TURBO;
+constexpr int kPositionErrorMap = cv::COLORMAP_TURBO;
 const cv::Scalar kTruth(130, 130, 130);
 const cv::Scalar kFrame(120, 120, 120);
 
@@ -99,8 +99,8 @@ Plot FitPlot(const std::vector<Eigen::Vector2d>& points, const cv::Size& size) {
   Plot plot;
   plot.rect = {kLeft, kTop, size.width - kLeft - kRight, size.height - kTop - kBottom};
   plot.centre = (low + high) / 2;
-  constexpr double kMargin = 1.12;
-  const Eigen::Vector2d extent = kMargin * (high - low);
+  constexpr double kPlotMargin = 1.12;
+  const Eigen::Vector2d extent = kPlotMargin * (high - low);
   const double by_width = extent.x() > 0 ? plot.rect.width / extent.x() : 0;
   const double by_height = extent.y() > 0 ? plot.rect.height / extent.y() : 0;
   plot.unit_px =
@@ -165,7 +165,7 @@ void DrawDashed(cv::Mat& picture, const std::vector<cv::Point2d>& path) {
 }
 
 cv::Scalar ErrorColour(double error, double max_error) {
-  return cv::Scalar(MapColour(kErrorMap, error / max_error));
+  return cv::Scalar(MapColour(kPositionErrorMap, error / max_error));
 }
 
 void DrawEstimate(cv::Mat& picture, const Plot& plot, const TopView& view,
@@ -176,8 +176,8 @@ void DrawEstimate(cv::Mat& picture, const Plot& plot, const TopView& view,
     steps.push_back(static_cast<double>(poses[i].truth_index) -
                     static_cast<double>(poses[i - 1].truth_index));
   }
-  constexpr double kGap = 5;
-  const double most = kGap * Median(steps);
+  constexpr double kMaxGap = 5;
+  const double most = kMaxGap * Median(steps);
   constexpr std::size_t kFew = 100;  // so few are marked one by one
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const cv::Point2d at = plot(view(poses[i].T_truth_cam_estimated.translation()));
@@ -224,7 +224,7 @@ void DrawLegend(cv::Mat& picture, const TrajectoryError& error,
   std::vector<BarTick> ticks;
   const std::vector<double> values = Ticks(0, max_error, 6);
   for (const double value : values) ticks.push_back({value / max_error, TickText(value, values)});
-  DrawColourBar(picture, bar, kErrorMap, ticks);
+  DrawColourBar(picture, bar, kPositionErrorMap, ticks);
   DrawText(picture, "error, " + options.unit, {bar.x - 4.0, kTop + 4.0});
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kReach = 2;  // in spacings, see the header
 // Only to tell a spacing; planes are not asked for.
-constexpr int kNormalNeighbours = 3;
+constexpr int kSpacingNeighbours = 3;
 
 using Cell = std::array<std::int64_t, 3>;
 
@@ -109,7 +109,8 @@ bool Sees(const TrueView& view, const Eigen::Vector3d& p_cam, double reach) {
 
 double CloudSpacing(const PointCloud& cloud) {
   CheckCloud(cloud, "truth");
-  return CloudSurface(cloud, std::min(kNormalNeighbours, static_cast<int>(cloud.size()))).spacing();
+  return CloudSurface(cloud, std::min(kSpacingNeighbours, static_cast<int>(cloud.size())))
+      .spacing();
 }
 
 PointCloud CompleteTrueCloud(const PointCloud& cloud, std::size_t num_views,

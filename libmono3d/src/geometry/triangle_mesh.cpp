@@ -27,7 +27,7 @@ constexpr std::array<std::array<int, 4>, 6> kTetrahedra = {
 // A vertex keeps this share of an edge from its ends: no triangle without an area.
 constexpr float kMinShare = 1e-3F;
 
-void Require(const PointCloud& surfels) {
+void RequireSurfels(const PointCloud& surfels) {
   const auto refuse = [](const std::string& expected, const std::string& found) {
     throw Error(ErrorParts{"no surfels to mesh", "model", expected, found});
   };
@@ -185,7 +185,7 @@ void MeshOptions::Validate() const {
 
 TriangleMesh MeshSurfels(const PointCloud& surfels, const MeshOptions& options) {
   options.Validate();
-  Require(surfels);
+  RequireSurfels(surfels);
   const SurfelGrid grid(surfels, options.voxel_radii * MedianRadius(surfels));
   const TriangleMesh mesh = Marcher(grid, !surfels.colours.empty()).March();
   return WithoutSmallPieces(mesh, static_cast<std::size_t>(options.min_triangles));

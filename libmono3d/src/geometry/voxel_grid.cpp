@@ -28,7 +28,7 @@ struct Sums {
   std::uint32_t observations = 0;
 };
 
-void Require(const PointCloud& cloud, double voxel_su) {
+void RequireCloudAndVoxel(const PointCloud& cloud, double voxel_su) {
   if (!(voxel_su > 0) || !std::isfinite(voxel_su)) {
     throw Error(ErrorParts{.what = "edge of a voxel is not positive",
                            .where = "voxel grid",
@@ -76,7 +76,7 @@ void Add(Sums& sums, const PointCloud& cloud, std::size_t i) {
 }  // namespace
 
 PointCloud ThinToVoxels(const PointCloud& cloud, double voxel_su) {
-  Require(cloud, voxel_su);
+  RequireCloudAndVoxel(cloud, voxel_su);
   std::unordered_map<Cell, std::size_t, CellHash<3>> place_of;
   std::vector<Sums> cells;
   for (std::size_t i = 0; i < cloud.size(); ++i) {

@@ -8,6 +8,7 @@
 
 #include "gpu/allocation_hook.h"
 #include "gpu/buffer_memory.h"
+#include "gpu/staging.h"
 
 namespace mono3d {
 namespace {
@@ -48,7 +49,7 @@ void Allocate(BufferMemory& memory) {
   memory.mapped = static_cast<std::byte*>(memory.memory.mapMemory(0, VK_WHOLE_SIZE));
 }
 
-void CheckRange(const BufferMemory* memory, std::size_t size_bytes, std::size_t offset_bytes) {
+void CheckTransfer(const BufferMemory* memory, std::size_t size_bytes, std::size_t offset_bytes) {
   if (memory == nullptr)
     throw Error("transfer to or from an empty buffer", ErrorCode::kInvalidArgument);
   if (offset_bytes <= memory->size_bytes && size_bytes <= memory->size_bytes - offset_bytes) return;
@@ -101,7 +102,7 @@ const std::string& Buffer::name() const {
 
 void Buffer::UploadBytes(const void* data, std::size_t size_bytes, std::size_t offset_bytes) {
   if (size_bytes == 0) return;
-  CheckRange(memory_.get(), size_bytes, offset_bytes);
+  CheckTransfer(memory_.get(), size_bytes, offset_bytes);
   if (memory_->mapped != nullptr) {
     std::memcpy(memory_->mapped + offset_bytes, data, size_bytes);
     return;
@@ -114,7 +115,7 @@ void Buffer::UploadBytes(const void* data, std::size_t size_bytes, std::size_t o
 
 void Buffer::DownloadBytes(void* data, std::size_t size_bytes, std::size_t offset_bytes) const {
   if (size_bytes == 0) return;
-  CheckRange(memory_.get(), size_bytes, offset_bytes);
+  CheckTransfer(memory_.get(), size_bytes, offset_bytes);
   if (memory_->mapped != nullptr) {
     std::memcpy(data, memory_->mapped + offset_bytes, size_bytes);
     return;

@@ -9,6 +9,7 @@
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
 #include "gpu/host_memory.h"
+#include "gpu/staging.h"
 
 namespace mono3d {
 namespace {
@@ -40,10 +41,13 @@ Device::Device(Instance instance, Candidate candidate, bool validation, HostMemo
       timestamp_mask_(TimestampMask(candidate_)),
       device_(CreateLogicalDevice(candidate_.physical, candidate_.queue_family, features_)),
       pipeline_cache_(candidate_.physical, device_),
-      queue_(device_.getQueue(candidate_.queue_family, 0)) {
+      queue_(device_.getQueue(candidate_.queue_family, 0)),
+      staging_(std::make_unique<Staging>()) {
   buffers_are_mappable_ = host_memory == HostMemory::kMappedIfPossible &&
                           FindMemoryType(~std::uint32_t{0}, kLocalAndMapped).has_value();
 }
+
+Device::~Device() = default;
 
 std::optional<std::uint32_t> Device::FindMemoryType(std::uint32_t type_bits,
                                                     vk::MemoryPropertyFlags flags) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -13,16 +14,18 @@
 #include "gpu/host_memory.h"
 #include "gpu/instance.h"
 #include "gpu/pipeline_cache.h"
-#include "gpu/staging.h"
 #include "gpu/vulkan_calls.h"
 
 namespace mono3d {
+
+class Staging;
 
 // The open device as the files of this module see it. Its public face is mono3d/gpu/device.h and
 // gpu/device_handle.h. Thread-safe.
 class Device {
  public:
   Device(Instance instance, Candidate candidate, bool validation, HostMemory host_memory);
+  ~Device();
 
   const DeviceInfo& info() const { return candidate_.info; }
   const DeviceLimits& limits() const { return limits_; }
@@ -56,7 +59,7 @@ class Device {
                                         name.c_str()});
   }
 
-  Staging& staging() { return staging_; }
+  Staging& staging() { return *staging_; }
 
  private:
   std::optional<std::uint32_t> FindMemoryType(std::uint32_t type_bits,
@@ -75,7 +78,7 @@ class Device {
   PipelineCache pipeline_cache_;
   vk::raii::Queue queue_;
   mutable std::mutex queue_mutex_;
-  Staging staging_;
+  std::unique_ptr<Staging> staging_;
 };
 
 }  // namespace mono3d

@@ -54,7 +54,7 @@ void CheckDispatch(const KernelPipeline& kernel, std::size_t num_buffers, std::s
   }
 }
 
-void CheckRange(const BufferMemory& memory, std::size_t offset_bytes, std::size_t size_bytes) {
+void CheckCopy(const BufferMemory& memory, std::size_t offset_bytes, std::size_t size_bytes) {
   if (offset_bytes <= memory.size_bytes && size_bytes <= memory.size_bytes - offset_bytes) return;
   throw Error({"the copy leaves the buffer", memory.name,
                std::to_string(memory.size_bytes) + " bytes",
@@ -228,8 +228,8 @@ void Recorder::Copy(const Buffer& from, std::size_t from_offset_bytes, const Buf
                     std::size_t to_offset_bytes, std::size_t size_bytes) {
   const BufferMemory& from_memory = implementation_->Use(from.memory_, "gpu/copy");
   const BufferMemory& to_memory = implementation_->Use(to.memory_, "gpu/copy");
-  CheckRange(from_memory, from_offset_bytes, size_bytes);
-  CheckRange(to_memory, to_offset_bytes, size_bytes);
+  CheckCopy(from_memory, from_offset_bytes, size_bytes);
+  CheckCopy(to_memory, to_offset_bytes, size_bytes);
   if (size_bytes == 0) return;
   if (&from_memory == &to_memory && from_offset_bytes < to_offset_bytes + size_bytes &&
       to_offset_bytes < from_offset_bytes + size_bytes) {

@@ -38,6 +38,17 @@ TrajectoryForm DetectForm(const std::filesystem::path& path,
 
 }  // namespace
 
+void RequireUnitLength(const Eigen::Quaterniond& rotation, const std::string& where) {
+  // Rounding each part to three digits changes the length by at most sqrt(4) * 0.0005.
+  constexpr double kMaxLengthError = 1e-3;
+  if (std::abs(rotation.norm() - 1) > kMaxLengthError) {
+    throw Error(ErrorParts{.what = "quaternion of a pose is not of unit length",
+                           .where = where,
+                           .expected = "length 1",
+                           .found = "length " + ToText(rotation.norm())});
+  }
+}
+
 double ParsePoseValue(std::string_view word, const std::string& where) {
   const std::optional<double> number = ParseNumber(word);
   if (!number) {

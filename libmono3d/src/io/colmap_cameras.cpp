@@ -16,9 +16,9 @@ namespace mono3d {
 namespace {
 
 // A camera line begins with CAMERA_ID MODEL WIDTH HEIGHT.
-constexpr std::size_t kNumHead = 4;
+constexpr std::size_t kNumCameraWords = 4;
 // Nobody has larger images; keeps a wild number from overflowing.
-constexpr double kMaxSize = 1e6;
+constexpr double kMaxImageSide_px = 1e6;
 
 struct Model {
   std::string_view name;
@@ -55,15 +55,15 @@ const Model& FindModel(std::string_view name, const std::string& where) {
 }
 
 CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::string& where) {
-  if (words.size() < kNumHead) {
+  if (words.size() < kNumCameraWords) {
     ThrowBadCamera(where, "incomplete camera", "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]",
                    std::to_string(words.size()) + " values");
   }
   const Model& model = FindModel(words[1], where);
   const std::size_t num_params = model.num_focal_lengths + 2 + model.num_distortion;
-  if (words.size() != kNumHead + num_params) {
+  if (words.size() != kNumCameraWords + num_params) {
     ThrowBadCamera(where, "wrong number of parameters of a " + std::string(model.name) + " camera",
-                   std::to_string(num_params), std::to_string(words.size() - kNumHead));
+                   std::to_string(num_params), std::to_string(words.size() - kNumCameraWords));
   }
   std::vector<double> values;
   for (std::size_t i = 2; i < words.size(); ++i) {
@@ -72,8 +72,8 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
     values.push_back(*value);
   }
   CameraModel camera;
-  camera.width = static_cast<int>(std::clamp(values[0], 0.0, kMaxSize));
-  camera.height = static_cast<int>(std::clamp(values[1], 0.0, kMaxSize));
+  camera.width = static_cast<int>(std::clamp(values[0], 0.0, kMaxImageSide_px));
+  camera.height = static_cast<int>(std::clamp(values[1], 0.0, kMaxImageSide_px));
   const double* params = values.data() + 2;
   camera.fx = params[0];
   camera.fy = params[model.num_focal_lengths - 1];

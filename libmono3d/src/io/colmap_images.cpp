@@ -16,7 +16,6 @@ namespace mono3d {
 namespace {
 
 constexpr std::size_t kNameWord = 9;  // IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME
-constexpr double kMaxLengthError = 1e-3;
 
 // Names may have blanks in them: all from the tenth word on.
 std::string NameOf(const std::vector<std::string_view>& words, const std::string& line) {
@@ -26,16 +25,11 @@ std::string NameOf(const std::vector<std::string_view>& words, const std::string
   return line.substr(begin, end - begin);
 }
 
-Pose ParsePose(const std::vector<std::string_view>& words, const std::string& where) {
+Pose ParseColmapPose(const std::vector<std::string_view>& words, const std::string& where) {
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = ParsePoseValue(words[i + 1], where);
   const Eigen::Quaterniond rotation(v[0], v[1], v[2], v[3]);
-  if (std::abs(rotation.norm() - 1) > kMaxLengthError) {
-    throw Error(ErrorParts{.what = "quaternion of a pose is not of unit length",
-                           .where = where,
-                           .expected = "length 1",
-                           .found = "length " + ToText(rotation.norm())});
-  }
+  RequireUnitLength(rotation, where);
   const Pose T_cam_world(rotation, Eigen::Vector3d(v[4], v[5], v[6]));
   return T_cam_world.Inverse();
 }
@@ -99,8 +93,11 @@ std::vector<ColmapImage> ParseColmapImages(const std::filesystem::path& path,
                                  "numbers",
                              .found = std::to_string(words.size()) + " words"});
     }
-    images.push_back(
-        {*ParseInteger(words[0]), ParsePose(words, where), NameOf(words, lines[i]), where, {}});
+    images.push_back({*ParseInteger(words[0]),
+                      ParseColmapPose(words, where),
+                      NameOf(words, lines[i]),
+                      where,
+                      {}});
     points_are_next = true;
   }
   return images;

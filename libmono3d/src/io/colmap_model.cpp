@@ -97,14 +97,14 @@ std::string PointsText(const SparseModel& model) {
 // The points of a points3D.txt, and which id each has.
 std::map<std::int64_t, std::size_t> ReadPoints(const std::filesystem::path& path,
                                                std::vector<SparsePoint>& points) {
-  constexpr std::size_t kNumHead = 8;  // then the track, which the images repeat
+  constexpr std::size_t kNumPointWords = 8;  // then the track, which the images repeat
   const std::vector<std::string> lines = ReadLines(path);
   std::map<std::int64_t, std::size_t> position_of_id;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::vector<std::string_view> words = Words(lines[i]);
     if (words.empty() || words[0].starts_with('#')) continue;
     const std::string where = AtLine(path, i + 1);
-    if (words.size() < kNumHead) RefusePoint(where, std::to_string(words.size()) + " words");
+    if (words.size() < kNumPointWords) RefusePoint(where, std::to_string(words.size()) + " words");
     const std::optional<std::int64_t> id = ParseInteger(words[0]);
     if (!id) RefusePoint(where, std::string(words[0]));
     SparsePoint point;

@@ -18,12 +18,11 @@
 namespace mono3d {
 namespace {
 
-constexpr std::string_view kPngBegin = "\x89PNG\r\n\x1A\n";
 // Renderers (Blender among them) write this for pixels that see nothing.
 constexpr float kNothingSeen = 1e10F;
 
-[[noreturn]] void ThrowBadFile(const std::filesystem::path& path, const std::string& what,
-                               const std::string& expected, const std::string& found) {
+[[noreturn]] void ThrowBadDepthImage(const std::filesystem::path& path, const std::string& what,
+                                     const std::string& expected, const std::string& found) {
   throw Error(ErrorParts{.what = what, .where = path, .expected = expected, .found = found});
 }
 
@@ -31,14 +30,14 @@ double ReadScale(const std::filesystem::path& image) {
   const std::filesystem::path path = image.parent_path() / "scale.txt";
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
-    ThrowBadFile(image, "a depth image in PNG needs a scale (depth = value / scale)",
-                 "a scale, or scale.txt in the same folder", "neither");
+    ThrowBadDepthImage(image, "a depth image in PNG needs a scale (depth = value / scale)",
+                       "a scale, or scale.txt in the same folder", "neither");
   }
   const std::string text = ReadBytes(path);
   const std::vector<std::string_view> words = Words(text);
   const std::optional<double> scale = words.empty() ? std::nullopt : ParseNumber(words[0]);
   if (!scale || !(*scale > 0)) {
-    ThrowBadFile(path, "bad scale of depth images", "a positive number", text.substr(0, 32));
+    ThrowBadDepthImage(path, "bad scale of depth images", "a positive number", text.substr(0, 32));
   }
   return *scale;
 }
@@ -48,20 +47,20 @@ cv::Mat ReadPng(const std::filesystem::path& path, const std::string& bytes,
   if (scale && !(*scale > 0 && std::isfinite(*scale))) {
     throw UsageError({"bad scale of a depth image", {}, "a positive number", ToText(*scale)});
   }
-  if (!IsCompletePng(bytes)) ThrowBadFile(path, "the image is truncated", {}, {});
+  if (!IsCompletePng(bytes)) ThrowBadDepthImage(path, "the image is truncated", {}, {});
   cv::Mat image;
   try {
     const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
     image =
         cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())), cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& exception) {
-    ThrowBadFile(path, "cannot decode the image: " + exception.err, {}, {});
+    ThrowBadDepthImage(path, "cannot decode the image: " + exception.err, {}, {});
   }
-  if (image.empty()) ThrowBadFile(path, "cannot decode the image", {}, {});
+  if (image.empty()) ThrowBadDepthImage(path, "cannot decode the image", {}, {});
   if (image.type() != CV_16UC1) {
-    ThrowBadFile(path, "not a depth image", "16 bits in one channel",
-                 std::to_string(image.elemSize1() * 8) + " bits in " +
-                     std::to_string(image.channels()) + " channels");
+    ThrowBadDepthImage(path, "not a depth image", "16 bits in one channel",
+                       std::to_string(image.elemSize1() * 8) + " bits in " +
+                           std::to_string(image.channels()) + " channels");
   }
   cv::Mat depth;
   image.convertTo(depth, CV_32FC1, 1 / (scale ? *scale : ReadScale(path)));
@@ -70,13 +69,14 @@ cv::Mat ReadPng(const std::filesystem::path& path, const std::string& bytes,
 
 cv::Mat ReadByContent(const std::filesystem::path& path, std::optional<double> png_scale) {
   const std::string bytes = ReadBytes(path);
-  if (bytes.starts_with(kPngBegin)) return ReadPng(path, bytes, png_scale);
+  if (bytes.starts_with(kPngSignature)) return ReadPng(path, bytes, png_scale);
   if (IsExr(bytes)) return ReadExrDepth(path);
   if (!bytes.starts_with("Pf") && !bytes.starts_with("PF")) {
-    ThrowBadFile(path, "not a depth image of a known form", "PFM, 16-bit PNG or OpenEXR", {});
+    ThrowBadDepthImage(path, "not a depth image of a known form", "PFM, 16-bit PNG or OpenEXR", {});
   }
   cv::Mat image = ReadPfm(path);
-  if (image.channels() != 1) ThrowBadFile(path, "not a depth image", "one channel", "3 channels");
+  if (image.channels() != 1)
+    ThrowBadDepthImage(path, "not a depth image", "one channel", "3 channels");
   return image;
 }
 

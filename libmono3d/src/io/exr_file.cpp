@@ -47,11 +47,11 @@ std::string DepthChannel(const Imf::ChannelList& channels, const std::filesystem
 }
 
 cv::Rect ToRect(const Imath::Box2i& window, const std::filesystem::path& path) {
-  constexpr int kMaxSize = std::numeric_limits<std::int16_t>::max();
+  constexpr int kMaxSide_px = std::numeric_limits<std::int16_t>::max();
   // In 64 bits, as a broken header may hold anything.
   const auto width = static_cast<std::int64_t>(window.max.x) - window.min.x + 1;
   const auto height = static_cast<std::int64_t>(window.max.y) - window.min.y + 1;
-  if (width < 1 || height < 1 || width > kMaxSize || height > kMaxSize) {
+  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px) {
     throw Error(ErrorParts{.what = "bad image size in the header",
                            .where = path,
                            .expected = "1 to 32767",

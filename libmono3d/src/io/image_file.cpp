@@ -16,7 +16,6 @@ namespace mono3d {
 namespace {
 
 constexpr std::string_view kJpegBegin = "\xFF\xD8";
-constexpr std::string_view kPngBegin = "\x89PNG\r\n\x1A\n";
 
 std::uint32_t BigEndian(std::string_view bytes, std::size_t position, std::size_t num_bytes) {
   std::uint32_t value = 0;
@@ -58,7 +57,7 @@ bool IsCompleteJpeg(std::string_view bytes) {
 
 bool IsCompletePng(std::string_view bytes) {
   constexpr std::size_t kAroundData = 12;  // length, type, checksum
-  std::size_t position = kPngBegin.size();
+  std::size_t position = kPngSignature.size();
   while (position + kAroundData <= bytes.size()) {
     const std::string_view type = bytes.substr(position + 4, 4);
     position += kAroundData + BigEndian(bytes, position, 4);
@@ -71,7 +70,7 @@ cv::Mat ReadImage(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);
   if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
   const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
-  const bool is_cut_png = bytes.starts_with(kPngBegin) && !IsCompletePng(bytes);
+  const bool is_cut_png = bytes.starts_with(kPngSignature) && !IsCompletePng(bytes);
   if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated");
   cv::Mat image;
   try {

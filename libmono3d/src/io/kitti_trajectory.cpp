@@ -14,7 +14,7 @@ constexpr std::size_t kNumValues = 12;
 // The files of the benchmark print six digits.
 constexpr double kMaxRotationError = 1e-3;
 
-Pose ParsePose(const std::vector<std::string_view>& words, const std::string& where) {
+Pose ParseKittiPose(const std::vector<std::string_view>& words, const std::string& where) {
   Eigen::Matrix<double, 3, 4> matrix;
   for (std::size_t i = 0; i < kNumValues; ++i) {
     matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) =
@@ -49,7 +49,7 @@ std::vector<StampedPose> ParseKittiTrajectory(const std::filesystem::path& path,
                              .expected = "12: a 3x4 matrix row by row",
                              .found = std::to_string(words.size())});
     }
-    poses.push_back({TimeOfPose(poses.size(), times, where), ParsePose(words, where)});
+    poses.push_back({TimeOfPose(poses.size(), times, where), ParseKittiPose(words, where)});
   }
   return poses;
 }

@@ -3,12 +3,12 @@
 
 #include "mono3d/io/mesh_file.h"
 
-#include <bit>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "io/binary_block.h"
 #include "io/ply_header.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
@@ -17,21 +17,6 @@
 
 namespace mono3d {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "values are written as they are");
-
-constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
-
-template <typename T>
-void Append(std::string& bytes, const T* values, std::size_t count) {
-  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
-}
-
-void WriteWhenFull(AtomicFile& file, std::string& block) {
-  if (block.size() < kBlockBytes) return;
-  file.Write(block);
-  block.clear();
-}
 
 [[noreturn]] void ThrowBadFaces(const std::filesystem::path& path, const std::string& expected,
                                 const std::string& found) {
@@ -91,14 +76,14 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh) {
            "\nproperty list uchar uint vertex_indices\nend_header\n";
   AtomicFile file(path);
   for (std::size_t i = 0; i < num_vertices; ++i) {
-    Append(block, mesh.vertices[i].data(), 3);
-    Append(block, mesh.normals[i].data(), 3);
-    if (with_colours) Append(block, mesh.colours[i].data(), 3);
+    AppendBytes(block, mesh.vertices[i].data(), 3);
+    AppendBytes(block, mesh.normals[i].data(), 3);
+    if (with_colours) AppendBytes(block, mesh.colours[i].data(), 3);
     WriteWhenFull(file, block);
   }
   for (const auto& triangle : mesh.triangles) {
     block += '\3';
-    Append(block, triangle.data(), 3);
+    AppendBytes(block, triangle.data(), 3);
     WriteWhenFull(file, block);
   }
   file.Write(block);

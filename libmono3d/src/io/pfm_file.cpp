@@ -22,8 +22,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PFM rows are written as they are");
 
-[[noreturn]] void ThrowBadFile(const std::filesystem::path& path, const std::string& what,
-                               const std::string& expected, const std::string& found) {
+[[noreturn]] void ThrowBadPfm(const std::filesystem::path& path, const std::string& what,
+                              const std::string& expected, const std::string& found) {
   throw Error(ErrorParts{.what = what, .where = path, .expected = expected, .found = found});
 }
 
@@ -47,7 +47,7 @@ std::string TakeWord(std::string_view bytes, std::size_t& position) {
 
 Header ParseHeader(const std::filesystem::path& path, std::string_view bytes) {
   if (!bytes.starts_with("Pf") && !bytes.starts_with("PF")) {
-    ThrowBadFile(path, "not a PFM file", "Pf or PF at the beginning", {});
+    ThrowBadPfm(path, "not a PFM file", "Pf or PF at the beginning", {});
   }
   Header header;
   std::size_t position = 0;
@@ -56,13 +56,13 @@ Header ParseHeader(const std::filesystem::path& path, std::string_view bytes) {
     const std::string word = TakeWord(bytes, position);
     const std::optional<std::int64_t> value = ParseInteger(word);
     if (!value || *value < 1 || *value > std::numeric_limits<std::int16_t>::max()) {
-      ThrowBadFile(path, "bad image size in the header", "1 to 32767", word);
+      ThrowBadPfm(path, "bad image size in the header", "1 to 32767", word);
     }
     *size = static_cast<int>(*value);
   }
   const std::string word = TakeWord(bytes, position);
   const std::optional<double> scale = ParseNumber(word);
-  if (!scale || *scale == 0) ThrowBadFile(path, "bad scale in the header", "a number", word);
+  if (!scale || *scale == 0) ThrowBadPfm(path, "bad scale in the header", "a number", word);
   header.is_little_endian = *scale < 0;
   header.num_bytes = position + 1;
   return header;
@@ -88,8 +88,8 @@ cv::Mat ReadPfm(const std::filesystem::path& path) {
   const std::size_t row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
   const std::size_t needed = header.num_bytes + row_bytes * static_cast<std::size_t>(image.rows);
   if (bytes.size() < needed) {
-    ThrowBadFile(path, "file ends too early", std::to_string(needed) + " bytes",
-                 std::to_string(bytes.size()));
+    ThrowBadPfm(path, "file ends too early", std::to_string(needed) + " bytes",
+                std::to_string(bytes.size()));
   }
   const char* row = bytes.data() + header.num_bytes;
   for (int y = image.rows - 1; y >= 0; --y, row += row_bytes) {
@@ -101,8 +101,8 @@ cv::Mat ReadPfm(const std::filesystem::path& path) {
 
 void WritePfm(const std::filesystem::path& path, const cv::Mat& image) {
   if (image.empty() || (image.type() != CV_32FC1 && image.type() != CV_32FC3)) {
-    ThrowBadFile(path, "cannot be written as PFM", "a CV_32FC1 or CV_32FC3 image",
-                 image.empty() ? "an empty image" : cv::typeToString(image.type()));
+    ThrowBadPfm(path, "cannot be written as PFM", "a CV_32FC1 or CV_32FC3 image",
+                image.empty() ? "an empty image" : cv::typeToString(image.type()));
   }
   AtomicFile file(path);
   file.Write(image.channels() == 3 ? "PF\n" : "Pf\n");

@@ -4,13 +4,13 @@
 #include "mono3d/io/ply_file.h"
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "io/binary_block.h"
 #include "io/ply_header.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
@@ -18,11 +18,6 @@
 
 namespace mono3d {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "vertices are written as they are");
-
-// Vertices are gathered into blocks of this size before they are handed to the system.
-constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 
 void RequireEqualLengths(const std::filesystem::path& path, const PointCloud& cloud) {
   const auto require = [&](const char* name, std::size_t size) {
@@ -55,18 +50,13 @@ std::string HeaderOf(const PointCloud& cloud) {
   return header + "end_header\n";
 }
 
-template <typename T>
-void Append(std::string& bytes, const T* values, std::size_t count) {
-  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
-}
-
 void AppendVertex(std::string& bytes, const PointCloud& cloud, std::size_t i) {
-  Append(bytes, cloud.points[i].data(), 3);
-  if (!cloud.normals.empty()) Append(bytes, cloud.normals[i].data(), 3);
-  if (!cloud.colours.empty()) Append(bytes, cloud.colours[i].data(), 3);
-  if (!cloud.radii.empty()) Append(bytes, &cloud.radii[i], 1);
-  if (!cloud.confidences.empty()) Append(bytes, &cloud.confidences[i], 1);
-  if (!cloud.observations.empty()) Append(bytes, &cloud.observations[i], 1);
+  AppendBytes(bytes, cloud.points[i].data(), 3);
+  if (!cloud.normals.empty()) AppendBytes(bytes, cloud.normals[i].data(), 3);
+  if (!cloud.colours.empty()) AppendBytes(bytes, cloud.colours[i].data(), 3);
+  if (!cloud.radii.empty()) AppendBytes(bytes, &cloud.radii[i], 1);
+  if (!cloud.confidences.empty()) AppendBytes(bytes, &cloud.confidences[i], 1);
+  if (!cloud.observations.empty()) AppendBytes(bytes, &cloud.observations[i], 1);
 }
 
 // Where the values of one vertex go: `values` is in the order of the header's properties.
@@ -132,9 +122,7 @@ void WritePly(const std::filesystem::path& path, const PointCloud& cloud) {
   std::string block = HeaderOf(cloud);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     AppendVertex(block, cloud, i);
-    if (block.size() < kBlockBytes) continue;
-    file.Write(block);
-    block.clear();
+    WriteWhenFull(file, block);
   }
   file.Write(block);
   file.Commit();

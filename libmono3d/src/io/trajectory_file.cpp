@@ -9,6 +9,7 @@
 #include <string>
 
 #include "io/text.h"
+#include "io/trajectory_forms.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 
@@ -17,10 +18,8 @@ namespace {
 
 constexpr std::size_t kNumFields = 8;
 constexpr const char* kForm = "timestamp tx ty tz qx qy qz qw";
-// Rounding each part to three digits changes the length by at most sqrt(4) * 0.0005.
-constexpr double kMaxLengthError = 1e-3;
 
-StampedPose ParsePose(const std::string& line, const std::string& where) {
+StampedPose ParseTumPose(const std::string& line, const std::string& where) {
   const std::vector<std::string_view> words = Words(line);
   if (words.size() != kNumFields) {
     throw Error(ErrorParts{.what = "wrong number of values in a pose",
@@ -40,12 +39,7 @@ StampedPose ParsePose(const std::string& line, const std::string& where) {
     v[i] = *number;
   }
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
-  if (std::abs(rotation.norm() - 1) > kMaxLengthError) {
-    throw Error(ErrorParts{.what = "quaternion of a pose is not of unit length",
-                           .where = where,
-                           .expected = "length 1",
-                           .found = "length " + ToText(rotation.norm())});
-  }
+  RequireUnitLength(rotation, where);
   return {v[0], Pose(rotation, Eigen::Vector3d(v[1], v[2], v[3]))};
 }
 
@@ -57,7 +51,7 @@ std::vector<StampedPose> ReadTrajectory(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::vector<std::string_view> words = Words(lines[i]);
     if (words.empty() || words[0].starts_with('#')) continue;
-    poses.push_back(ParsePose(lines[i], AtLine(path, i + 1)));
+    poses.push_back(ParseTumPose(lines[i], AtLine(path, i + 1)));
   }
   return poses;
 }

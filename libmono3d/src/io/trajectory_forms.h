@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -21,8 +22,10 @@ std::vector<StampedPose> ParseColmapTrajectory(const std::filesystem::path& path
                                                const std::vector<std::string>& lines,
                                                const TrajectoryTimes& times);
 
-// For both: the number in a line at `where`, or Error.
+// The number in a line at `where`, or Error.
 double ParsePoseValue(std::string_view word, const std::string& where);
+// Throws Error when the quaternion of a pose at `where` is not of unit length, but for rounding.
+void RequireUnitLength(const Eigen::Quaterniond& rotation, const std::string& where);
 // The time of the pose with this number.
 double TimeOfPose(std::size_t number, const TrajectoryTimes& times, const std::string& where);
 

@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kFoundation_m = 3;
 constexpr float kParapet_m = 0.7F;
 constexpr float kParapetThickness_m = 0.35F;
 

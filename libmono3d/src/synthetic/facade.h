@@ -11,6 +11,8 @@
 namespace mono3d::synthetic {
 
 inline constexpr float kStorey_m = 2.8F;
+// Walls go on below the floor, so that slopes leave no gap.
+inline constexpr float kFoundation_m = 3;
 
 // One upright wall: its lower left corner at floor level as seen from outside, and its directions.
 struct Wall {

@@ -11,11 +11,10 @@
 #include "mono3d/core/error.h"
 #include "synthetic/flight_legs.h"
 #include "synthetic/noise.h"
+#include "synthetic/numbers.h"
 
 namespace mono3d::synthetic {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 // One channel of unsteadiness: a few swings of seeded rate and phase, standard deviation 1.
 class Sway {
@@ -64,12 +63,12 @@ class Hand {
   std::vector<Sway> sways_;
 };
 
-Eigen::Vector2d Horizontal(double direction_rad) {
+Eigen::Vector2d UnitVector(double direction_rad) {
   return {std::cos(direction_rad), std::sin(direction_rad)};
 }
 
 Pose PoseOf(const Aim& aim) {
-  const Eigen::Vector2d ahead = Horizontal(aim.yaw_rad);
+  const Eigen::Vector2d ahead = UnitVector(aim.yaw_rad);
   const Eigen::Vector3d right(ahead.y(), -ahead.x(), 0);
   const double c = std::cos(aim.pitch_rad);
   const Eigen::Vector3d forward(c * ahead.x(), c * ahead.y(), -std::sin(aim.pitch_rad));
@@ -94,7 +93,7 @@ Eigen::Vector2d MeanViewedPlace(const Legs& legs, double height_m, double pitch_
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (int i = 0; i < kNumPathSamples; ++i) {
     const Aim aim = AimAt(legs, Duration(legs) * i / (kNumPathSamples - 1));
-    sum += aim.eye.head<2>() + ahead_m * Horizontal(aim.yaw_rad);
+    sum += aim.eye.head<2>() + ahead_m * UnitVector(aim.yaw_rad);
   }
   return sum / kNumPathSamples;
 }

@@ -4,71 +4,17 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <functional>
 #include <memory>
-#include <string>
 
-#include "mono3d/core/options.h"
 #include "mono3d/geometry/pose.h"
+#include "synthetic/flight_options.h"
 
 namespace mono3d::synthetic {
 
 // The camera at `eye` that looks at `target` with a level horizon (world z is up). The line of
 // sight must not be vertical; throws Error otherwise.
 Pose LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
-
-// How far a hand-flown camera strays from its path: smooth, seeded, without swings slower or faster
-// than the band.
-struct UnsteadinessOptions {
-  double position_m = 0;    // standard deviation, each axis of the camera
-  double rotation_deg = 0;  // standard deviation, each axis of the camera
-  double lowest_hz = 0.05;  // of the swings
-  double highest_hz = 0.8;
-  int seed = 1;
-
-  void Visit(OptionVisitor& visit);
-  void Validate() const;  // throws UsageError
-};
-
-// What a flight can be.
-//   orbit          on a circle around the target, looking at it
-//   lawnmower      straight rows to and fro, looking ahead and down; the turns are half circles
-//   cruise         straight on, looking ahead and down
-//   lateral        straight on, looking to the left and down
-//   take_off       straight up over the target from take_off_height_m to height_m, the view
-//   pitching
-//                  down from the horizon to pitch_deg on the way; then a cruise, if time is left
-//   stop_and_turn  a cruise that stops in the middle, yaws in place by turn_deg and flies on where
-//                  it looks then
-inline constexpr std::array<const char*, 6> kFlightKinds = {
-    "orbit", "lawnmower", "cruise", "lateral", "take_off", "stop_and_turn"};
-
-struct FlightOptions {
-  std::string kind = "orbit";  // one of kFlightKinds
-  // Of what the flight is about: the middle of an orbit or a take-off; of the others, the mean of
-  // the places on the ground that the camera looks at.
-  double target_x_m = 0;
-  double target_y_m = 0;
-  double height_m = 71;          // above the mean ground below the flight (orbit: at the target)
-  double speed_m_per_s = 1.4;    // along the path, once under way
-  double duration_s = 120;       // from standstill to standstill
-  double ramp_s = 3;             // that speeding up takes, and slowing down; above 0
-  double heading_deg = 0;        // of the flight, from the world's x axis towards y
-  double pitch_deg = 40;         // of the view below the horizon, 0 to 90; not for an orbit
-  double radius_m = 80;          // orbit: in the horizontal plane
-  double start_deg = 0;          // orbit: of the camera's place, from the world's x axis towards y
-  bool full_circle = false;      // orbit: fly once round, end where it began; duration_s is ignored
-  double row_length_m = 80;      // lawnmower
-  double row_spacing_m = 25;     // lawnmower
-  double take_off_height_m = 5;  // above the ground
-  double turn_deg = 60;          // stop_and_turn, left positive
-  double turn_deg_per_s = 8;     // stop_and_turn: yaw rate
-  UnsteadinessOptions unsteadiness;
-
-  void Visit(OptionVisitor& visit);
-  void Validate() const;  // throws UsageError
-};
 
 // Height of the ground in metres at a place of the horizontal plane.
 using GroundHeightFunction = std::function<double(const Eigen::Vector2d& p_m)>;

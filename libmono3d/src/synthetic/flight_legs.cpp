@@ -8,17 +8,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "synthetic/numbers.h"
+#include "synthetic/smooth_way.h"
+
 namespace mono3d::synthetic {
 namespace {
 
 using Eigen::Vector2d;
 using std::numbers::pi;
 
-double Radians(double degrees) { return degrees * pi / 180; }
-
 double SmoothStep(double x) { return x * x * (3 - 2 * x); }
-// Integral of SmoothStep from 0: 1/2 at 1.
-double SmoothStepIntegral(double x) { return x * x * x * (1 - x / 2); }
 
 // The distance that is flown in `duration_s` from rest to rest.
 double DistanceIn(double duration_s, const FlightOptions& options) {
@@ -126,23 +125,6 @@ Legs StopAndTurn(const FlightOptions& options) {
 }
 
 }  // namespace
-
-SmoothWay::SmoothWay(double distance, double speed, double ramp_s)
-    : distance_(distance), speed_(speed), ramp_s_(ramp_s) {
-  if (distance_ < speed_ * ramp_s_) speed_ = distance_ / ramp_s_;
-  duration_s_ = speed_ > 0 ? distance_ / speed_ + ramp_s_ : 0;
-}
-
-double SmoothWay::At(double t_s) const {
-  if (t_s <= 0) return 0;
-  if (t_s >= duration_s_) return distance_;
-  const double rest_s = duration_s_ - t_s;
-  if (t_s < ramp_s_) return speed_ * ramp_s_ * SmoothStepIntegral(t_s / ramp_s_);
-  if (rest_s < ramp_s_) {
-    return distance_ - speed_ * ramp_s_ * SmoothStepIntegral(rest_s / ramp_s_);
-  }
-  return speed_ * (t_s - ramp_s_ / 2);
-}
 
 Legs LegsOf(const FlightOptions& options) {
   if (options.kind == "lawnmower") return {Lawnmower(options)};

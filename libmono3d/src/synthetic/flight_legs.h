@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "synthetic/flight.h"
+#include "synthetic/flight_options.h"
 
 namespace mono3d::synthetic {
 
@@ -24,22 +24,6 @@ struct Leg {
   std::function<Aim(double t_s)> aim;  // 0 to duration_s
 };
 using Legs = std::vector<Leg>;
-
-// The way from 0 to `distance`, from rest to rest, with smooth starts and stops: the speed follows
-// 3 x^2 - 2 x^3 over a ramp. A way too short for the speed is flown slower.
-class SmoothWay {
- public:
-  SmoothWay(double distance, double speed, double ramp_s);
-
-  double duration_s() const { return duration_s_; }
-  double At(double t_s) const;
-
- private:
-  double distance_;
-  double speed_;
-  double ramp_s_;
-  double duration_s_;
-};
 
 // The flight in a frame of its own: it starts over the origin, along x, with the ground at height
 // 0. An orbit is around the origin.

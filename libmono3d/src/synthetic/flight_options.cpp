@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "synthetic/flight_options.h"
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "mono3d/core/error.h"
-#include "synthetic/flight.h"
-#include "synthetic/flight_legs.h"
+#include "synthetic/smooth_way.h"
 
 namespace mono3d::synthetic {
 namespace {

@@ -10,16 +10,15 @@
 #include "mono3d/core/error.h"
 #include "synthetic/flight.h"
 #include "synthetic/noise.h"
+#include "synthetic/numbers.h"
 
 namespace mono3d::synthetic {
 namespace {
 
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
 // One channel of unsteadiness: a few swings of seeded period and phase, standard deviation 1.
-class Sway {
+class FrameSway {
  public:
-  explicit Sway(RandomNumbers& random) {
+  explicit FrameSway(RandomNumbers& random) {
     for (Swing& swing : swings_) {
       swing.radians_per_frame = 2 * std::numbers::pi / random.Uniform(18, 90);
       swing.phase = random.Uniform(0, 2 * std::numbers::pi);
@@ -43,7 +42,7 @@ class Sway {
 
 void MakeUnsteady(std::vector<Pose>& flight, const FrameUnsteadinessOptions& options) {
   RandomNumbers random(static_cast<std::uint64_t>(options.seed));
-  std::vector<Sway> sways;
+  std::vector<FrameSway> sways;
   for (int channel = 0; channel < 6; ++channel) sways.emplace_back(random);
   for (std::size_t i = 0; i < flight.size(); ++i) {
     const int frame = static_cast<int>(i);

@@ -9,6 +9,7 @@
 
 #include "mono3d/core/error.h"
 #include "synthetic/noise.h"
+#include "synthetic/numbers.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -20,7 +21,6 @@ constexpr double kSemiMajor_m = 6378137.0;
 constexpr double kFlattening = 1 / 298.257223563;
 constexpr double kEccentricity2 = kFlattening * (2 - kFlattening);
 
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 double Degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 Vector3d ToEarthCentred(const Geodetic& place) {

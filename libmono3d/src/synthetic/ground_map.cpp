@@ -10,7 +10,7 @@ namespace mono3d::synthetic {
 namespace {
 
 constexpr float kCell_m = 0.5F;
-constexpr float kFarAway_m = 1000;
+constexpr float kDistanceOfNothing_m = 1000;
 
 float DistanceFromSegment(const Eigen::Vector2f& p, const Eigen::Vector2f& a,
                           const Eigen::Vector2f& b) {
@@ -60,7 +60,7 @@ void DistanceField::Lower(const Eigen::Vector2f& a, const Eigen::Vector2f& b, fl
 }
 
 float Grid::At(const Eigen::Vector2f& p_m) const {
-  if (values_.empty()) return kFarAway_m;
+  if (values_.empty()) return kDistanceOfNothing_m;
   const float limit = static_cast<float>(values_.cols) - 1.001F;
   const float x = std::clamp((p_m.x() + half_extent_m_) / cell_m_, 0.0F, limit);
   const float y = std::clamp((p_m.y() + half_extent_m_) / cell_m_, 0.0F, limit);

@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kFoundation_m = 3;  // the walls go on below the floor, so that slopes leave no gap
 constexpr float kOverhang_m = 0.55F;
 constexpr float kRoofThickness_m = 0.18F;
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "synthetic/numbers.h"
+
 namespace mono3d::synthetic {
 namespace {
 
@@ -30,8 +32,6 @@ float AirMass(double elevation_deg) {
 float Level(const Light& light) {
   return (light.sky + (0.6F * light.to_sun.z() + 0.25F) * light.sun).sum();
 }
-
-Vector3f Mix(const Vector3f& a, const Vector3f& b, float t) { return a + t * (b - a); }
 
 }  // namespace
 

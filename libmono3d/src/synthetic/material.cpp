@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "synthetic/noise.h"
+#include "synthetic/numbers.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -20,8 +21,6 @@ struct Place {
   Vector2f uv;
   float footprint_m;
 };
-
-Vector3f Mix(const Vector3f& a, const Vector3f& b, float t) { return a + t * (b - a); }
 
 // 0 below -width, 1 above +width: an edge no sharper than the pixel.
 float Step(float distance_m, float width_m) {

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "synthetic/numbers.h"
+
 namespace mono3d::synthetic {
 namespace {
 
@@ -17,8 +19,6 @@ float Floor(float x) {
   const auto truncated = static_cast<float>(static_cast<int>(x));
   return truncated > x ? truncated - 1 : truncated;
 }
-
-float Mix(float a, float b, float t) { return a + t * (b - a); }
 
 // Bits of a lattice point, of which only the top ones are well mixed: all that a gradient needs.
 // One multiplication a corner, since the sums of neighbours differ by a constant.

@@ -108,18 +108,6 @@ cv::Mat RenderDepth(const Scene& scene, const CameraModel& camera, const Shot& s
 
 }  // namespace
 
-void RenderOptions::Visit(OptionVisitor& visit) {
-  visit("samples_per_side", samples_per_side, "samples a pixel, squared");
-  visit("with_depth", with_depth, "render the depth image as well");
-  visit.Group("sensor", sensor);
-}
-
-void RenderOptions::Validate() const {
-  RequireOption(samples_per_side >= 1 && samples_per_side <= 16, "samples_per_side", "1 to 16",
-                samples_per_side);
-  sensor.Validate();
-}
-
 cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot& shot,
                        const RenderOptions& options) {
   Check(camera, shot, options);

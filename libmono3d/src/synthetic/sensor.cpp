@@ -35,7 +35,7 @@ double AutoExposure(const cv::Mat& radiance, double share) {
   return level > 0 ? std::pow(kMeanLevel / level, share) : 1;
 }
 
-void RequireAtLeastZero(const char* name, double value) {
+void RequireNonNegative(const char* name, double value) {
   RequireOption(std::isfinite(value) && value >= 0, name, "at least 0", value);
 }
 
@@ -54,16 +54,16 @@ void SensorOptions::Visit(OptionVisitor& visit) {
 }
 
 void SensorOptions::Validate() const {
-  RequireAtLeastZero("sensor.readout_s", readout_s);
-  RequireAtLeastZero("sensor.exposure_s", exposure_s);
+  RequireNonNegative("sensor.readout_s", readout_s);
+  RequireNonNegative("sensor.exposure_s", exposure_s);
   RequireOption(std::isfinite(exposure) && exposure > 0, "sensor.exposure", "above 0", exposure);
   RequireOption(auto_exposure >= 0 && auto_exposure <= 1, "sensor.auto_exposure", "0 to 1",
                 auto_exposure);
-  RequireAtLeastZero("sensor.exposure_drift_stops", exposure_drift_stops);
+  RequireNonNegative("sensor.exposure_drift_stops", exposure_drift_stops);
   RequireOption(vignetting >= 0 && vignetting < 1, "sensor.vignetting", "at least 0, below 1",
                 vignetting);
-  RequireAtLeastZero("sensor.shot_noise", shot_noise);
-  RequireAtLeastZero("sensor.read_noise", read_noise);
+  RequireNonNegative("sensor.shot_noise", shot_noise);
+  RequireNonNegative("sensor.read_noise", read_noise);
 }
 
 double ExposureDrift(const SensorOptions& options, double t_s) {

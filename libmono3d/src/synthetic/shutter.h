@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "mono3d/geometry/camera_model.h"
-#include "synthetic/render.h"
+#include "synthetic/render_options.h"
+#include "synthetic/scene.h"
 
 namespace mono3d::synthetic {
 

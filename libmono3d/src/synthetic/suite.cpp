@@ -9,12 +9,11 @@
 
 #include "mono3d/core/error.h"
 #include "synthetic/draws.h"
+#include "synthetic/numbers.h"
 #include "synthetic/suite_features.h"
 
 namespace mono3d::synthetic {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 // How many sequences of paper51 fly in which way. The paper's all orbit; so do most of these.
 struct KindCount {

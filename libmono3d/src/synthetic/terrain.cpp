@@ -22,7 +22,7 @@ constexpr float kLevelBank_m = 6;  // beside the water
 constexpr float kBed_m = 1.6F;
 constexpr float kShore_m = 0.7F;  // of the ground's edge above the water
 
-float SmoothStep(float t) {
+float ClampedSmoothStep(float t) {
   t = std::clamp(t, 0.0F, 1.0F);
   return t * t * (3 - 2 * t);
 }
@@ -69,13 +69,13 @@ float Terrain::HeightAt(const Eigen::Vector2f& p_m) const {
   float height_m = NaturalHeightAt(p_m);
   if (options_.flat_radius_m > 0) {
     const auto radius_m = static_cast<float>(options_.flat_radius_m);
-    height_m *= SmoothStep((p_m.norm() - radius_m) / radius_m);
+    height_m *= ClampedSmoothStep((p_m.norm() - radius_m) / radius_m);
   }
   if (ground_.water.IsEmpty()) return height_m;
   const float from_shore_m = ground_.water.At(p_m) - ground_.water_half_width_m;
-  const float bank = SmoothStep((from_shore_m - kLevelBank_m) / kBank_m);
-  const float shore_m =
-      ground_.water_level_m - kBed_m + (kBed_m + kShore_m) * SmoothStep(from_shore_m / 3 + 1);
+  const float bank = ClampedSmoothStep((from_shore_m - kLevelBank_m) / kBank_m);
+  const float shore_m = ground_.water_level_m - kBed_m +
+                        (kBed_m + kShore_m) * ClampedSmoothStep(from_shore_m / 3 + 1);
   return shore_m + bank * (height_m - shore_m);
 }
 

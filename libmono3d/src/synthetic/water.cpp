@@ -14,14 +14,14 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kBelowGround_m = 1.5F;
-constexpr float kFarAway_m = 3000;   // where the terrain ends
-constexpr float kMargin_m = 2;       // of the surface, under the banks
-constexpr float kBridgeReach_m = 6;  // a bridge ends this far from the shore
-constexpr float kDeck_m = 1;         // above the water
+constexpr float kEndOfTerrain_m = 3000;  // where the terrain ends
+constexpr float kMargin_m = 2;           // of the surface, under the banks
+constexpr float kBridgeReach_m = 6;      // a bridge ends this far from the shore
+constexpr float kDeck_m = 1;             // above the water
 
 const Finish kConcrete{Material::kGravel, Vector3f(0.33F, 0.32F, 0.3F), 21};
 
-void AddSurface(Site& site, const WaterOptions& options) {
+void AddWaterSurface(Site& site, const WaterOptions& options) {
   const Polyline& line = options.middle;
   const float half_width_m = options.half_width_m + kMargin_m;
   const int num_pieces = static_cast<int>(line.size()) - 1;
@@ -41,7 +41,7 @@ void AddSurface(Site& site, const WaterOptions& options) {
 // A straight deck with parapets between two places.
 void AddBridge(Site& site, const Vector2f& from, const Vector2f& to) {
   constexpr float kThickness_m = 0.7F;
-  constexpr float kParapet_m = 0.9F;
+  constexpr float kBridgeParapet_m = 0.9F;
   const float width_m = 2 * (kStreetHalfWidth_m + 0.6F);
   const Vector3f along = Horizontal(to - from);
   const Vector3f across = Horizontal(Left(to - from));
@@ -52,7 +52,8 @@ void AddBridge(Site& site, const Vector2f& from, const Vector2f& to) {
            {Material::kAsphalt, Vector3f::Constant(0.13F), site.random.Bits()});
   for (const float side : {-0.5F, 0.5F}) {
     const Vector3f base = middle + side * (width_m + 0.3F) * across + 0.3F * up;
-    AddBlock(site.mesh, CentredBlock(base, along, 0.3F * across, (kThickness_m + kParapet_m) * up),
+    AddBlock(site.mesh,
+             CentredBlock(base, along, 0.3F * across, (kThickness_m + kBridgeParapet_m) * up),
              kConcrete);
   }
 }
@@ -78,14 +79,14 @@ WaterOptions River(const Site& site, float y_m) {
   const auto extent_m = static_cast<float>(site.terrain.half_extent_m);
   WaterOptions river;
   river.half_width_m = 6.5F;
-  river.middle.emplace_back(-kFarAway_m, y_m);
+  river.middle.emplace_back(-kEndOfTerrain_m, y_m);
   constexpr float kStep_m = 6;
   for (float x = -extent_m; x <= extent_m; x += kStep_m) {
     // It runs straight where it leaves the site.
     const float swing_m = 10 * (1 - std::pow(std::abs(x) / extent_m, 4.0F));
     river.middle.emplace_back(x, y_m + swing_m * std::sin(x / 41));
   }
-  river.middle.emplace_back(kFarAway_m, y_m);
+  river.middle.emplace_back(kEndOfTerrain_m, y_m);
   return river;
 }
 
@@ -97,7 +98,7 @@ WaterOptions Pond(const Vector2f& middle) {
 }
 
 void AddWater(Site& site, const WaterOptions& options) {
-  AddSurface(site, options);
+  AddWaterSurface(site, options);
   const float reach_m = options.half_width_m + kBridgeReach_m;
   for (const Polyline& street : site.streets) {
     const Vector2f* from = nullptr;
