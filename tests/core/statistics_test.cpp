@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "core/statistics.h"
+#include "mono3d/core/statistics.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +15,13 @@ TEST(Median, IsTheValueInTheMiddleOrTheMeanOfTwo) {
   EXPECT_EQ(Median(std::vector<double>{9, 1, 4}), 4);
   EXPECT_EQ(Median(std::vector<double>{9, 1, 4, 2}), 3);
   EXPECT_EQ(Median(std::vector<float>{1, 2}), 1.5F);
+}
+
+TEST(UpperMedian, IsOneOfTheValues) {
+  EXPECT_EQ(UpperMedian(std::vector<double>{5}), 5);
+  EXPECT_EQ(UpperMedian(std::vector<double>{9, 1, 4}), 4);
+  EXPECT_EQ(UpperMedian(std::vector<double>{9, 1, 4, 2}), 4);
+  EXPECT_EQ(UpperMedian(std::vector<float>{2, 1}), 2.F);
 }
 
 TEST(Quantile, IsTheValueAtAShareOfTheSortedOnes) {

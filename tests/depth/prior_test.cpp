@@ -12,25 +12,25 @@ using reference::FineRange;
 
 // Where a position lies within rounding of a border between two planes, float and double may
 // differ.
-constexpr double kMaxShareOfOtherRounding = 0.005;
+constexpr double kMaxShareOfOtherPlanes = 0.005;
 // Projections are interpolated over the planes, which are a pixel apart: some more are rounded to
 // another pixel.
 constexpr double kMaxShareOfOtherPixels = 0.03;
 
 constexpr LevelSize kCoarse{21, 15};
 constexpr LevelSize kFine{41, 30};
-constexpr PriorParams kParams{.coarse_width_px = kCoarse.width_px,
-                              .coarse_height_px = kCoarse.height_px,
-                              .width_px = kFine.width_px,
-                              .height_px = kFine.height_px,
-                              .num_planes = 80,
-                              .fx = 20,
-                              .fy = 21,
-                              .cx = 10,
-                              .cy = 7,
-                              .inverse_depth = 0.4f,
-                              .inverse_depth_step = 0.01f,
-                              .follow_normals = 1};
+constexpr PriorParams kPriorParams{.coarse_width_px = kCoarse.width_px,
+                                   .coarse_height_px = kCoarse.height_px,
+                                   .width_px = kFine.width_px,
+                                   .height_px = kFine.height_px,
+                                   .num_planes = 80,
+                                   .fx = 20,
+                                   .fy = 21,
+                                   .cx = 10,
+                                   .cy = 7,
+                                   .inverse_depth = 0.4f,
+                                   .inverse_depth_step = 0.01f,
+                                   .follow_normals = 1};
 
 // Where a stage reads or writes nothing else.
 FineVolumes OnlyRanges(const Buffer& ranges) { return {ranges, ranges, ranges, ranges}; }
@@ -42,8 +42,8 @@ std::vector<FineRange> PriorOnDevice(const std::vector<float>& depth,
   for (const Eigen::Vector3f& n : normals) numbers.insert(numbers.end(), {n.x(), n.y(), n.z()});
   const Buffer ranges = MakeBuffer<std::uint32_t>(2 * NumFinePixels(kFine));
   Recorder recorder(TestDevice());
-  TestKernels().Prior(recorder, kParams, ToBuffer(depth), ToBuffer(numbers), ImagesToBuffer({grey}),
-                      OnlyRanges(ranges));
+  TestKernels().Prior(recorder, kPriorParams, ToBuffer(depth), ToBuffer(numbers),
+                      ImagesToBuffer({grey}), OnlyRanges(ranges));
   recorder.Submit();
   return FineRangesOf(ranges, kFine);
 }
@@ -59,7 +59,7 @@ TEST(Prior, EqualsReferenceButForRounding) {
     for (std::size_t i = 0; i < depth.size(); ++i) {
       normals.push_back(Eigen::Vector3f(tilt(random), tilt(random), -1).normalized());
     }
-    const auto expected = reference::Prior(depth, normals, grey, kParams);
+    const auto expected = reference::Prior(depth, normals, grey, kPriorParams);
     const auto found = PriorOnDevice(depth, normals, grey);
     std::size_t num_different = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -67,7 +67,7 @@ TEST(Prior, EqualsReferenceButForRounding) {
       num_different += found[i].first_plane != expected[i].first_plane ||
                        found[i].narrow != expected[i].narrow || found[i].jumps != expected[i].jumps;
     }
-    EXPECT_LE(double(num_different), kMaxShareOfOtherRounding * double(found.size()));
+    EXPECT_LE(double(num_different), kMaxShareOfOtherPlanes * double(found.size()));
   }
 }
 

@@ -11,14 +11,14 @@ namespace {
 constexpr float kRelativeTolerance = 1e-5f;
 constexpr float kUniquenessTolerance = 1e-6f;
 
-constexpr WinnerTakesAllParams kParams{.width_px = 1,
-                                       .height_px = 1,
-                                       .num_planes = 14,
-                                       .padded_planes = 16,
-                                       .max_cost = 70,
-                                       .min_uniqueness = 0.05f,
-                                       .inverse_depth = 0.5f,
-                                       .inverse_depth_step = 0.25f};
+constexpr WinnerTakesAllParams kWinnerParams{.width_px = 1,
+                                             .height_px = 1,
+                                             .num_planes = 14,
+                                             .padded_planes = 16,
+                                             .max_cost = 70,
+                                             .min_uniqueness = 0.05f,
+                                             .inverse_depth = 0.5f,
+                                             .inverse_depth_step = 0.25f};
 
 reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
                                    const std::vector<std::uint8_t>& costs,
@@ -39,7 +39,7 @@ reference::Winners OnePixel(std::initializer_list<std::pair<std::size_t, std::ui
   std::vector<std::uint16_t> all(16, 400);
   all[14] = all[15] = 2000;
   for (const auto& [plane, sum] : sums) all[plane] = sum;
-  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kParams, sub_plane);
+  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kWinnerParams, sub_plane);
 }
 
 TEST(WinnerTakesAll, LiesOnTheParabolaThroughTheNeighbours) {
@@ -67,7 +67,7 @@ TEST(WinnerTakesAll, RefusesBordersBadMatchesAndDoubles) {
 TEST(WinnerTakesAll, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
-    WinnerTakesAllParams params = kParams;
+    WinnerTakesAllParams params = kWinnerParams;
     params.width_px = size.width_px;
     params.height_px = size.height_px;
     std::vector<std::uint16_t> sums(size.num_pixels() * params.padded_planes);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
@@ -62,9 +63,7 @@ double MedianDepth(const std::vector<FusionEvent>& events) {
     }
   }
   if (depths.empty()) throw Error("no estimate in the depth maps");
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return UpperMedian(std::move(depths));
 }
 
 // By number of the keyframe, so that it is off alike in all poses of the tracker.

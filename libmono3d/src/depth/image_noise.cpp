@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/statistics.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/statistics.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/statistics.h"
 #include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/evaluation/cloud_picture.h"
 
 namespace mono3d {

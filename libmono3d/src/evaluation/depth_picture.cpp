@@ -9,10 +9,10 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "core/statistics.h"
 #include "evaluation/chart.h"
 #include "evaluation/depth_pixels.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/evaluation/depth_error.h"
 
 namespace mono3d {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "evaluation/chart.h"
 #include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
 

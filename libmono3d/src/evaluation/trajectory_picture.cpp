@@ -10,9 +10,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "core/statistics.h"
 #include "evaluation/chart.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/statistics.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/pfm_file.h"
 

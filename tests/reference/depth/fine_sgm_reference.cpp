@@ -9,7 +9,7 @@
 namespace mono3d::reference {
 namespace {
 
-constexpr std::array<std::array<int, 2>, 8> kDirections = {
+constexpr std::array<std::array<int, 2>, 8> kFineDirections = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
 constexpr int kNotMatched = 255;
 
@@ -24,7 +24,7 @@ int Before(const std::array<std::uint8_t, kNumFinePlanes>& path, int least, int 
 
 FineVolume FinePath(const FineVolume& costs, const std::vector<FineRange>& ranges, int width,
                     int direction, int p1, const std::array<std::uint32_t, 256>& jump_penalties) {
-  const auto [dx, dy] = kDirections[static_cast<std::size_t>(direction)];
+  const auto [dx, dy] = kFineDirections[static_cast<std::size_t>(direction)];
   const int num_pixels = static_cast<int>(costs.size());
   const int height = num_pixels / width;
   FineVolume paths = costs;

@@ -9,7 +9,7 @@
 namespace mono3d::reference {
 namespace {
 
-constexpr std::array<std::array<int, 2>, 8> kDirections = {
+constexpr std::array<std::array<int, 2>, 8> kPriorDirections = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
 
 // Planes per fine pixel, from two points of the plane through (x, y, w) a fine pixel apart.
@@ -71,8 +71,8 @@ std::vector<FineRange> Prior(const std::vector<float>& coarse_depth,
           std::clamp(std::floor(centre - 7), 0.0, std::max(double(params.num_planes) - 16, 0.0)));
       range.narrow = !around.empty() && spread <= 2 && range.first_plane == std::floor(centre - 7);
       range.grey = grey.at<std::uint8_t>(y, x);
-      for (std::size_t i = 0; i < kDirections.size(); ++i) {
-        const double jump = slope.x() * kDirections[i][0] + slope.y() * kDirections[i][1];
+      for (std::size_t i = 0; i < kPriorDirections.size(); ++i) {
+        const double jump = slope.x() * kPriorDirections[i][0] + slope.y() * kPriorDirections[i][1];
         range.jumps[i] = std::clamp(static_cast<int>(std::floor(jump + 0.5)), -8, 7);
       }
       ranges.push_back(range);

@@ -10,7 +10,7 @@
 namespace mono3d::reference {
 namespace {
 
-int Pixel(const cv::Mat& grey, int x, int y) {
+int ClampedPixel(const cv::Mat& grey, int x, int y) {
   return grey.at<std::uint8_t>(std::clamp(y, 0, grey.rows - 1), std::clamp(x, 0, grey.cols - 1));
 }
 
@@ -25,7 +25,7 @@ cv::Mat Halve(const cv::Mat& grey) {
       for (int j = 0; j < 4; ++j) {
         for (int i = 0; i < 4; ++i) {
           sum += kWeights[std::size_t(i)] * kWeights[std::size_t(j)] *
-                 Pixel(grey, 2 * x - 1 + i, 2 * y - 1 + j);
+                 ClampedPixel(grey, 2 * x - 1 + i, 2 * y - 1 + j);
         }
       }
       half.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(sum / 64);
