@@ -59,7 +59,7 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
   predicted_anchors_.resize(std::max(predicted_anchors_.size(), predictions.size()));
   std::vector<ModelView> views;
   for (std::size_t i = 0; i < predictions.size(); ++i) {
-    predicted_anchors_[i].Set(context_.device, predictions[i], model_.anchors.S_world_kf());
+    predicted_anchors_[i].Set(context_.device, predictions[i], model_.anchors.S_world_surfels());
     views.push_back({params, predicted_anchors_[i]});
   }
   const auto margin_px =
@@ -71,8 +71,8 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
 Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& predictions,
                                       const DepthMapBuffers& buffers, const BlockList& blocks) {
   Registration registration = registrar_.Register(context_.recorder, map, buffers, model_.surfels,
-                                                  blocks, model_.anchors.S_world_kf(), predictions,
-                                                  context_.options, context_.times);
+                                                  blocks, model_.anchors.S_world_surfels(),
+                                                  predictions, context_.options, context_.times);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
   if (!registration.evidence.moved || !registration.rejection.empty()) return registration;

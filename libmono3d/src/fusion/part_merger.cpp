@@ -97,7 +97,8 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   seen.camera = model_.anchors.anchor(view).camera;
   const ViewParams params =
       MakeViewParams(seen, context_.options, surfels.size(), model_.anchors.size());
-  anchors_.Set(context_.device, model_.anchors.S_world_kf()[view], model_.anchors.S_world_kf());
+  anchors_.Set(context_.device, model_.anchors.S_world_kf()[view],
+               model_.anchors.S_world_surfels());
   const ModelView model_view{params, anchors_};
   context_.culler.FindVisible(context_.recorder, {&model_view, 1}, kMergeMargin_px, surfels,
                               visible_, context_.times);

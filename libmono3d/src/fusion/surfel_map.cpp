@@ -132,7 +132,7 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
 }
 
 PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
-  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_kf(), options);
+  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_surfels(), options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
