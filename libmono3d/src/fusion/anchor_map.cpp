@@ -46,7 +46,7 @@ void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int subm
   anchors_.push_back(anchor);
   S_world_kf_.push_back(S_world_kf);
   S_world_surfels_.push_back(S_world_kf);
-  witnesses_.push_back({{size() - 1, 1, Similarity()}});
+  observers_.push_back({{size() - 1, 1, Similarity()}});
   submap_of_.push_back(submap_id);
   part_of_.push_back(part);
   Anchor& added = anchors_.back();
@@ -61,9 +61,9 @@ void AnchorMap::RemoveFrom(std::uint32_t first_anchor) {
   anchors_.resize(first_anchor);
   S_world_kf_.resize(first_anchor);
   S_world_surfels_.resize(first_anchor);
-  witnesses_.resize(first_anchor);
-  for (std::vector<Witness>& witnesses : witnesses_) {
-    std::erase_if(witnesses, [&](const Witness& w) { return w.number >= first_anchor; });
+  observers_.resize(first_anchor);
+  for (std::vector<Observer>& observers : observers_) {
+    std::erase_if(observers, [&](const Observer& w) { return w.number >= first_anchor; });
   }
   submap_of_.resize(first_anchor);
   part_of_.resize(first_anchor);
@@ -84,8 +84,8 @@ void AnchorMap::Append(AnchorMap other) {
     anchors_.back().S_tracker_oldest_then = anchors_.front().S_tracker_kf;
     S_world_kf_.push_back(other.S_world_kf_[i]);
     S_world_surfels_.push_back(other.S_world_surfels_[i]);
-    for (Witness& witness : other.witnesses_[i]) witness.number += first_anchor;
-    witnesses_.push_back(std::move(other.witnesses_[i]));
+    for (Observer& observer : other.observers_[i]) observer.number += first_anchor;
+    observers_.push_back(std::move(other.observers_[i]));
     submap_of_.push_back(other.submap_of_[i] + first_id);
     part_of_.push_back(other.part_of_[i] + first_part);
   }
@@ -182,22 +182,22 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
 
 void AnchorMap::LatestSaw(std::uint32_t number, double share) {
   if (number + 1 == size() || share <= 0) return;
-  std::vector<Witness>& witnesses = witnesses_[number];
-  if (witnesses.size() == kMaxWitnesses) {
-    for (std::size_t i = 0; i < kMaxWitnesses / 2; ++i) {
-      witnesses[i] = witnesses[2 * i];
-      witnesses[i].weight += witnesses[2 * i + 1].weight;
+  std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == kMaxObservers) {
+    for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
+      observers[i] = observers[2 * i];
+      observers[i].weight += observers[2 * i + 1].weight;
     }
-    witnesses.resize(kMaxWitnesses / 2);
+    observers.resize(kMaxObservers / 2);
   }
-  witnesses.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+  observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
 }
 
-// The mean of where each witness has them, by weight: of the place at which the anchor looks, of
+// The mean of where each observer has them, by weight: of the place at which the anchor looks, of
 // the rotation, and of the logarithm of the scale.
 void AnchorMap::PlaceSurfels(std::uint32_t number) {
-  const std::vector<Witness>& witnesses = witnesses_[number];
-  if (witnesses.size() == 1) {
+  const std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == 1) {
     S_world_surfels_[number] = S_world_kf_[number];
     return;
   }
@@ -206,13 +206,13 @@ void AnchorMap::PlaceSurfels(std::uint32_t number) {
   Eigen::Vector4d sum_rotation = Eigen::Vector4d::Zero();
   double sum_log_scale = 0;
   double sum = 0;
-  for (const Witness& witness : witnesses) {
-    const Similarity S = S_world_kf_[witness.number] * witness.S_kf_surfels;
+  for (const Observer& observer : observers) {
+    const Similarity S = S_world_kf_[observer.number] * observer.S_kf_surfels;
     const Eigen::Vector4d q = S.pose().rotation().coeffs();
-    sum_rotation += (q.dot(sum_rotation) < 0 ? -witness.weight : witness.weight) * q;
-    sum_centre += witness.weight * (S * centre);
-    sum_log_scale += witness.weight * std::log(S.scale());
-    sum += witness.weight;
+    sum_rotation += (q.dot(sum_rotation) < 0 ? -observer.weight : observer.weight) * q;
+    sum_centre += observer.weight * (S * centre);
+    sum_log_scale += observer.weight * std::log(S.scale());
+    sum += observer.weight;
   }
   const double scale = std::exp(sum_log_scale / sum);
   const Eigen::Quaterniond rotation(Eigen::Vector4d(sum_rotation.normalized()));

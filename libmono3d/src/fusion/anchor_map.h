@@ -73,13 +73,13 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
-  // Depth maps that each anchor remembers to have seen its surfels; of more, every second one
-  // speaks for two.
-  static constexpr std::size_t kMaxWitnesses = 16;
+  // Depth maps that an anchor keeps as observers of its surfels; of more, every second one counts
+  // for two.
+  static constexpr std::size_t kMaxObservers = 16;
 
  private:
   // A depth map that has seen surfels of an anchor.
-  struct Witness {
+  struct Observer {
     std::uint32_t number = 0;
     double weight = 1;
     Similarity S_kf_surfels;  // as it saw them
@@ -92,7 +92,7 @@ class AnchorMap {
   std::vector<Anchor> anchors_;
   std::vector<Similarity> S_world_kf_;
   std::vector<Similarity> S_world_surfels_;
-  std::vector<std::vector<Witness>> witnesses_;  // per anchor, itself first
+  std::vector<std::vector<Observer>> observers_;  // per anchor, itself first
   std::vector<int> submap_of_;
   std::vector<int> part_of_;     // anchors of one part follow each other
   std::vector<Submap> submaps_;  // by id

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "fusion/surfel_export.h"
+#include "fusion/export.h"
 
 namespace mono3d {
 namespace {

@@ -40,7 +40,7 @@ bool DepthMapFuser::Upload(const DepthMap& map) {
     height_px_ = map.camera.height;
   }
   buffers_.Upload(packed);
-  context_.stages.Prepare(context_.recorder, Params(map), buffers_);
+  context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
   return true;
 }
 
@@ -78,10 +78,10 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
     visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_, submap));
   }
   Recorder& recorder = context_.recorder;
-  const FusionStages& stages = context_.stages;
-  stages.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
-  stages.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
-  stages.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
+  const FusionKernels& kernels = context_.kernels;
+  kernels.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
+  kernels.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
   if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
@@ -97,13 +97,13 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   params.map_index = number;
   params.num_new = num_new_;
   Recorder& recorder = context_.recorder;
-  const FusionStages& stages = context_.stages;
+  const FusionKernels& kernels = context_.kernels;
   surfels.BeginInsert(number, num_new_);
-  stages.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
+  kernels.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
   recorder.Fill(buffers_.num_removed, 0);
-  stages.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
-  stages.Insert(recorder, params, buffers_, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels);
   ReviewNew(params.num_surfels, params.num_surfels + WholeBlocks(num_new_), number);
   recorder.Submit(context_.times);
   NoteChanges();
@@ -134,10 +134,10 @@ void DepthMapFuser::ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::
     params.first_surfel = first_slot;
     params.is_past = 1;
     past.anchors.Set(context_.device, anchors.S_world_kf()[past.anchor], anchors.S_world_surfels());
-    context_.stages.Associate(context_.recorder, params, past.anchors, past.buffers, model_.surfels,
-                              latest_);
-    context_.stages.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
-                                   latest_);
+    context_.kernels.Associate(context_.recorder, params, past.anchors, past.buffers,
+                               model_.surfels, latest_);
+    context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
+                                    latest_);
   }
 }
 

@@ -105,7 +105,7 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   std::vector<std::uint32_t> end_of_older = model_.anchors.EndOfOlderParts();
   for (std::uint32_t& end : end_of_older) end = surfels.FirstSlotOf(end);
   const std::uint32_t num_removed =
-      merger_.Merge(context_.recorder, context_.stages, params, anchors_, end_of_older, surfels,
+      merger_.Merge(context_.recorder, context_.kernels, params, anchors_, end_of_older, surfels,
                     visible_, context_.times);
   surfels.Remove(num_removed);
   if (num_removed == 0) return 0;

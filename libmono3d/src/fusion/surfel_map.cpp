@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/registration_problem.h"
-#include "fusion/surfel_export.h"
+#include "fusion/export.h"
+#include "fusion/registration/problem.h"
 #include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/error.h"
 

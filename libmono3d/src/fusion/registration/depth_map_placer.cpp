@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/depth_map_placer.h"
+#include "fusion/registration/depth_map_placer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "fusion/registration_constraint.h"
-#include "fusion/registration_gate.h"
+#include "fusion/registration/constraint.h"
+#include "fusion/registration/gate.h"
 #include "fusion/view.h"
 #include "mono3d/core/log.h"
 
