@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
 
 // Each surfel that a pixel confirms takes up what the pixel says, by its weight. It moves along the
 // ray of this view only: errors of depth lie along rays, and surfels keep their spacing. Inverse
@@ -22,6 +23,7 @@ layout(binding = 9, rgba32f) uniform readonly imageBuffer anchors;  // two per a
 layout(binding = 10, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
 layout(binding = 11, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
 layout(binding = 12, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 13, std430) buffer Confirmed { uint num_confirmed[]; };  // per block; 0 before
 
 uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
   const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
@@ -36,6 +38,9 @@ void main() {
   if (i >= params.num_surfels) return;
   const uint pixel = imageLoad(association, int(i)).x;
   if (!IsPixel(pixel)) return;
+  // Those that are left, in one addition.
+  const uint num_here = subgroupBallotBitCount(subgroupBallot(true));
+  if (subgroupElect()) atomicAdd(num_confirmed[block], num_here);
   const int anchor = int(imageLoad(anchor_of_block, int(block)).x);
   UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "fusion/blocks.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/surfel_blocks.h"
 #include "gpu/test_device.h"
 #include "reference/fusion/view_reference.h"
 

@@ -94,7 +94,7 @@ TEST(SurfelChanges, AreOfTheAnchorsInView) {
     map.keyframe_id = map.frame_index = number;
     return map;
   };
-  (void)model->Integrate(over(-20, 0));
+  (void)model->Integrate(over(-40, 0));
   (void)model->Integrate(over(0, 1));
   Viewer viewer;
   viewer.Look(*model);

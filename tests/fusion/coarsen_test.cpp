@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/storage.h"
 #include "gpu/test_device.h"
 #include "mono3d/fusion/surfel_map.h"
 

@@ -13,8 +13,8 @@ const Eigen::Vector3f kTowardsCamera(0, 0, -1);
 std::uint32_t RunFreeSpace(StageScene& scene) {
   scene.RunAssociate();
   scene.recorder.Fill(scene.buffers.num_removed, 0);
-  scene.stages.ClearFreeSpace(scene.recorder, scene.view, scene.buffers.num_removed, scene.storage,
-                              scene.all_blocks);
+  scene.kernels.ClearFreeSpace(scene.recorder, scene.view, scene.buffers.num_removed, scene.storage,
+                               scene.all_blocks);
   scene.recorder.Submit();
   return scene.buffers.num_removed.Download<std::uint32_t>().front();
 }

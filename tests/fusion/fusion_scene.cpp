@@ -112,7 +112,7 @@ StageScene::StageScene(const TrackedMap& map, const Surfels& model, const Surfel
       packed(Pack(map)),
       surfels(model),
       recorder(TestDevice()),
-      stages(TestDevice()),
+      kernels(TestDevice()),
       buffers(TestDevice(), map.camera.width, map.camera.height),
       storage(TestDevice(), kRoom) {
   anchor_table.Set(TestDevice(), anchors);
@@ -122,20 +122,20 @@ StageScene::StageScene(const TrackedMap& map, const Surfels& model, const Surfel
 }
 
 void StageScene::RunAssociate() {
-  stages.Prepare(recorder, view, buffers);
-  stages.Associate(recorder, view, anchor_table, buffers, storage, all_blocks);
+  kernels.Prepare(recorder, view, buffers);
+  kernels.Associate(recorder, view, anchor_table, buffers, storage, all_blocks);
   recorder.Submit();
 }
 
 void StageScene::RunIndexMap() {
   RunAssociate();
-  stages.DrawIndexMap(recorder, view, anchor_table, buffers.index_map, storage, all_blocks);
+  kernels.DrawIndexMap(recorder, view, anchor_table, buffers.index_map, storage, all_blocks);
   recorder.Submit();
 }
 
 void StageScene::RunSelectNew() {
   RunIndexMap();
-  stages.SelectNew(recorder, view, anchor_table, buffers, storage);
+  kernels.SelectNew(recorder, view, anchor_table, buffers, storage);
   recorder.Submit();
 }
 

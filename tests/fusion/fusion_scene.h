@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fusion/depth_map_buffers.h"
-#include "fusion/fusion_stages.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/kernels.h"
+#include "fusion/storage.h"
 #include "fusion/tracked_model.h"
 #include "fusion/view.h"
 #include "gpu/recorder.h"
@@ -48,8 +48,8 @@ class StageScene {
   StageScene(const TrackedMap& map, const Surfels& surfels, const SurfelMapOptions& options = {},
              const std::vector<Similarity>& S_world_anchor = std::vector<Similarity>(16));
 
-  // Runs the stages of FusionStages up to and with the named one, in order.
-  void RunPrepare() { stages.Prepare(recorder, view, buffers), recorder.Submit(); }
+  // Runs the stages of FusionKernels up to and with the named one, in order.
+  void RunPrepare() { kernels.Prepare(recorder, view, buffers), recorder.Submit(); }
   void RunAssociate();
   void RunIndexMap();
   void RunSelectNew();
@@ -65,7 +65,7 @@ class StageScene {
   PackedDepthMap packed;
   Surfels surfels;  // of the model, as uploaded
   Recorder recorder;
-  FusionStages stages;
+  FusionKernels kernels;
   DepthMapBuffers buffers;
   SurfelStorage storage;
   BlockList all_blocks;

@@ -61,7 +61,7 @@ TEST(IndexMap, IsTheSameInTwoPassesOf32Bits) {
   scene.RunIndexMap();
   const auto in_one_pass = scene.DeviceIndexMap();
   ASSERT_NE(in_one_pass, std::vector<reference::IndexCell>(in_one_pass.size()));
-  const FusionStages without_int64(TestDevice(), false);
+  const FusionKernels without_int64(TestDevice(), false);
   without_int64.DrawIndexMap(scene.recorder, scene.view, scene.anchor_table,
                              scene.buffers.index_map, scene.storage, scene.all_blocks);
   scene.recorder.Submit();

@@ -16,7 +16,7 @@ Surfels RunInsert(StageScene& scene) {
   scene.view.num_new = static_cast<std::uint32_t>(pixels.size());
   const std::uint32_t end = scene.storage.size() + scene.view.num_new;
   scene.storage.Reserve(scene.recorder, scene.storage.size() + WholeBlocks(scene.view.num_new));
-  scene.stages.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
+  scene.kernels.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
   scene.recorder.Submit();
   return scene.storage.Download(0, end);
 }

@@ -13,8 +13,8 @@ namespace {
 
 void RunMerge(StageScene& scene) {
   scene.RunAssociate();
-  scene.stages.Merge(scene.recorder, scene.view, scene.anchor_table, scene.buffers, scene.storage,
-                     scene.all_blocks);
+  scene.kernels.Merge(scene.recorder, scene.view, scene.anchor_table, scene.buffers, scene.storage,
+                      scene.all_blocks);
   scene.recorder.Submit();
 }
 

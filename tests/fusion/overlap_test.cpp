@@ -78,13 +78,13 @@ Merged Merge(const Surfels& surfels) {
   BlockList all_blocks;
   all_blocks.SetRange(TestDevice(), 0, storage.size());
   Recorder recorder(TestDevice());
-  const FusionStages stages(TestDevice());
+  const FusionKernels kernels(TestDevice());
   const MergingView view(surfels);
   AnchorTable anchors;
   anchors.Set(TestDevice(), view.anchors);
   Merged merged;
   merged.num_removed = OverlapMerger(TestDevice())
-                           .Merge(recorder, stages, view.params, anchors, view.end_of_older,
+                           .Merge(recorder, kernels, view.params, anchors, view.end_of_older,
                                   storage, all_blocks, nullptr);
   merged.surfels = storage.Download();
   return merged;

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/registration.h"
+#include "fusion/registration/registrar.h"
 #include "fusion/registration_scene.h"
 #include "gpu/test_device.h"
 

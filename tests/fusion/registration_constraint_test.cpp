@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_constraint.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 
+#include "fusion/registration/constraint.h"
 #include "fusion/registration_scene.h"
 #include "fusion/surfel.h"
 #include "gpu/test_device.h"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/surfel_export.h"
-
 #include <gtest/gtest.h>
 
+#include "fusion/export.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {

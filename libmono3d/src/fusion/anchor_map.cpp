@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 namespace mono3d {
@@ -44,6 +45,8 @@ void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int subm
   submaps_[static_cast<std::size_t>(submap_id)].Add(size(), S_world_kf);
   anchors_.push_back(anchor);
   S_world_kf_.push_back(S_world_kf);
+  S_world_surfels_.push_back(S_world_kf);
+  observers_.push_back({{size() - 1, 1, Similarity()}});
   submap_of_.push_back(submap_id);
   part_of_.push_back(part);
   Anchor& added = anchors_.back();
@@ -57,6 +60,11 @@ void AnchorMap::RemoveFrom(std::uint32_t first_anchor) {
   for (Submap& submap : submaps_) submap.RemoveFrom(first_anchor);
   anchors_.resize(first_anchor);
   S_world_kf_.resize(first_anchor);
+  S_world_surfels_.resize(first_anchor);
+  observers_.resize(first_anchor);
+  for (std::vector<Observer>& observers : observers_) {
+    std::erase_if(observers, [&](const Observer& w) { return w.number >= first_anchor; });
+  }
   submap_of_.resize(first_anchor);
   part_of_.resize(first_anchor);
 }
@@ -75,6 +83,9 @@ void AnchorMap::Append(AnchorMap other) {
     anchors_.back().S_tracker_kf_then = anchors_.back().S_tracker_kf;
     anchors_.back().S_tracker_oldest_then = anchors_.front().S_tracker_kf;
     S_world_kf_.push_back(other.S_world_kf_[i]);
+    S_world_surfels_.push_back(other.S_world_surfels_[i]);
+    for (Observer& observer : other.observers_[i]) observer.number += first_anchor;
+    observers_.push_back(std::move(other.observers_[i]));
     submap_of_.push_back(other.submap_of_[i] + first_id);
     part_of_.push_back(other.part_of_[i] + first_part);
   }
@@ -147,6 +158,7 @@ bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
     SetPlace(i, is_known && !anchor.is_moved ? anchor.S_tracker_kf : *latest * S_world_kf_[i]);
     if (!is_known) anchor.S_tracker_kf = *latest * anchor.S_tracker_kf;
   }
+  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
   return has_moved;
 }
 
@@ -165,6 +177,47 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
     anchor.S_tracker_kf_then = anchor.S_tracker_kf;
     anchor.S_tracker_oldest_then = anchors_.front().S_tracker_kf;
   }
+  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+}
+
+void AnchorMap::LatestSaw(std::uint32_t number, double share) {
+  if (number + 1 == size() || share <= 0) return;
+  std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == kMaxObservers) {
+    for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
+      observers[i] = observers[2 * i];
+      observers[i].weight += observers[2 * i + 1].weight;
+    }
+    observers.resize(kMaxObservers / 2);
+  }
+  observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+}
+
+// The mean of where each observer has them, by weight: of the place at which the anchor looks, of
+// the rotation, and of the logarithm of the scale.
+void AnchorMap::PlaceSurfels(std::uint32_t number) {
+  const std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == 1) {
+    S_world_surfels_[number] = S_world_kf_[number];
+    return;
+  }
+  const Eigen::Vector3d centre(0, 0, anchors_[number].median_depth_su);
+  Eigen::Vector3d sum_centre = Eigen::Vector3d::Zero();
+  Eigen::Vector4d sum_rotation = Eigen::Vector4d::Zero();
+  double sum_log_scale = 0;
+  double sum = 0;
+  for (const Observer& observer : observers) {
+    const Similarity S = S_world_kf_[observer.number] * observer.S_kf_surfels;
+    const Eigen::Vector4d q = S.pose().rotation().coeffs();
+    sum_rotation += (q.dot(sum_rotation) < 0 ? -observer.weight : observer.weight) * q;
+    sum_centre += observer.weight * (S * centre);
+    sum_log_scale += observer.weight * std::log(S.scale());
+    sum += observer.weight;
+  }
+  const double scale = std::exp(sum_log_scale / sum);
+  const Eigen::Quaterniond rotation(Eigen::Vector4d(sum_rotation.normalized()));
+  S_world_surfels_[number] =
+      Similarity(scale, Pose(rotation, sum_centre / sum - rotation * (scale * centre)));
 }
 
 void AnchorMap::JoinSubmaps(int submap_id, int other_id) {

@@ -22,8 +22,11 @@ class AnchorMap {
   bool empty() const { return anchors_.empty(); }
   const Anchor& anchor(std::uint32_t number) const { return anchors_[number]; }
   const Anchor& back() const { return anchors_.back(); }
-  // Where each is in the world.
+  // Where the keyframe of each is in the world.
   const std::vector<Similarity>& S_world_kf() const { return S_world_kf_; }
+  // Where its surfels are: with the keyframe, until keyframes move against each other. What later
+  // depth maps had confirmed is a mean of what they all saw, and moves as the mean of them.
+  const std::vector<Similarity>& S_world_surfels() const { return S_world_surfels_; }
   PlacedAnchor Placed(std::uint32_t number) const {
     return {anchors_[number], S_world_kf_[number]};
   }
@@ -39,6 +42,8 @@ class AnchorMap {
   // The next anchor, of the submap of this id, existing or the next one. The model has moved it
   // where `S_world_kf` is not the tracker's.
   void Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id);
+  // The latest anchor has seen so much of the surfels of this one: a share, 0 to 1.
+  void LatestSaw(std::uint32_t number, double share);
   void RemoveFrom(std::uint32_t first_anchor);
   // Behind these. Its submaps become further ones.
   void Append(AnchorMap other);
@@ -68,13 +73,26 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
+  // Depth maps that an anchor keeps as observers of its surfels; of more, every second one counts
+  // for two.
+  static constexpr std::size_t kMaxObservers = 16;
 
  private:
+  // A depth map that has seen surfels of an anchor.
+  struct Observer {
+    std::uint32_t number = 0;
+    double weight = 1;
+    Similarity S_kf_surfels;  // as it saw them
+  };
+
+  void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
   bool TrackerConverged(const KeyframePoses& poses, int map_id) const;
 
   std::vector<Anchor> anchors_;
   std::vector<Similarity> S_world_kf_;
+  std::vector<Similarity> S_world_surfels_;
+  std::vector<std::vector<Observer>> observers_;  // per anchor, itself first
   std::vector<int> submap_of_;
   std::vector<int> part_of_;     // anchors of one part follow each other
   std::vector<Submap> submaps_;  // by id

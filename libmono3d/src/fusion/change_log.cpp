@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "fusion/surfel_export.h"
+#include "fusion/export.h"
 
 namespace mono3d {
 namespace {
@@ -43,7 +43,7 @@ SurfelChanges ChangeLog::Since(std::uint64_t version, const SurfelModel& model) 
   for (std::uint32_t i = 0; i < model.anchors.size(); ++i) {
     const Anchor& anchor = model.anchors.anchor(i);
     changes.anchors.push_back(
-        {i, anchor.keyframe_id, anchor.frame_index, model.anchors.S_world_kf()[i]});
+        {i, anchor.keyframe_id, anchor.frame_index, model.anchors.S_world_surfels()[i]});
     Chunk& chunk = chunks_[i];
     if (chunk.version <= version) continue;
     if (chunk.downloaded_version < chunk.version) {

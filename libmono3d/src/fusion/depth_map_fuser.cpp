@@ -4,6 +4,7 @@
 #include "fusion/depth_map_fuser.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 
 #include "fusion/coarsen.h"
@@ -39,7 +40,7 @@ bool DepthMapFuser::Upload(const DepthMap& map) {
     height_px_ = map.camera.height;
   }
   buffers_.Upload(packed);
-  context_.stages.Prepare(context_.recorder, Params(map), buffers_);
+  context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
   return true;
 }
 
@@ -48,7 +49,7 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, co
   SurfelStorage& surfels = model_.surfels;
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
   if (surfels.max_size() - surfels.size() < num_candidates_) surfels.Compact();
-  anchors_.Set(context_.device, S_world_kf, model_.anchors.S_world_kf());
+  anchors_.Set(context_.device, S_world_kf, model_.anchors.S_world_surfels());
   Associate(map, submap);
   while (!MakeRoom(WholeBlocks(num_new_)) && Coarsen()) Associate(map, submap);
   if (surfels.max_size() - surfels.size() < WholeBlocks(num_new_)) return std::nullopt;
@@ -77,10 +78,10 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
     visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_, submap));
   }
   Recorder& recorder = context_.recorder;
-  const FusionStages& stages = context_.stages;
-  stages.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
-  stages.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
-  stages.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
+  const FusionKernels& kernels = context_.kernels;
+  kernels.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
+  kernels.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
   if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
@@ -96,23 +97,30 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   params.map_index = number;
   params.num_new = num_new_;
   Recorder& recorder = context_.recorder;
-  const FusionStages& stages = context_.stages;
+  const FusionKernels& kernels = context_.kernels;
   surfels.BeginInsert(number, num_new_);
-  stages.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
+  kernels.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
   recorder.Fill(buffers_.num_removed, 0);
-  stages.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
-  stages.Insert(recorder, params, buffers_, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels);
   ReviewNew(params.num_surfels, params.num_surfels + WholeBlocks(num_new_), number);
   recorder.Submit(context_.times);
-  changed_anchors_.clear();
-  for (const std::uint32_t block : visible_.numbers()) {
-    const std::uint32_t anchor = surfels.anchors()[block];
-    if (changed_anchors_.empty() || changed_anchors_.back() != anchor) {
-      changed_anchors_.push_back(anchor);
-    }
-  }
+  NoteChanges();
   return buffers_.num_removed.Download<std::uint32_t>().front();
+}
+
+// Of which anchors the depth map has seen how much.
+void DepthMapFuser::NoteChanges() {
+  const SurfelStorage& surfels = model_.surfels;
+  std::map<std::uint32_t, std::uint32_t> num_visible;
+  for (const std::uint32_t block : visible_.numbers()) ++num_visible[surfels.anchors()[block]];
+  changed_anchors_.clear();
+  for (const auto& [anchor, count] : num_visible) {
+    const std::uint32_t num_slots = surfels.FirstSlotOf(anchor + 1) - surfels.FirstSlotOf(anchor);
+    changed_anchors_.push_back(anchor);
+    model_.anchors.LatestSaw(anchor, static_cast<double>(count) * kSurfelsPerBlock / num_slots);
+  }
 }
 
 // What the depth maps before this one say of its new surfels: they cannot confirm them, or there
@@ -120,16 +128,16 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
 void DepthMapFuser::ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number) {
   if (first_slot == end) return;
   latest_.SetRange(context_.device, first_slot, end);
-  const std::vector<Similarity>& S_world_kf = model_.anchors.S_world_kf();
+  const AnchorMap& anchors = model_.anchors;
   for (PastView& past : past_views_.views()) {
     ViewParams params = MakeViewParams(past.map, context_.options, end, number);
     params.first_surfel = first_slot;
     params.is_past = 1;
-    past.anchors.Set(context_.device, S_world_kf[past.anchor], S_world_kf);
-    context_.stages.Associate(context_.recorder, params, past.anchors, past.buffers, model_.surfels,
-                              latest_);
-    context_.stages.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
-                                   latest_);
+    past.anchors.Set(context_.device, anchors.S_world_kf()[past.anchor], anchors.S_world_surfels());
+    context_.kernels.Associate(context_.recorder, params, past.anchors, past.buffers,
+                               model_.surfels, latest_);
+    context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
+                                    latest_);
   }
 }
 
@@ -152,7 +160,7 @@ bool DepthMapFuser::Coarsen() {
   merge_radius_px_ *= 2;
   SurfelStorage& surfels = model_.surfels;
   const std::uint32_t before = surfels.num_surfels();
-  surfels.Upload(InWholeBlocks(Coarsened(surfels.Download(), model_.anchors.S_world_kf())));
+  surfels.Upload(InWholeBlocks(Coarsened(surfels.Download(), model_.anchors.S_world_surfels())));
   Log(LogLevel::kWarning, "the model is full with " + std::to_string(before) +
                               " surfels: made coarser, " + std::to_string(surfels.num_surfels()) +
                               " remain, new ones are " + std::to_string(merge_radius_px_) +

@@ -56,6 +56,7 @@ class DepthMapFuser {
   ViewParams Params(const DepthMap& map) const;
   void Associate(const DepthMap& map, int submap);
   std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
+  void NoteChanges();
   void ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number);
   bool Coarsen();
 

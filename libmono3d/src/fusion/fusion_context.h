@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "fusion/anchor_map.h"
-#include "fusion/fusion_stages.h"
-#include "fusion/surfel_blocks.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/blocks.h"
+#include "fusion/kernels.h"
+#include "fusion/storage.h"
 #include "gpu/recorder.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/surfel_map.h"
@@ -23,18 +23,18 @@ namespace mono3d {
 
 // What the parts of a surfel map work with.
 struct FusionContext {
-  FusionContext(std::shared_ptr<Device> of_device, SurfelMapOptions of_map, StageTimes* of_stages)
+  FusionContext(std::shared_ptr<Device> of_device, SurfelMapOptions of_map, StageTimes* stage_times)
       : device(std::move(of_device)),
         options(std::move(of_map)),
-        times(of_stages),
-        stages(device),
+        times(stage_times),
+        kernels(device),
         culler(device),
         recorder(device) {}
 
   std::shared_ptr<Device> device;
   SurfelMapOptions options;
   StageTimes* times;
-  FusionStages stages;
+  FusionKernels kernels;
   BlockCuller culler;
   Recorder recorder;
 };

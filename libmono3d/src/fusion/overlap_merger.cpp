@@ -36,7 +36,7 @@ OverlapMerger::OverlapMerger(const std::shared_ptr<Device>& device)
       overlap_add_(device, {"fusion/overlap_add", fusion_overlap_add_spirv}),
       overlap_apply_(device, {"fusion/overlap_apply", fusion_overlap_apply_spirv}) {}
 
-std::uint32_t OverlapMerger::Merge(Recorder& recorder, const FusionStages& stages,
+std::uint32_t OverlapMerger::Merge(Recorder& recorder, const FusionKernels& kernels,
                                    const ViewParams& params, const AnchorTable& anchors,
                                    std::span<const std::uint32_t> end_of_older,
                                    const SurfelStorage& surfels, const BlockList& blocks,
@@ -47,7 +47,7 @@ std::uint32_t OverlapMerger::Merge(Recorder& recorder, const FusionStages& stage
   end_of.Upload(end_of_older);
 
   recorder.Fill(surfels.association(), kNoTarget);  // nothing is seen through, either
-  stages.DrawIndexMap(recorder, params, anchors, index_map_, surfels, blocks);
+  kernels.DrawIndexMap(recorder, params, anchors, index_map_, surfels, blocks);
   recorder.Dispatch(overlap_oldest_, {index_map_, oldest_}, params,
                     GridFor(overlap_oldest_, NumTiles(params)));
   recorder.Fill(num_candidates_, 0);

@@ -8,9 +8,9 @@
 #include <span>
 
 #include "fusion/anchor_table.h"
-#include "fusion/fusion_stages.h"
-#include "fusion/surfel_blocks.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/blocks.h"
+#include "fusion/kernels.h"
+#include "fusion/storage.h"
 #include "fusion/view.params.h"
 #include "gpu/kernel.h"
 #include "gpu/recorder.h"
@@ -28,7 +28,7 @@ class OverlapMerger {
   // overlap_oldest, overlap_candidates, overlap_target, overlap_add, overlap_apply. `end_of_older`:
   // per anchor the end of the slots of older parts. Returns the number of surfels that were added
   // to others and removed. Keeps 20 bytes per surfel, and an index map, until End().
-  std::uint32_t Merge(Recorder& recorder, const FusionStages& stages, const ViewParams& params,
+  std::uint32_t Merge(Recorder& recorder, const FusionKernels& kernels, const ViewParams& params,
                       const AnchorTable& anchors, std::span<const std::uint32_t> end_of_older,
                       const SurfelStorage& surfels, const BlockList& blocks, StageTimes* times);
   void End();

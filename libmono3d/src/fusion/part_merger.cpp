@@ -97,14 +97,15 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   seen.camera = model_.anchors.anchor(view).camera;
   const ViewParams params =
       MakeViewParams(seen, context_.options, surfels.size(), model_.anchors.size());
-  anchors_.Set(context_.device, model_.anchors.S_world_kf()[view], model_.anchors.S_world_kf());
+  anchors_.Set(context_.device, model_.anchors.S_world_kf()[view],
+               model_.anchors.S_world_surfels());
   const ModelView model_view{params, anchors_};
   context_.culler.FindVisible(context_.recorder, {&model_view, 1}, kMergeMargin_px, surfels,
                               visible_, context_.times);
   std::vector<std::uint32_t> end_of_older = model_.anchors.EndOfOlderParts();
   for (std::uint32_t& end : end_of_older) end = surfels.FirstSlotOf(end);
   const std::uint32_t num_removed =
-      merger_.Merge(context_.recorder, context_.stages, params, anchors_, end_of_older, surfels,
+      merger_.Merge(context_.recorder, context_.kernels, params, anchors_, end_of_older, surfels,
                     visible_, context_.times);
   surfels.Remove(num_removed);
   if (num_removed == 0) return 0;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/registration_problem.h"
-#include "fusion/surfel_export.h"
+#include "fusion/export.h"
+#include "fusion/registration/problem.h"
 #include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/error.h"
 
@@ -132,7 +132,7 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
 }
 
 PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
-  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_kf(), options);
+  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_surfels(), options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {

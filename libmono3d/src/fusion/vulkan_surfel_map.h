@@ -11,10 +11,10 @@
 
 #include "fusion/change_log.h"
 #include "fusion/depth_map_fuser.h"
-#include "fusion/depth_map_placer.h"
 #include "fusion/fusion_context.h"
 #include "fusion/part_merger.h"
-#include "fusion/repairing_surfel_map.h"
+#include "fusion/registration/depth_map_placer.h"
+#include "fusion/retry.h"
 
 namespace mono3d {
 

@@ -10,7 +10,7 @@
 #include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/register.params.h"
-#include "fusion/registration_system.h"
+#include "fusion/registration/system.h"
 #include "fusion/selection.h"
 #include "fusion/surfel.h"
 #include "fusion/view.params.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/surfel_export.h"
+#include "fusion/export.h"
 
 #include <algorithm>
 #include <cstddef>

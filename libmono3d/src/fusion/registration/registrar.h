@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "fusion/anchor_table.h"
+#include "fusion/blocks.h"
 #include "fusion/depth_map_buffers.h"
 #include "fusion/register.params.h"
-#include "fusion/registration_problem.h"
-#include "fusion/surfel_blocks.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/registration/problem.h"
+#include "fusion/storage.h"
 #include "gpu/buffer.h"
 #include "gpu/kernel.h"
 #include "gpu/recorder.h"
@@ -63,23 +63,24 @@ class Registrar {
 
  private:
   // One pose, looked at closely.
-  struct Look {
+  struct Evaluation {
     Similarity S_world_kf;
     RegistrationSystem system;
     std::uint32_t stride = 1;
   };
   struct Target;  // what there is to register with
 
-  Look LookAt(const Target& target, const RegistrationProblem& problem, int level,
-              int& num_evaluations);
+  Evaluation EvaluateAt(const Target& target, const RegistrationProblem& problem, int level,
+                        int& num_evaluations);
   // What the model says of one prediction.
-  struct Judgement {
+  struct Assessment {
     RegistrationEvidence evidence;
     Matrix7d information;
   };
-  Judgement Judge(const Target& target, const RegistrationProblem& of_tracker,
-                  const Similarity& predicted, int& num_evaluations);
-  Look Converge(const Target& target, const RegistrationProblem& problem, int& num_evaluations);
+  Assessment Assess(const Target& target, const RegistrationProblem& of_tracker,
+                    const Similarity& predicted, int& num_evaluations);
+  Evaluation Converge(const Target& target, const RegistrationProblem& problem,
+                      int& num_evaluations);
 
   static constexpr std::size_t kNumLevels = 3;
 

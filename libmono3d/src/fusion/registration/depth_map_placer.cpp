@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/depth_map_placer.h"
+#include "fusion/registration/depth_map_placer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "fusion/registration_constraint.h"
-#include "fusion/registration_gate.h"
+#include "fusion/registration/constraint.h"
+#include "fusion/registration/gate.h"
 #include "fusion/view.h"
 #include "mono3d/core/log.h"
 
@@ -59,7 +59,7 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
   predicted_anchors_.resize(std::max(predicted_anchors_.size(), predictions.size()));
   std::vector<ModelView> views;
   for (std::size_t i = 0; i < predictions.size(); ++i) {
-    predicted_anchors_[i].Set(context_.device, predictions[i], model_.anchors.S_world_kf());
+    predicted_anchors_[i].Set(context_.device, predictions[i], model_.anchors.S_world_surfels());
     views.push_back({params, predicted_anchors_[i]});
   }
   const auto margin_px =
@@ -71,8 +71,8 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
 Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& predictions,
                                       const DepthMapBuffers& buffers, const BlockList& blocks) {
   Registration registration = registrar_.Register(context_.recorder, map, buffers, model_.surfels,
-                                                  blocks, model_.anchors.S_world_kf(), predictions,
-                                                  context_.options, context_.times);
+                                                  blocks, model_.anchors.S_world_surfels(),
+                                                  predictions, context_.options, context_.times);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
   if (!registration.evidence.moved || !registration.rejection.empty()) return registration;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "fusion/anchor_table.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/storage.h"
 #include "fusion/view.params.h"
 #include "gpu/buffer.h"
 #include "gpu/kernel.h"

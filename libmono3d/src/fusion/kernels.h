@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "fusion/anchor_table.h"
+#include "fusion/blocks.h"
 #include "fusion/depth_map_buffers.h"
-#include "fusion/surfel_blocks.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/storage.h"
 #include "fusion/view.params.h"
 #include "gpu/kernel.h"
 #include "gpu/recorder.h"
@@ -18,11 +18,11 @@ namespace mono3d {
 
 // The kernels of fusion; each method records one stage. What a stage does stands in its shader,
 // shaders/fusion/<stage>.comp.
-class FusionStages {
+class FusionKernels {
  public:
   // `allow_int64_atomics` false makes the index map in two passes of 32 bits even where the device
   // could do it in one; the result is the same.
-  explicit FusionStages(const std::shared_ptr<Device>& device, bool allow_int64_atomics = true);
+  explicit FusionKernels(const std::shared_ptr<Device>& device, bool allow_int64_atomics = true);
 
   // Reads depth, normal_confidence of `map`; writes candidate.
   void Prepare(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map) const;
@@ -40,7 +40,8 @@ class FusionStages {
   // Reads depth, candidate, index_map and the surfels; writes selected.
   void SelectNew(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
                  const DepthMapBuffers& map, const SurfelStorage& surfels) const;
-  // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms.
+  // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms, and
+  // counts them per block in the storage's num_confirmed.
   void Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
              const DepthMapBuffers& map, const SurfelStorage& surfels,
              const BlockList& blocks) const;

@@ -8,7 +8,7 @@
 
 #include "fusion/fusion_context.h"
 #include "fusion/part_merger.h"
-#include "fusion/registration.h"
+#include "fusion/registration/registrar.h"
 
 namespace mono3d {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/repairing_surfel_map.h"
+#include "fusion/retry.h"
 
 #include <algorithm>
 #include <iterator>
@@ -33,7 +33,7 @@ FusionResult RepairingSurfelMap::Integrate(const DepthMap& map, const KeyframePo
     result.retried.push_back(TryAgain(*waiting_.TakeOldest(), poses, result));
     if (result.retried.back().status == FusionStatus::kFused) health_.AcceptLate();
   }
-  result.health = health_.Judge();
+  result.health = health_.Assess();
   ++num_since_repair_;
   if (result.health.state == HealthState::kBroken && waiting_.size() > 1 &&
       num_since_repair_ > options_.health.num_registrations) {
@@ -122,7 +122,7 @@ void RepairingSurfelMap::Repair(const KeyframePoses& poses, FusionResult& result
     }
   }
   result.is_repaired = true;
-  result.health = health_.Judge();
+  result.health = health_.Assess();
 }
 
 }  // namespace mono3d

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/health_monitor.h"
+#include "fusion/health.h"
 
 #include <algorithm>
 #include <array>
@@ -42,7 +42,7 @@ void HealthMonitor::AcceptLate() {
   if (refused != records_.end()) records_.erase(refused);
 }
 
-ModelHealth HealthMonitor::Judge() const {
+ModelHealth HealthMonitor::Assess() const {
   ModelHealth health;
   health.num_registrations = static_cast<int>(records_.size());
   double num_accepted = 0;

@@ -22,7 +22,7 @@ class HealthMonitor {
   // The model was repaired: what was before says nothing of it.
   void Forget() { records_.clear(); }
 
-  ModelHealth Judge() const;
+  ModelHealth Assess() const;
 
  private:
   struct Record {

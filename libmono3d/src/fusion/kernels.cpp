@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/fusion_stages.h"
+#include "fusion/kernels.h"
 
 #include <cstdint>
 
@@ -18,7 +18,7 @@
 #include "gpu/device_handle.h"
 
 namespace mono3d {
-FusionStages::FusionStages(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
+FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
     : prepare_(device, {"fusion/prepare", fusion_prepare_spirv}),
       associate_(device, {"fusion/associate", fusion_associate_spirv}),
       select_new_(device, {"fusion/select_new", fusion_select_new_spirv}),
@@ -34,15 +34,15 @@ FusionStages::FusionStages(const std::shared_ptr<Device>& device, bool allow_int
   }
 }
 
-void FusionStages::Prepare(Recorder& recorder, const ViewParams& params,
-                           const DepthMapBuffers& map) const {
+void FusionKernels::Prepare(Recorder& recorder, const ViewParams& params,
+                            const DepthMapBuffers& map) const {
   recorder.Dispatch(prepare_, {map.depth, map.normal_confidence, map.candidate}, params,
                     GridFor(prepare_, map.num_pixels()));
 }
 
-void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
-                             const AnchorTable& anchors, const DepthMapBuffers& map,
-                             const SurfelStorage& surfels, const BlockList& blocks) const {
+void FusionKernels::Associate(Recorder& recorder, const ViewParams& params,
+                              const AnchorTable& anchors, const DepthMapBuffers& map,
+                              const SurfelStorage& surfels, const BlockList& blocks) const {
   recorder.Dispatch(
       associate_,
       {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
@@ -50,9 +50,9 @@ void FusionStages::Associate(Recorder& recorder, const ViewParams& params,
       params, blocks.grid());
 }
 
-void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
-                                const AnchorTable& anchors, const Buffer& index_map,
-                                const SurfelStorage& surfels, const BlockList& blocks) const {
+void FusionKernels::DrawIndexMap(Recorder& recorder, const ViewParams& params,
+                                 const AnchorTable& anchors, const Buffer& index_map,
+                                 const SurfelStorage& surfels, const BlockList& blocks) const {
   recorder.Fill(index_map, 0xFFFFFFFFU);
   const auto draw = [&](const Kernel& kernel) {
     recorder.Dispatch(kernel,
@@ -68,9 +68,9 @@ void FusionStages::DrawIndexMap(Recorder& recorder, const ViewParams& params,
   }
 }
 
-void FusionStages::SelectNew(Recorder& recorder, const ViewParams& params,
-                             const AnchorTable& anchors, const DepthMapBuffers& map,
-                             const SurfelStorage& surfels) const {
+void FusionKernels::SelectNew(Recorder& recorder, const ViewParams& params,
+                              const AnchorTable& anchors, const DepthMapBuffers& map,
+                              const SurfelStorage& surfels) const {
   recorder.Fill(map.selected, 0);
   recorder.Dispatch(select_new_,
                     {map.depth, map.candidate, map.index_map, surfels.normal_weight(),
@@ -78,28 +78,30 @@ void FusionStages::SelectNew(Recorder& recorder, const ViewParams& params,
                     params, GridFor(select_new_, map.num_pixels()));
 }
 
-void FusionStages::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-                         const DepthMapBuffers& map, const SurfelStorage& surfels,
-                         const BlockList& blocks) const {
+void FusionKernels::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                          const DepthMapBuffers& map, const SurfelStorage& surfels,
+                          const BlockList& blocks) const {
+  recorder.Fill(surfels.num_confirmed(), 0);
   recorder.Dispatch(
       merge_,
       {surfels.association(), map.depth, map.candidate, map.colour, surfels.position_radius(),
        surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.anchor_of_block(),
-       anchors.buffer(), surfels.position_radius(), surfels.normal_weight(), surfels.history()},
+       anchors.buffer(), surfels.position_radius(), surfels.normal_weight(), surfels.history(),
+       surfels.num_confirmed()},
       params, blocks.grid());
 }
 
-void FusionStages::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
-                                  const Buffer& num_removed, const SurfelStorage& surfels,
-                                  const BlockList& blocks) const {
+void FusionKernels::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
+                                   const Buffer& num_removed, const SurfelStorage& surfels,
+                                   const BlockList& blocks) const {
   recorder.Dispatch(free_space_,
                     {surfels.association(), surfels.history(), blocks.buffer(),
                      surfels.normal_weight(), surfels.history(), num_removed},
                     params, blocks.grid());
 }
 
-void FusionStages::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                          const SurfelStorage& surfels) const {
+void FusionKernels::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
+                           const SurfelStorage& surfels) const {
   recorder.Dispatch(insert_,
                     {map.depth, map.candidate, map.colour, map.new_pixels,
                      surfels.position_radius(), surfels.normal_weight(), surfels.history()},

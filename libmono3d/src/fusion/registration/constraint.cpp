@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_constraint.h"
+#include "fusion/registration/constraint.h"
 
 #include <algorithm>
 #include <map>

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "fusion/anchor.h"
-#include "fusion/registration_problem.h"
+#include "fusion/registration/problem.h"
 #include "mono3d/image/keyframe_constraint.h"
 
 namespace mono3d {

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "fusion/register.params.h"
-#include "fusion/registration_system.h"
+#include "fusion/registration/system.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/similarity.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/surfel_storage.h"
+#include "fusion/storage.h"
 
 #include <algorithm>
 #include <cassert>

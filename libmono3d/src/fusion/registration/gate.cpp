@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_gate.h"
+#include "fusion/registration/gate.h"
 
 #include <algorithm>
 #include <array>
@@ -42,7 +42,8 @@ RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
   return evidence;
 }
 
-std::string WhyNot(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate) {
+std::string RejectionReason(const RegistrationEvidence& evidence,
+                            const RegistrationGateOptions& gate) {
   struct Limit {
     const char* what;
     double found;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "fusion/health_monitor.h"
+#include "fusion/health.h"
 #include "fusion/kept_maps.h"
 #include "mono3d/fusion/surfel_map.h"
 

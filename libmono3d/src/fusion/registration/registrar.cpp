@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration.h"
+#include "fusion/registration/registrar.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,21 +13,21 @@
 
 #include "fusion/grid.h"
 #include "fusion/register.spirv.h"
-#include "fusion/registration_constraint.h"
-#include "fusion/registration_gate.h"
+#include "fusion/registration/constraint.h"
+#include "fusion/registration/gate.h"
 
 namespace mono3d {
 namespace {
 
 // To judge a pose, or to come near it, a quarter of the surfels is enough that finding it takes.
-constexpr std::uint32_t kLookStride = 4;
+constexpr std::uint32_t kCoarseStride = 4;
 
 // Steps on one level, over every `stride`-th of the surfels that it looks at.
 struct Pass {
   int level;
   std::uint32_t stride;
 };
-constexpr std::array<Pass, 4> kPasses = {{{2, 1}, {1, 1}, {0, kLookStride}, {0, 1}}};
+constexpr std::array<Pass, 4> kPasses = {{{2, 1}, {1, 1}, {0, kCoarseStride}, {0, 1}}};
 constexpr int kMaxStepsPerPass = 6;
 // A step that moves the image by less ends a pass, in pixels of its level: the next pass may well
 // start farther away.
@@ -69,10 +69,11 @@ double Cost(const RegistrationEvidence& evidence) {
 }
 
 // Whether the prediction is where the model shows the depth map, as exactly as that can be told.
-bool Stands(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
+bool IsConfirmed(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
   return evidence.registered && evidence.tracker_misfit <= options.registration.max_misfit &&
          evidence.grey_residual <= kExpectedResidual &&
-         evidence.depth_residual <= kExpectedResidual && WhyNot(evidence, options.gate).empty();
+         evidence.depth_residual <= kExpectedResidual &&
+         RejectionReason(evidence, options.gate).empty();
 }
 
 // Whether the tracker's pose is not where the model shows the depth map, but too little of that is
@@ -152,68 +153,72 @@ struct Registrar::Target {
 };
 
 // Evaluates the prediction on one level, with fewer surfels than a registration takes.
-Registrar::Look Registrar::LookAt(const Target& target, const RegistrationProblem& problem,
-                                  int level, int& num_evaluations) {
-  Look look{problem.predicted_S_world_kf, {}, 1};
+Registrar::Evaluation Registrar::EvaluateAt(const Target& target,
+                                            const RegistrationProblem& problem, int level,
+                                            int& num_evaluations) {
+  Evaluation evaluation{problem.predicted_S_world_kf, {}, 1};
   RegisterParams params =
       MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), level);
-  anchors_.Set(device_, look.S_world_kf, target.S_world_anchor);
-  if (level == 0) params.stride *= kLookStride;
-  look.stride = params.stride;
+  anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
+  if (level == 0) params.stride *= kCoarseStride;
+  evaluation.stride = params.stride;
   for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
-    if (i > 0) SetExposure(params, look.system);
-    look.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
-                           target.blocks, target.times);
+    if (i > 0) SetExposure(params, evaluation.system);
+    evaluation.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
+                                 target.blocks, target.times);
     ++num_evaluations;
   }
-  return look;
+  return evaluation;
 }
 
 // What the model says of the prediction. Fine texture tells nothing of how far away a pose is that
 // is off by pixels, so the coarsest level is asked as well.
-Registrar::Judgement Registrar::Judge(const Target& target, const RegistrationProblem& of_tracker,
-                                      const Similarity& predicted, int& num_evaluations) {
+Registrar::Assessment Registrar::Assess(const Target& target, const RegistrationProblem& of_tracker,
+                                        const Similarity& predicted, int& num_evaluations) {
   RegistrationProblem problem = of_tracker;
   problem.predicted_S_world_kf = predicted;
   double misfit = 0;
-  Look look;
+  Evaluation evaluation;
   for (const int level : {static_cast<int>(kNumLevels) - 1, 0}) {
-    look = LookAt(target, problem, level, num_evaluations);
+    evaluation = EvaluateAt(target, problem, level, num_evaluations);
     misfit = std::max(
-        misfit, Misfit(look.system, Solve(problem, look.system, look.S_world_kf, look.stride)));
+        misfit, Misfit(evaluation.system, Solve(problem, evaluation.system, evaluation.S_world_kf,
+                                                evaluation.stride)));
   }
-  RegistrationEvidence evidence = EvidenceOf(of_tracker, look.system, look.stride, look.S_world_kf);
+  RegistrationEvidence evidence =
+      EvidenceOf(of_tracker, evaluation.system, evaluation.stride, evaluation.S_world_kf);
   evidence.registered = evidence.overlap >= target.options.gate.min_overlap;
   evidence.tracker_misfit = misfit;
   evidence.num_iterations = num_evaluations;
-  return {evidence, InformationOf(look.system, look.stride, target.options.registration)};
+  return {evidence,
+          InformationOf(evaluation.system, evaluation.stride, target.options.registration)};
 }
 
 // Gauss-Newton from the prediction, coarse to fine.
-Registrar::Look Registrar::Converge(const Target& target, const RegistrationProblem& problem,
-                                    int& num_evaluations) {
-  Look look{problem.predicted_S_world_kf, {}, 1};
+Registrar::Evaluation Registrar::Converge(const Target& target, const RegistrationProblem& problem,
+                                          int& num_evaluations) {
+  Evaluation evaluation{problem.predicted_S_world_kf, {}, 1};
   for (const Pass& pass : kPasses) {
     for (int i = 0; i < kMaxStepsPerPass; ++i) {
       RegisterParams params =
           MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), pass.level);
-      anchors_.Set(device_, look.S_world_kf, target.S_world_anchor);
+      anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
       params.stride *= pass.stride;
-      if (target.with_grey(problem.map)) SetExposure(params, look.system);
-      look.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
-                             target.blocks, target.times);
-      look.stride = params.stride;
+      if (target.with_grey(problem.map)) SetExposure(params, evaluation.system);
+      evaluation.system = Evaluate(target.recorder, params, anchors_, target.buffers,
+                                   target.surfels, target.blocks, target.times);
+      evaluation.stride = params.stride;
       ++num_evaluations;
-      const Vector7d step = Solve(problem, look.system, look.S_world_kf, params.stride);
-      look.S_world_kf = Moved(look.S_world_kf, step);
+      const Vector7d step = Solve(problem, evaluation.system, evaluation.S_world_kf, params.stride);
+      evaluation.S_world_kf = Moved(evaluation.S_world_kf, step);
       const bool is_last_pass = &pass == &kPasses.back();
-      if (is_last_pass ? StandardErrors(look.system, step, params.stride) < kLastStepErrors
+      if (is_last_pass ? StandardErrors(evaluation.system, step, params.stride) < kLastStepErrors
                        : std::ldexp(ImageMotion(problem, step), -pass.level) < kNearStep_px) {
         break;
       }
     }
   }
-  return look;
+  return evaluation;
 }
 
 // Maximum likelihood of two explanations: the tracker's pose is right, and what separates it from
@@ -233,21 +238,22 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   Matrix7d information = Matrix7d::Zero();
   const Similarity* best_start = nullptr;
   for (const Similarity& predicted : predictions) {
-    Judgement judgement = Judge(target, of_tracker, predicted, num_evaluations);
-    RegistrationEvidence& evidence = judgement.evidence;
+    Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
+    RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
     // With hardly any of the model in view there is nothing to say.
     if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
-    if (Stands(evidence, options)) return {predicted, evidence, {}, judgement.information, {}};
+    if (IsConfirmed(evidence, options))
+      return {predicted, evidence, {}, assessment.information, {}};
     if (best_start == nullptr || Cost(evidence) < Cost(best)) {
       best = evidence;
-      information = judgement.information;
+      information = assessment.information;
       best_start = &predicted;
     }
   }
   RegistrationProblem problem = of_tracker;
   problem.predicted_S_world_kf = *best_start;
-  const Look found = Converge(target, problem, num_evaluations);
+  const Evaluation found = Converge(target, problem, num_evaluations);
   RegistrationEvidence evidence =
       EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
   evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
@@ -259,7 +265,8 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   evidence.registered = true;
   evidence.moved = evidence.moved || is_better;
   evidence.num_iterations = num_evaluations;
-  std::string rejection = WhyNot(evidence, is_better ? Strict(options.gate) : options.gate);
+  std::string rejection =
+      RejectionReason(evidence, is_better ? Strict(options.gate) : options.gate);
   if (rejection.empty() && TellsTooLittle(evidence, options)) {
     evidence.registered = false;
     evidence.moved = false;

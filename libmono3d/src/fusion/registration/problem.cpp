@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_problem.h"
+#include "fusion/registration/problem.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_system.h"
+#include "fusion/registration/system.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/surfel_blocks.h"
+#include "fusion/blocks.h"
 
 #include <algorithm>
 #include <cstddef>

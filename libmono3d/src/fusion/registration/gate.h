@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "fusion/registration_problem.h"
+#include "fusion/registration/problem.h"
 
 namespace mono3d {
 
@@ -16,7 +16,8 @@ RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
                                 const Similarity& S_world_kf);
 
 // Why a depth map with this evidence must not be fused; empty: it may.
-std::string WhyNot(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate);
+std::string RejectionReason(const RegistrationEvidence& evidence,
+                            const RegistrationGateOptions& gate);
 
 // One line for people.
 std::string Describe(const RegistrationEvidence& evidence);
