@@ -180,7 +180,7 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
   for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
 }
 
-void AnchorMap::LatestSaw(std::uint32_t number, double share) {
+void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
   if (number + 1 == size() || share <= 0) return;
   std::vector<Observer>& observers = observers_[number];
   if (observers.size() == kMaxObservers) {
