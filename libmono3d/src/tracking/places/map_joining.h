@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -28,7 +29,7 @@ Similarity SimilarityOf(const PlaceFound& place, const Map& map);
 // By how much the numbers of keyframes and points of a map have grown that went into another one.
 struct NumberShift {
   KeyframeId keyframes = 0;
-  PointId points = 0;
+  std::uint32_t points = 0;
 };
 
 // Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
