@@ -169,7 +169,7 @@ double LeanError(const Map& map, KeyframeId patch_keyframe) {
 void FlyOn(Map& map) {
   for (int i = 2; i < kNumFrames; ++i) {
     View view = ViewOf(i);
-    for (PointId id = 0; id < map.points().size(); ++id) {
+    for (const PointId id : map.PointIds()) {
       const Eigen::Vector2d at = map.camera().Project(view.T_cam_world * map.point(id).p_world);
       const auto found = FindPatch(map, id, view, at);
       if (!found) continue;

@@ -35,7 +35,7 @@ class Atlas {
 
   // A new map without keyframes, in use from now on. Until EndStart its keyframes have no ids.
   void StartMap(const CameraModel& camera);
-  // Goes on in a map where its newest keyframe is that was not culled.
+  // Takes a map into use; its newest keyframe is the last one that was not culled.
   void Use(std::size_t index);
   void Leave() { is_in_use_ = false; }
   bool IsInUse() const { return is_in_use_; }
@@ -46,18 +46,19 @@ class Atlas {
   PlaceIndex& places() { return places_[current_]; }
 
   // All of these are of the map in use.
-  // The keyframe that came last, unless told otherwise.
+  // The keyframe that was added last, unless SetNewest says otherwise.
   KeyframeId newest() const { return newest_; }
   void SetNewest(KeyframeId keyframe) { newest_ = keyframe; }
   KeyframeId AddKeyframe(const View& view);
   // Ends the start: its keyframes get their ids, in the order of flight.
   void EndStart();
   void AddPlace(KeyframeId keyframe);
-  // Fixes a tracked frame to the keyframe, or the next older one where that is culled. Its number.
+  // Stores the pose of a tracked frame relative to the keyframe, or to the next older one where
+  // that is culled. Returns the frame's number.
   std::size_t AddFrame(const View& view, KeyframeId keyframe);
 
   std::size_t num_frames() const { return frames_.size(); }
-  // By its keyframe as that is now.
+  // The frame's pose by the present pose of its keyframe.
   Pose T_cam_world(std::size_t frame) const { return PoseOf(frames_[frame], MapOf(frame)); }
   FramePose frame_pose(std::size_t frame) const {
     return ToFramePose(frames_[frame], MapOf(frame));
@@ -65,9 +66,9 @@ class Atlas {
   // In the order in which they were tracked.
   std::vector<FramePose> FramePosesFrom(std::size_t first_frame) const;
 
-  // The map in use goes into another one that knows a place of it, which is in use from then on,
-  // as others may rely on its world already. By how much the numbers of its keyframes and points
-  // have grown.
+  // Joins the map in use to another one that shares a place with it; that one is in use from then
+  // on, because others may rely on its world already. Returns what was added to the numbers of the
+  // keyframes and points of the map in use.
   NumberShift JoinInto(std::size_t other, const PlaceFound& place,
                        const LocalMappingOptions& options, MappingLock& lock);
 
@@ -81,10 +82,10 @@ class Atlas {
   std::vector<TrajectoryEntry> KeyframeTrajectory() const;
   SparseModel Sparse(int map_id) const;
   std::string Save() const;
-  // The map is known from then on, not in use.
+  // The map is one of the atlas from then on, but not in use.
   void Load(std::string_view bytes, const std::string& where);
-  // The first frame that comes tells whether it goes on with the footage of a loaded map. If not,
-  // the frames of the map are none of this footage's trajectory: times and indices would mix.
+  // To be called with the first frame: where it does not continue the footage of a loaded map, the
+  // frames of that map are left out of the trajectory, because times and indices would mix.
   void BeginFootage(const Frame& first);
 
  private:

@@ -49,7 +49,7 @@ bool FrameTracker::SharesLittle(const View& view) const {
   int num_before = 0;
   int num_in_view = 0;
   for (const std::optional<PointId>& point : state_.previous->points) {
-    if (!point || !map.point(*point).alive) continue;
+    if (!point || !map.IsAlive(*point)) continue;
     ++num_before;
     const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*point).p_world;
     if (p_cam.z() > 0 && map.camera().Contains(map.camera().Project(p_cam))) ++num_in_view;
@@ -148,14 +148,12 @@ void FrameTracker::Renumber(const NumberShift& shift) {
   state_.reference += shift.keyframes;
   if (!state_.previous) return;
   for (std::optional<PointId>& point : state_.previous->points) {
-    if (point) *point += shift.points;
+    if (point) point->index += shift.points;
   }
 }
 
 void FrameTracker::FollowMap() {
-  View* previous = state_.previous ? &*state_.previous : nullptr;
-  if (options_.mode == "live" && previous != nullptr) previous->T_cam_world = PreviousPose();
-  if (atlas_->IsInUse()) atlas_->map().ReleaseRemoved(previous);
+  if (state_.previous) state_.previous->T_cam_world = PreviousPose();
 }
 
 void FrameTracker::SetLost(double timestamp_s) {

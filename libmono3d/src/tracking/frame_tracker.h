@@ -67,8 +67,7 @@ class FrameTracker {
   void Rescale(double ratio) { state_.motion.Rescale(ratio); }
   // Its map has gone into another one.
   void Renumber(const NumberShift& shift);
-  // Before the next frame: what was mapped since the last one has removed some of its points and,
-  // live, moved it.
+  // Before the next frame: what was mapped since the last one has moved it.
   void FollowMap();
 
   // Since the frame at this time there is no pose.

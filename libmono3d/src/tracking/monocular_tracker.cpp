@@ -65,7 +65,7 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   if (mapping_) mapping_->WaitForRoom(*lock);
   camera_ = frame.camera;
   atlas_.BeginFootage(frame);
-  frame_tracker_.FollowMap();
+  if (mapping_) frame_tracker_.FollowMap();
   TrackingResult result = atlas_.IsInUse() ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
   if (mapping_ && atlas_.IsInUse()) {

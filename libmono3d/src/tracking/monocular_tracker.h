@@ -21,9 +21,9 @@
 
 namespace mono3d::tracking {
 
-// The tracker behind CreateTracker: the order in which the stages run. Live, a thread of its own
-// maps, and everything here is touched by the thread that holds the lock; what Track does in the
-// foreground and the mapping in the background are the functions of the sequential mode.
+// The tracker that CreateTracker makes: it runs the stages in their order. Live, mapping runs in a
+// thread of its own, with the same functions as in sequential mode; whichever thread holds the lock
+// may touch the members.
 class MonocularTracker final : public Tracker {
  public:
   MonocularTracker(const TrackerOptions& options, StageTimes* times);
@@ -57,7 +57,7 @@ class MonocularTracker final : public Tracker {
   bool FollowModel(MappingLock& lock);
   void RequestAdjustment(const MappingLock& lock);
   MappingWork BackgroundWork();
-  // Null where nobody shares the map.
+  // Null in sequential mode.
   std::unique_ptr<TrackingLock> Lock() const;
   void PublishPoses();
 

@@ -38,8 +38,8 @@ class TrackingLock {
   PriorityMutex& mutex_;
 };
 
-// Mapping holds the map, and gives it up between its steps and where it works on copies. Without a
-// mutex nobody shares the map, and all calls do nothing.
+// Mapping holds the map, and unlocks it between its steps and where it works on copies. Without a
+// mutex no other thread shares the map, and all calls do nothing.
 class MappingLock {
  public:
   MappingLock() = default;
@@ -70,7 +70,7 @@ class MappingLock {
   const std::atomic<bool>* is_interrupted_ = nullptr;
 };
 
-// Gives the map up while the mapping works on copies.
+// Unlocks the map while the mapping works on copies.
 class ScopedUnlock {
  public:
   explicit ScopedUnlock(MappingLock& lock) : lock_(lock) { lock_.unlock(); }

@@ -68,7 +68,7 @@ void TrackerOptions::Visit(OptionVisitor& visit) {
   visit.Group("insertion", insertion);
   visit.Group("mapping", mapping);
   visit("with_constraints", with_constraints,
-        "the map follows what the model says of where its keyframes are");
+        "model-to-tracker constraints may move the keyframes of the map");
   visit("min_inliers", min_inliers, "map points that a pose must rest on");
   visit("recovery_s", recovery_s, "time for which a lost pose is searched for before a new start");
   visit("seed", seed, "seed of RANSAC");

@@ -47,7 +47,7 @@ struct TrackingResult {
 };
 
 // Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
-// its first median depth is 1 su.
+// its first median depth is 1 su. Calls come from one thread at a time, but for Poses.
 class Tracker {
  public:
   virtual ~Tracker() = default;
@@ -56,18 +56,22 @@ class Tracker {
   // Throws Error on an invalid frame, or one whose camera differs from the first frame's.
   [[nodiscard]] virtual TrackingResult Track(const Frame& frame) = 0;
 
-  // What else is known of where keyframes are that were handed out. A map that contradicts it
-  // follows, with its next keyframe or WaitForMapping, where its own observations allow that. What
-  // does not fit them, or is of keyframes that have no map in common, is left aside. A tracker
-  // need not listen.
+  // Model-to-tracker constraints: measured poses of keyframes that were handed out, relative to
+  // each other. One that agrees with the map (chi2) is kept and holds in all adjustments that
+  // follow. For one that does not, the keyframes of the map move, with its next keyframe or in
+  // WaitForMapping, where they can agree with it within the drift of a tracker; else it is
+  // discarded, as it is when the keyframes are of different maps. A tracker may ignore all
+  // constraints.
   virtual void Constrain(std::span<const KeyframeConstraint> /*constraints*/) {}
 
-  // Where the keyframes are that were handed out, or that a FramePose names. A new snapshot comes
-  // with each call of Track, WaitForMapping and Finish after which one of them is elsewhere; live
-  // also in between. Never null. From any thread, at any time; takes no longer than a lock.
+  // The latest poses of all keyframes that were handed out or that a FramePose names. When
+  // keyframes have come or moved, there is a new snapshot at the latest when Track, WaitForMapping
+  // or Finish returns; live also in between. Never null. From any thread, at any time: it only
+  // copies a pointer under a lock.
   virtual KeyframePosesPtr Poses() const = 0;
 
-  // Until everything is mapped, live by the thread behind, and the map follows its constraints.
+  // Returns when all keyframes are mapped, live by the mapping thread, and the map has moved as its
+  // constraints ask.
   virtual void WaitForMapping() {}
 
   // No more frames will come: returns the keyframes that were not final yet. After
@@ -153,7 +157,7 @@ struct TrackerOptions {
   InitialisationOptions initialisation;
   KeyframeInsertionOptions insertion;
   LocalMappingOptions mapping;
-  // The map follows what the model says of where its keyframes are (Tracker::Constrain).
+  // Model-to-tracker constraints (Tracker::Constrain) may move the map.
   bool with_constraints = true;
   int min_inliers = 30;   // map points a pose must rest on
   double recovery_s = 1;  // how long a lost pose is searched for before a new map starts

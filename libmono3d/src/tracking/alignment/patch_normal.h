@@ -25,7 +25,8 @@ Eigen::Vector2d FacingNormal(const CameraModel& camera, const Eigen::Vector2d& p
 // Where nothing has been seen of the surface yet: it may lean by 45 degrees to any side.
 PatchNormal UnknownNormal(const CameraModel& camera, const Eigen::Vector2d& pixel);
 
-// May a surface of which a patch is seen lean as much? Beyond 76 degrees it is an edge.
+// Can a patch on a surface of this normal be seen? Beyond 76 degrees from the ray it is taken for
+// an edge.
 bool IsPlausible(const CameraModel& camera, const Eigen::Vector2d& pixel,
                  const Eigen::Vector2d& normal);
 

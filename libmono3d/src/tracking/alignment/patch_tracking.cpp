@@ -11,12 +11,13 @@
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
 
 namespace mono3d::tracking {
 namespace {
 
 struct PatchCandidate {
-  PointId point = 0;
+  PointId point;
   Eigen::Vector2d pixel;
   int num_observations = 0;
 };
@@ -25,12 +26,10 @@ struct PatchCandidate {
 std::vector<PointId> PointsAround(const Map& map, const View& near) {
   constexpr std::size_t kMaxKeyframes = 15;  // bounds the time of a frame
   std::vector<PointId> points;
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   const auto list = [&](const std::vector<std::optional<PointId>>& seen) {
     for (const std::optional<PointId>& point : seen) {
-      if (!point || is_listed[*point] != 0 || !map.point(*point).alive) continue;
-      is_listed[*point] = 1;
-      points.push_back(*point);
+      if (point && map.IsAlive(*point) && listed.Insert(*point)) points.push_back(*point);
     }
   };
   list(near.points);
@@ -45,7 +44,7 @@ std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
   std::vector<SeenPoint> seen;
   for (std::size_t i = 0; i < previous.points.size(); ++i) {
     const std::optional<PointId>& point = previous.points[i];
-    if (!point || !map.point(*point).alive) continue;
+    if (!point || !map.IsAlive(*point)) continue;
     const Eigen::Vector3d p_cam = previous.T_cam_world * map.point(*point).p_world;
     if (p_cam.z() > 0) seen.push_back({map.camera().Project(p_cam), p_cam});
   }
@@ -77,7 +76,7 @@ int CountExpected(const Map& map, const View& previous, const View& view) {
   const ImageCells cells(map.camera());
   std::vector<char> is_filled(cells.size(), 0);
   for (const std::optional<PointId>& point : previous.points) {
-    if (!point || !map.point(*point).alive) continue;
+    if (!point || !map.IsAlive(*point)) continue;
     const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*point).p_world;
     if (p_cam.z() <= 0) continue;
     const Eigen::Vector2d pixel = map.camera().Project(p_cam);

@@ -25,12 +25,12 @@ bool LooksAlike(const Map& map, const MapPoint& point, KeyframeId from,
 std::optional<Feature> FindPatch(const Map& map, PointId point, const View& view,
                                  const Eigen::Vector2d& start_px);
 
-// What a new keyframe shows of how the surfaces lie that its points are on: taken for facing the
-// camera of their patch, they would be found off by the more the further one has flown.
+// Updates the patch normals of the points that a new keyframe sees. A patch that is taken for
+// facing its camera is found at a wrong pixel, the more so the further the camera has moved.
 void EstimatePatchNormals(Map& map, KeyframeId keyframe);
 
-// Points that the keyframe sees otherwise than their patch shows them, from more than 10 degrees
-// aside or at another scale, get their patch from it.
+// Points that the keyframe sees otherwise than the keyframe of their patch did (LooksAlike) get a
+// new patch from it.
 void RenewPatches(Map& map, KeyframeId keyframe);
 
 }  // namespace mono3d::tracking

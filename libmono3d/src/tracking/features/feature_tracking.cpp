@@ -8,6 +8,7 @@
 
 #include "tracking/features/descriptor.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -22,7 +23,7 @@ std::vector<ProjectedPoint> ProjectPrevious(const Map& map, const View& previous
                                             double radius_levels_px) {
   std::vector<ProjectedPoint> projected;
   for (std::size_t i = 0; i < previous.points.size(); ++i) {
-    if (!previous.points[i] || !map.point(*previous.points[i]).alive) continue;
+    if (!previous.points[i] || !map.IsAlive(*previous.points[i])) continue;
     const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*previous.points[i]).p_world;
     if (p_cam.z() <= 0) continue;
     const Eigen::Vector2d pixel = map.camera().Project(p_cam);
@@ -47,16 +48,14 @@ std::vector<PointId> LocalPoints(const Map& map, const View& view) {
     keyframes.push_back(id);
   };
   for (const Covisible& seeing : map.KeyframesSeeing(view.points)) list(seeing.keyframe);
-  std::vector<char> is_taken(map.points().size(), 0);
+  PointSet taken(map);
   for (const std::optional<PointId>& point : view.points) {
-    if (point) is_taken[*point] = 1;
+    if (point) taken.Insert(*point);
   }
   std::vector<PointId> points;
   for (const KeyframeId id : keyframes) {
     for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
-      if (!point || is_taken[*point] != 0) continue;
-      is_taken[*point] = 1;
-      points.push_back(*point);
+      if (point && taken.Insert(*point)) points.push_back(*point);
     }
   }
   return points;

@@ -8,8 +8,8 @@
 
 namespace mono3d::tracking {
 
-// Matches below which a pose is not worth to be looked for: half of them may be wrong, and
-// kMinPoseInliers must be left.
+// With fewer matches no pose is computed: half of them may be wrong, and kMinPoseInliers must be
+// left.
 inline constexpr int kMinMatches = 20;
 
 // Matches the points of the previous view near where `view.T_cam_world`, the prediction, has them.

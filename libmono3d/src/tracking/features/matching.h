@@ -16,7 +16,7 @@ namespace mono3d::tracking {
 
 // A map point and where an image should show it.
 struct ProjectedPoint {
-  PointId point = 0;
+  PointId point;
   Eigen::Vector2d pixel;
   double radius_px = 0;
   int min_level = 0;
@@ -26,7 +26,7 @@ struct ProjectedPoint {
 };
 
 struct PointMatch {
-  PointId point = 0;
+  PointId point;
   std::size_t feature = 0;
   int distance = 0;  // Hamming
 };

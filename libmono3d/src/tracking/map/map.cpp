@@ -18,7 +18,7 @@ KeyframeId Map::AddKeyframe(View view) {
   keyframes_.push_back(std::move(keyframe));
   const auto& points = keyframes_[id].view.points;
   for (std::size_t feature = 0; feature < points.size(); ++feature) {
-    if (points[feature]) points_[*points[feature]].observations.push_back({id, feature});
+    if (points[feature]) point(*points[feature]).observations.push_back({id, feature});
   }
   for (const std::optional<PointId>& point : points) {
     if (point) UpdatePoint(*point);
@@ -32,16 +32,26 @@ PointId Map::AddPoint(const Eigen::Vector3d& p_world) {
   point.created_at = keyframes_.empty() ? 0 : keyframes_.size() - 1;
   if (free_.empty()) {
     points_.push_back(std::move(point));
-    return points_.size() - 1;
+    return {static_cast<std::uint32_t>(points_.size() - 1), 0};
   }
-  const PointId id = free_.back();
+  const std::uint32_t index = free_.back();
   free_.pop_back();
-  points_[id] = std::move(point);
-  return id;
+  point.generation = points_[index].generation;
+  points_[index] = std::move(point);
+  return {index, points_[index].generation};
+}
+
+std::vector<PointId> Map::PointIds() const {
+  std::vector<PointId> ids;
+  ids.reserve(points_.size());
+  for (std::uint32_t index = 0; index < points_.size(); ++index) {
+    if (points_[index].alive) ids.push_back({index, points_[index].generation});
+  }
+  return ids;
 }
 
 void Map::AddObservation(PointId point, const Observation& observation) {
-  auto& observations = points_[point].observations;
+  auto& observations = this->point(point).observations;
   const auto at = std::find_if(observations.begin(), observations.end(), [&](const Observation& o) {
     return o.keyframe > observation.keyframe;
   });
@@ -57,7 +67,7 @@ void Map::AddObservation(PointId point, KeyframeId keyframe, const Feature& feat
 }
 
 void Map::RemoveObservation(PointId point, const Observation& observation) {
-  auto& observations = points_[point].observations;
+  auto& observations = this->point(point).observations;
   std::erase_if(observations,
                 [&](const Observation& o) { return o.keyframe == observation.keyframe; });
   keyframes_[observation.keyframe].view.points[observation.feature].reset();
@@ -65,48 +75,34 @@ void Map::RemoveObservation(PointId point, const Observation& observation) {
 }
 
 void Map::RemovePoint(PointId point) {
-  MapPoint& removed = points_[point];
-  if (!removed.alive) return;
+  if (!IsAlive(point)) return;
+  MapPoint& removed = points_[point.index];
   for (const Observation& observation : removed.observations) {
     keyframes_[observation.keyframe].view.points[observation.feature].reset();
   }
   removed.observations = std::vector<Observation>();
   removed.patch.reset();
   removed.alive = false;
-  removed_.push_back(point);
-}
-
-void Map::ReleaseRemoved(View* previous) {
-  if (previous != nullptr) {
-    for (std::optional<PointId>& point : previous->points) {
-      if (point && !points_[*point].alive) point.reset();
-    }
-  }
-  released_.insert(released_.end(), removed_.begin(), removed_.end());
-  removed_.clear();
-}
-
-void Map::ReuseReleased() {
-  free_.insert(free_.end(), released_.begin(), released_.end());
-  released_.clear();
+  ++removed.generation;
+  free_.push_back(point.index);
 }
 
 // Those from `first` on.
-void Map::ListRemoved(PointId first) {
-  for (PointId id = first; id < points_.size(); ++id) {
-    if (!points_[id].alive) removed_.push_back(id);
+void Map::ListFree(std::size_t first) {
+  for (std::size_t index = first; index < points_.size(); ++index) {
+    if (!points_[index].alive) free_.push_back(static_cast<std::uint32_t>(index));
   }
 }
 
 void Map::MergePoints(PointId from, PointId to) {
   if (from == to) return;
-  const std::vector<Observation> moved = points_[from].observations;
-  points_[to].num_predicted += points_[from].num_predicted;
-  points_[to].num_found += points_[from].num_found;
+  const std::vector<Observation> moved = point(from).observations;
+  MapPoint& kept = point(to);
+  kept.num_predicted += point(from).num_predicted;
+  kept.num_found += point(from).num_found;
   // Both were due in much the same keyframes, and each showed in others.
-  points_[to].num_due_keyframes =
-      std::max(points_[to].num_due_keyframes, points_[from].num_due_keyframes);
-  points_[to].num_showing_keyframes += points_[from].num_showing_keyframes;
+  kept.num_due_keyframes = std::max(kept.num_due_keyframes, point(from).num_due_keyframes);
+  kept.num_showing_keyframes += point(from).num_showing_keyframes;
   RemovePoint(from);
   for (const Observation& observation : moved) {
     if (!FeatureOf(to, observation.keyframe)) AddObservation(to, observation);
@@ -123,7 +119,7 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
     const std::optional<PointId> point = keyframe.view.points[feature];
     if (!point) continue;
     RemoveObservation(*point, {id, feature});
-    if (points_[*point].alive) UpdatePoint(*point);
+    if (IsAlive(*point)) UpdatePoint(*point);
   }
   // A list that `= {}` empties would keep its memory.
   keyframe.view.features = std::vector<Feature>();
@@ -133,7 +129,7 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
 }
 
 void Map::UpdatePoint(PointId id) {
-  MapPoint& point = points_[id];
+  MapPoint& point = this->point(id);
   if (point.observations.empty()) return;
   // The newest ones: how the point looks from where the camera is.
   constexpr std::size_t kMaxDescriptors = 8;  // the cost grows with the square
@@ -148,7 +144,7 @@ void Map::UpdatePoint(PointId id) {
 }
 
 void Map::UpdateGeometry(PointId id) {
-  MapPoint& point = points_[id];
+  MapPoint& point = this->point(id);
   if (point.observations.empty()) return;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Observation& observation : point.observations) {
@@ -164,7 +160,7 @@ void Map::UpdateGeometry(PointId id) {
 }
 
 std::optional<std::size_t> Map::FeatureOf(PointId point, KeyframeId keyframe) const {
-  for (const Observation& observation : points_[point].observations) {
+  for (const Observation& observation : this->point(point).observations) {
     if (observation.keyframe == keyframe) return observation.feature;
   }
   return std::nullopt;
@@ -184,8 +180,8 @@ std::vector<Covisible> Map::KeyframesSeeing(const std::vector<std::optional<Poin
                                             std::optional<KeyframeId> excluded) const {
   std::vector<int> counts(keyframes_.size(), 0);
   for (const std::optional<PointId>& point : points) {
-    if (!point) continue;
-    for (const Observation& observation : points_[*point].observations) {
+    if (!point || !IsAlive(*point)) continue;
+    for (const Observation& observation : this->point(*point).observations) {
       ++counts[observation.keyframe];
     }
   }
@@ -213,8 +209,8 @@ std::vector<KeyframeId> Map::InOrderOfFlight() const {
 std::vector<float> Map::Depths(const View& view) const {
   std::vector<float> depths;
   for (const std::optional<PointId>& point : view.points) {
-    if (!point || !points_[*point].alive) continue;
-    const double z = (view.T_cam_world * points_[*point].p_world).z();
+    if (!point || !IsAlive(*point)) continue;
+    const double z = (view.T_cam_world * this->point(*point).p_world).z();
     if (z > 0) depths.push_back(static_cast<float>(z));
   }
   return depths;
@@ -247,9 +243,7 @@ void Map::Correct(const std::vector<KeyframeId>& keyframes,
         Pose(pose.rotation(), ratio[keyframes[i]] * pose.translation());
   }
   ScaleAround(ratio);
-  for (PointId id = 0; id < points_.size(); ++id) {
-    if (points_[id].alive) UpdateGeometry(id);
-  }
+  for (const PointId id : PointIds()) UpdateGeometry(id);
 }
 
 void Map::ScaleAround(std::vector<double> ratios) {
@@ -266,7 +260,7 @@ void Map::ScaleAround(std::vector<double> ratios) {
 
 void Map::Append(Map&& other, const Similarity& S_world_other) {
   const KeyframeId first_keyframe = keyframes_.size();
-  const PointId first_point = points_.size();
+  const auto first_point = static_cast<std::uint32_t>(points_.size());
   const double scale = S_world_other.scale();
   for (MapPoint& point : other.points_) {
     point.p_world = S_world_other * point.p_world;
@@ -285,7 +279,7 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
     keyframe.anchor += first_keyframe;
     keyframe.scale *= scale;
     for (std::optional<PointId>& point : keyframe.view.points) {
-      if (point) *point += first_point;
+      if (point) point->index += first_point;
     }
     keyframes_.push_back(std::move(keyframe));
   }
@@ -294,11 +288,11 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
     constraint.anchor += first_keyframe;
     constraints_.push_back(constraint);
   }
-  ListRemoved(first_point);
+  ListFree(first_point);
   other.points_.clear();
   other.keyframes_.clear();
   other.constraints_.clear();
-  for (std::vector<PointId>* ids : {&other.removed_, &other.released_, &other.free_}) ids->clear();
+  other.free_.clear();
 }
 
 void Map::Rescale(double factor) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -22,10 +23,18 @@
 
 namespace mono3d::tracking {
 
-// Positions in the lists of a Map. They never change: what is removed only ceases to be alive. The
-// number of a removed point is given to a new one once nobody holds it (Map::ReleaseRemoved), so
-// that a map grows with the ground seen and not with the time spent over it.
-using PointId = std::size_t;
+// A point of a Map: a place in its list, which a new point takes once the one there is removed, so
+// that a map grows with the ground seen and not with the time spent over it. The generation tells
+// them apart: whoever holds the id of a point that may have been removed asks Map::IsAlive.
+struct PointId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(const PointId&, const PointId&) = default;
+};
+
+// A position in the list of keyframes of a Map, which never changes: what is culled only ceases to
+// be alive.
 using KeyframeId = std::size_t;
 
 // Keyframes that see a point which is well known: two give its position, the third confirms it.
@@ -51,6 +60,7 @@ struct Observation {
 // A point of the sparse map.
 struct MapPoint {
   bool alive = true;
+  std::uint32_t generation = 0;  // how many points its place has had before; not saved with the map
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   std::vector<Observation> observations;  // by ascending keyframe
   KeyframeId created_at = 0;              // the newest keyframe at that time
@@ -112,7 +122,7 @@ class Map {
         scales_(options),
         points_(std::move(points)),
         keyframes_(std::move(keyframes)) {
-    ListRemoved(0);
+    ListFree(0);
   }
 
   int id() const { return id_; }
@@ -120,8 +130,20 @@ class Map {
   const PyramidScales& scales() const { return scales_; }
   const std::vector<MapPoint>& points() const { return points_; }
   const std::vector<MapKeyframe>& keyframes() const { return keyframes_; }
-  MapPoint& point(PointId id) { return points_[id]; }
-  const MapPoint& point(PointId id) const { return points_[id]; }
+  bool IsAlive(PointId id) const {
+    return points_[id.index].generation == id.generation && points_[id.index].alive;
+  }
+  // Of the point that the id was made for.
+  MapPoint& point(PointId id) {
+    assert(points_[id.index].generation == id.generation);
+    return points_[id.index];
+  }
+  const MapPoint& point(PointId id) const {
+    assert(points_[id.index].generation == id.generation);
+    return points_[id.index];
+  }
+  // All that are alive, in the order of their places.
+  std::vector<PointId> PointIds() const;
   MapKeyframe& keyframe(KeyframeId id) { return keyframes_[id]; }
   const MapKeyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
 
@@ -139,12 +161,6 @@ class Map {
   // A point with fewer than two observations left goes.
   void RemoveObservation(PointId point, const Observation& observation);
   void RemovePoint(PointId point);
-  // Numbers of removed points come into use again after both of these calls, in this order.
-  // Tracking makes the first between two frames, when it holds no numbers but those of `previous`,
-  // of which the removed ones are taken away; mapping makes the second when it begins with a
-  // keyframe and holds none.
-  void ReleaseRemoved(View* previous);
-  void ReuseReleased();
   // Observations of `from` become those of `to`, where `to` has none in that keyframe.
   void MergePoints(PointId from, PointId to);
   // Fixes the keyframe to `anchor` and takes its observations away.
@@ -189,7 +205,7 @@ class Map {
   void Rescale(double factor);
 
  private:
-  void ListRemoved(PointId first);
+  void ListFree(std::size_t first);
 
   int id_;
   CameraModel camera_;
@@ -197,11 +213,7 @@ class Map {
   std::vector<MapPoint> points_;
   std::vector<MapKeyframe> keyframes_;
   std::vector<MapConstraint> constraints_;
-  // Numbers of points that are not alive: since the last ReleaseRemoved, until the next
-  // ReuseReleased, and to be used again.
-  std::vector<PointId> removed_;
-  std::vector<PointId> released_;
-  std::vector<PointId> free_;
+  std::vector<std::uint32_t> free_;  // places of points that are not alive
 };
 
 }  // namespace mono3d::tracking

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -27,6 +28,17 @@ void ExchangeIndex(Archive& archive, std::size_t& index) {
   std::uint64_t number = index;
   archive.Number(number);
   index = number;
+}
+
+// All points of a loaded map are the first ones in their places.
+template <typename Archive>
+void ExchangePoint(Archive& archive, PointId& point) {
+  std::uint64_t number = point.index;
+  archive.Number(number);
+  if constexpr (kReads<Archive>) {
+    if (number > std::numeric_limits<std::uint32_t>::max()) archive.Refuse("a number is too large");
+    point = {static_cast<std::uint32_t>(number), 0};
+  }
 }
 
 template <typename Archive, typename Matrix>
@@ -110,7 +122,7 @@ void Exchange(Archive& archive, MapKeyframe& keyframe) {
   archive.Text(view.frame.name);
   archive.List(view.features, [&](Feature& feature) { Exchange(archive, feature); });
   archive.List(view.points, [&](std::optional<PointId>& point) {
-    archive.Optional(point, [&](PointId& id) { ExchangeIndex(archive, id); });
+    archive.Optional(point, [&](PointId& id) { ExchangePoint(archive, id); });
   });
   Exchange(archive, view.T_cam_world);
   archive.Number(keyframe.id);
@@ -161,7 +173,9 @@ bool ObservationsAgree(const Content& content) {
     for (const Observation& seen : content.points[id].observations) {
       if (seen.keyframe >= content.keyframes.size()) return false;
       const View& view = content.keyframes[seen.keyframe].view;
-      if (seen.feature >= view.points.size() || view.points[seen.feature] != id) return false;
+      if (seen.feature >= view.points.size() ||
+          view.points[seen.feature] != PointId{static_cast<std::uint32_t>(id), 0})
+        return false;
       ++num_observations;
     }
   }

@@ -15,8 +15,8 @@ namespace mono3d::tracking {
 // The latest snapshot of where all keyframes are, for any thread to take.
 class PublishedPoses {
  public:
-  // The next version, of all keyframes of the maps, the culled ones too. By one thread at a time,
-  // which has the maps.
+  // Makes the next version, of all keyframes of the maps, also the culled ones. By one thread at a
+  // time, which has the maps locked.
   void Publish(const std::vector<std::unique_ptr<Map>>& maps);
   // From any thread. Never null.
   KeyframePosesPtr Latest() const;

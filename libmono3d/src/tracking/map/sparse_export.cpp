@@ -14,10 +14,9 @@ SparseModel ToSparseModel(const Map& map) {
   SparseModel model;
   model.camera = map.camera();
   std::vector<std::optional<std::size_t>> position(map.points().size());
-  for (PointId id = 0; id < map.points().size(); ++id) {
+  for (const PointId id : map.PointIds()) {
     const MapPoint& point = map.point(id);
-    if (!point.alive) continue;
-    position[id] = model.points.size();
+    position[id.index] = model.points.size();
     model.points.push_back({point.p_world, point.colour});
   }
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) {
@@ -29,8 +28,8 @@ SparseModel ToSparseModel(const Map& map) {
     image.name = view.frame.name;
     image.T_world_cam = view.T_cam_world.Inverse();
     for (std::size_t i = 0; i < view.points.size(); ++i) {
-      if (!view.points[i] || !position[*view.points[i]]) continue;
-      image.observations.push_back({view.features[i].pixel, position[*view.points[i]]});
+      if (!view.points[i] || !position[view.points[i]->index]) continue;
+      image.observations.push_back({view.features[i].pixel, position[view.points[i]->index]});
     }
   }
   return model;

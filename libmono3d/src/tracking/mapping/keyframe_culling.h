@@ -8,7 +8,8 @@
 
 namespace mono3d::tracking {
 
-// Final keyframes of which most points are seen by three others go.
+// Removes finalised keyframes of which most points are seen by three others (Mur-Artal, Montiel,
+// Tardos 2015, section VI.E).
 void CullKeyframes(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
 }  // namespace mono3d::tracking

@@ -30,7 +30,6 @@ void LocalMapper::MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) 
 
 void LocalMapper::AddPoints(Map& map, KeyframeId keyframe, MappingLock& lock) const {
   const ScopedStageTimer timer(times_, "tracking/point_creation");
-  map.ReuseReleased();
   CullPoints(map);
   EstimatePatchNormals(map, keyframe);
   RenewPatches(map, keyframe);

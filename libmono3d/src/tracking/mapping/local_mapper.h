@@ -18,7 +18,7 @@ class LocalMapper {
   LocalMapper(const LocalMappingOptions& options, StageTimes* times)
       : options_(options), times_(times) {}
 
-  // The map is given up between the steps and while the adjustment works on its copy.
+  // Unlocks the map between the steps, and while the adjustment works on its copy.
   void MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) const;
 
  private:

@@ -19,6 +19,7 @@
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/matching.h"
 #include "tracking/features/pyramid_scales.h"
+#include "tracking/map/point_set.h"
 #include "tracking/optimisation/chi2.h"
 
 namespace mono3d::tracking {
@@ -127,12 +128,11 @@ std::vector<char> FindKnown(const Map& map, KeyframeId keyframe) {
   const FeatureGrid without_point(view.features, map.camera().width, map.camera().height,
                                   [&](std::size_t i) { return !view.points[i].has_value(); });
   std::vector<char> is_known(view.features.size(), 0);
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   std::vector<std::size_t> found;
   for (const Covisible& other : map.CovisibleKeyframes(keyframe)) {
     for (const std::optional<PointId>& point : map.keyframe(other.keyframe).view.points) {
-      if (!point || is_listed[*point] != 0) continue;
-      is_listed[*point] = 1;
+      if (!point || !listed.Insert(*point)) continue;
       if (map.point(*point).observations.size() < kMinConfirmedObservations) continue;
       const std::optional<ProjectedPoint> at = ProjectMapPoint(map, *point, view);
       if (!at) continue;

@@ -8,6 +8,7 @@
 
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -44,11 +45,10 @@ bool IsStale(const MapPoint& point) {
 
 void CountShown(Map& map, KeyframeId keyframe) {
   const View& view = map.keyframe(keyframe).view;
-  std::vector<char> is_counted(map.points().size(), 0);
+  PointSet counted(map);
   for (const Covisible& other : map.CovisibleKeyframes(keyframe)) {
     for (const std::optional<PointId>& id : map.keyframe(other.keyframe).view.points) {
-      if (!id || is_counted[*id] != 0) continue;
-      is_counted[*id] = 1;
+      if (!id || !counted.Insert(*id)) continue;
       MapPoint& point = map.point(*id);
       if (point.created_at >= keyframe) continue;
       const bool is_shown = map.FeatureOf(*id, keyframe).has_value();
@@ -61,9 +61,8 @@ void CountShown(Map& map, KeyframeId keyframe) {
 
 void CullPoints(Map& map) {
   const KeyframeId newest = map.keyframes().size() - 1;
-  for (PointId id = 0; id < map.points().size(); ++id) {
+  for (const PointId id : map.PointIds()) {
     const MapPoint& point = map.point(id);
-    if (!point.alive) continue;
     if (HasFailedProbation(point, newest) || IsStale(point)) map.RemovePoint(id);
   }
 }

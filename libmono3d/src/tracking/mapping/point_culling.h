@@ -7,14 +7,14 @@
 
 namespace mono3d::tracking {
 
-// Counts for each point of the keyframes around a new one whether that shows it where it should: in
-// view, and as it looked before (LooksAlike). Points that the keyframe itself brought do not count.
-// Once its points have been matched.
+// For each point of the covisible keyframes: counts whether the new keyframe should show it (in
+// view, and as it looked before: LooksAlike) and whether it does. Points created with the keyframe
+// are not counted. To be called after its points were matched.
 void CountShown(Map& map, KeyframeId keyframe);
 
-// Points go that were rarely found while they were new, or that too few keyframes came to see, or
-// later, that hardly any of the many keyframes show that should. Without the latter each visit
-// leaves points behind which no later one finds, and keyframes which must stay for their sake.
+// Removes new points that were rarely found or that too few keyframes see, and old points that few
+// of the many keyframes show that should. Without the latter each visit of a place leaves points
+// behind that no later visit finds, and with them keyframes that are not redundant.
 void CullPoints(Map& map);
 
 }  // namespace mono3d::tracking

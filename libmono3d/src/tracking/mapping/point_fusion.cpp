@@ -10,6 +10,7 @@
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/descriptor.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -19,7 +20,7 @@ void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
   const View& view = map.keyframe(target).view;
   std::vector<ProjectedPoint> projected;
   for (const PointId point : points) {
-    if (!map.point(point).alive || map.FeatureOf(point, target)) continue;
+    if (!map.IsAlive(point) || map.FeatureOf(point, target)) continue;
     std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
     if (!at) continue;
     constexpr double kRadius = 3;  // px of the level: three times the deviation of a key point
@@ -29,7 +30,7 @@ void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
   const MatchRule rule{.max_distance = kCloseDistance, .take_occupied = true};
   for (const PointMatch& match : MatchProjected(projected, view, rule)) {
     const Feature& feature = view.features[match.feature];
-    if (!map.point(match.point).alive || map.FeatureOf(match.point, target)) continue;
+    if (!map.IsAlive(match.point) || map.FeatureOf(match.point, target)) continue;
     if (!ShowsAt(map.camera(), view.T_cam_world * map.point(match.point).p_world, feature))
       continue;
     const std::optional<PointId> present = view.points[match.feature];
@@ -67,11 +68,10 @@ void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& option
   const std::vector<PointId> own = PointsOf(map.keyframe(keyframe).view);
   for (const Covisible& neighbour : neighbours) FuseInto(map, neighbour.keyframe, own);
   std::vector<PointId> theirs;
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   for (const Covisible& neighbour : neighbours) {
     for (const PointId point : PointsOf(map.keyframe(neighbour.keyframe).view)) {
-      if (is_listed[point] == 0) theirs.push_back(point);
-      is_listed[point] = 1;
+      if (listed.Insert(point)) theirs.push_back(point);
     }
   }
   FuseInto(map, keyframe, theirs);

@@ -8,8 +8,8 @@
 
 namespace mono3d::tracking {
 
-// Points of the keyframe and of its neighbours that show at the same feature become one, or gain
-// the observation they lacked.
+// Merges points of the keyframe and of its covisible neighbours that show at the same feature, and
+// adds observations that are missing.
 void FusePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& options);
 
 }  // namespace mono3d::tracking

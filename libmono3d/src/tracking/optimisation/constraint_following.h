@@ -8,10 +8,11 @@
 
 namespace mono3d::tracking {
 
-// Decides on the new constraints. One that the map does not contradict is kept. For one that it
-// does the pose graph is moved: where all edges can agree with it, at what a tracker may drift by
-// from one keyframe to the next, the map follows and it is kept; else it is dropped, and the map is
-// as it was. True when the map has moved; then everything is adjusted, unless the map is shared.
+// Decides on the new constraints. One that agrees with the map is kept. For one that does not, the
+// pose graph is optimised with it: where all edges then agree with it within the drift of a tracker
+// from one keyframe to the next, the keyframes move and the constraint is kept; else it is
+// discarded, and the map stays as it was. True when keyframes have moved; then the whole map is
+// adjusted, unless another thread shares it.
 bool FollowConstraints(Map& map, MappingLock& lock);
 
 }  // namespace mono3d::tracking

@@ -23,22 +23,23 @@ struct KeyframeGraph {
   void AddEdge(KeyframeId a, KeyframeId b, const Similarity& S_b_a) {
     edges.push_back({*node_of[a], *node_of[b], S_b_a});
   }
-  // The edge of a loop: as firm as all those together that hold either of its ends.
+  // The edge of a loop; its weight is that of all edges at one of its ends together.
   void AddLoop(KeyframeId a, KeyframeId b, const Similarity& S_b_a);
 };
 
-// Points that two keyframes share well: their poses to each other rest on them.
+// Points that two keyframes must share, so that their relative pose is well determined.
 inline constexpr int kMinSharedOfEdge = 50;
-// Keyframes in flight from which on two that see the same have come back to it, on a way that may
-// have been wrong. Those in between see the same points and do not know each other better by every
-// pair of them: so many in a row count once, one to the next.
+// From so many keyframes apart in flight on, two that see the same points are taken for a return to
+// the place, after which the tracker may have drifted. Closer ones see the same points all along:
+// their pairs add no information beyond the edges from each keyframe to the next.
 inline constexpr std::size_t kMinReturnGap = 10;
 
 // Each with the one before it in flight, and with those with which it shares many points: of these
 // only such as are at least `min_gap` keyframes away in flight.
 KeyframeGraph BuildGraph(const Map& map, std::size_t min_gap = 0);
 
-// Keyframes that came while the graph was optimised are where they were to `leader`.
+// Adds the keyframes that were added to the map while the graph was optimised: they keep their
+// poses relative to `leader`.
 void AddNewer(const Map& map, KeyframeId num_keyframes, KeyframeId leader, KeyframeGraph& graph);
 
 }  // namespace mono3d::tracking

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mono3d/image/keyframe.h"
+#include "tracking/map/point_set.h"
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"
 #include "tracking/optimisation/scale_gauge.h"
@@ -43,11 +44,10 @@ MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
   };
   for (const KeyframeId id : adjusted) add_view(id, false);
   for (const KeyframeId id : fixed) add_view(id, true);
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   for (const KeyframeId id : adjusted) {
     for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
-      if (!point || is_listed[*point] != 0) continue;
-      is_listed[*point] = 1;
+      if (!point || !listed.Insert(*point)) continue;
       const std::size_t index = adjustment.points.size();
       adjustment.points.push_back(*point);
       adjustment.problem.p_world.push_back(map.point(*point).p_world);
@@ -115,11 +115,11 @@ void Apply(const MapAdjustment& adjustment, const BundleAdjustmentReport& report
   }
   for (std::size_t i = 0; i < adjustment.observations.size(); ++i) {
     const PointId point = adjustment.points[adjustment.problem.observations[i].point];
-    if (report.is_outlier[i] == 0 || !map.point(point).alive) continue;
+    if (report.is_outlier[i] == 0 || !map.IsAlive(point)) continue;
     map.RemoveObservation(point, adjustment.observations[i]);
   }
   for (const PointId point : adjustment.points) {
-    if (map.point(point).alive) map.UpdateGeometry(point);
+    if (map.IsAlive(point)) map.UpdateGeometry(point);
   }
 }
 
@@ -181,12 +181,11 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
   }
   std::vector<std::optional<PointId>> points;
   std::vector<char> is_adjusted(map.keyframes().size(), 0);
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   for (const KeyframeId id : adjusted) {
     is_adjusted[id] = 1;
     for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
-      if (!point || is_listed[*point] != 0) continue;
-      is_listed[*point] = 1;
+      if (!point || !listed.Insert(*point)) continue;
       points.push_back(point);
     }
   }

@@ -19,11 +19,10 @@ void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& opt
 void AdjustAll(Map& map);
 bool AdjustAll(Map& map, MappingLock& lock);
 
-// Adjusts everything and notes how the lengths around each keyframe have changed. False when it was
-// interrupted: what it had found by then is in the map.
+// The same, and updates the scale of each keyframe by how the depths of its points have changed.
 bool AdjustAllAndScales(Map& map, MappingLock& lock);
 
-// Takes away the observations that do not fit the map as it is.
+// Removes the observations that do not fit the map as it is.
 void RemoveOutliers(Map& map);
 
 }  // namespace mono3d::tracking

@@ -15,7 +15,7 @@
 
 namespace mono3d::tracking {
 
-// A constraint of the map between two living keyframes, as poses and lengths are now.
+// A constraint between two keyframes that were not culled, in the world's unit of now.
 struct PresentConstraint {
   KeyframeId keyframe = 0;
   KeyframeId anchor = 0;
@@ -24,13 +24,13 @@ struct PresentConstraint {
   Matrix7d information = Matrix7d::Zero();
 };
 
-// A culled keyframe stands for the one that it is fixed to.
+// A culled keyframe is replaced by the one that it is fixed to.
 PresentConstraint AtPresent(const Map& map, const MapConstraint& constraint);
 
-// How much the map contradicts a constraint: chi2 of seven dimensions.
+// The squared error of a constraint in the map as it is: chi2 of seven dimensions.
 double Contradiction(const Map& map, const PresentConstraint& constraint);
 
-// Takes the constraint over, as a new one; false where the map does not have both keyframes.
+// Adds the constraint as a new one; false where the map does not have both keyframes.
 bool AddConstraint(Map& map, const KeyframeConstraint& constraint);
 
 // As an edge of a pose graph.

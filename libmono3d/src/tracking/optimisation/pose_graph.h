@@ -26,7 +26,7 @@ struct ConstraintEdge {
   Pose T_b_a;        // in lengths of a
   double scale = 1;  // by which lengths of b become such of a
   Matrix7d root_information;
-  // Else it pulls less the more it is off (Cauchy's loss), beyond the limit of 95 %.
+  // Else with Cauchy's loss beyond chi2 at 95 %.
   bool is_certain = false;
 };
 

@@ -14,7 +14,7 @@
 
 namespace mono3d::tracking {
 
-// What has become of the map in use when a new keyframe showed a known place.
+// How the map in use has changed because a new keyframe shows a known place.
 struct PlaceClosure {
   double scale = 1;                  // by which lengths around the keyframe were multiplied
   std::optional<NumberShift> shift;  // where the map went into another one
@@ -28,8 +28,8 @@ class LoopCloser {
   LoopCloser(const TrackerOptions& options, StageTimes* times, Atlas* atlas)
       : options_(options), times_(times), atlas_(atlas) {}
 
-  // The keyframe, of the map in use, joins the index. Nothing where the map has not moved. Where
-  // others share the map, the adjustment of everything is left for later.
+  // Adds the keyframe, of the map in use, to the index. Nothing where no known place was found.
+  // Where another thread shares the map, its adjustment is left to the caller: AdjustAllAndScales.
   std::optional<PlaceClosure> Close(KeyframeId keyframe, MappingLock& lock) const;
 
  private:

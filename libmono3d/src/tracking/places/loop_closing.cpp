@@ -9,6 +9,7 @@
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
 #include "tracking/mapping/point_fusion.h"
 #include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/map_adjustment.h"
@@ -67,11 +68,10 @@ std::vector<PointId> PointsAround(const Map& map, KeyframeId keyframe) {
     keyframes.push_back(other.keyframe);
   }
   std::vector<PointId> points;
-  std::vector<char> is_listed(map.points().size(), 0);
+  PointSet listed(map);
   for (const KeyframeId id : keyframes) {
     for (const std::optional<PointId>& point : map.keyframe(id).view.points) {
-      if (!point || is_listed[*point] != 0) continue;
-      is_listed[*point] = 1;
+      if (!point || !listed.Insert(*point)) continue;
       points.push_back(*point);
     }
   }
@@ -83,7 +83,7 @@ void ShowPoints(Map& map, const std::vector<PointId>& points, KeyframeId keyfram
   const View& view = map.keyframe(keyframe).view;
   if (view.octaves.empty()) return;
   for (const PointId point : points) {
-    if (!map.point(point).alive || map.FeatureOf(point, keyframe)) continue;
+    if (!map.IsAlive(point) || map.FeatureOf(point, keyframe)) continue;
     const std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
     if (!at) continue;
     const std::optional<Feature> found = FindPatch(map, point, view, at->pixel);
@@ -125,7 +125,7 @@ void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& opti
 void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
                  MappingLock& lock) {
   for (const auto& [own, old] : loop.same) {
-    if (map.point(own).alive && map.point(old).alive) map.MergePoints(own, old);
+    if (map.IsAlive(own) && map.IsAlive(old)) map.MergePoints(own, old);
   }
   // The newest keyframes see the old points as well: this is what holds both ends together.
   const std::vector<PointId> old_points = PointsAround(map, loop.old_keyframe);

@@ -13,18 +13,19 @@
 
 namespace mono3d::tracking {
 
-// A keyframe that has come back to where an old one, not connected to it, has been: the candidates
-// of the index, checked.
+// A keyframe shows a place that an old keyframe, not connected to it by common points, has seen:
+// the candidates of the index are checked one after the other. Nothing where none passes.
 std::optional<PlaceFound> FindLoop(Map& map, const PlaceIndex& index, KeyframeId keyframe,
                                    int seed);
 
-// Spreads the error over all keyframes (pose graph over Sim(3)), moves the points along, then
-// merges. Keyframes that came meanwhile move along.
+// Spreads the error of the loop over all keyframes (pose graph over Sim(3)), moves the points with
+// them, then calls MergePlaces. Keyframes that were added meanwhile move with the loop's newest.
 void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
                MappingLock& lock);
 
-// Makes one of each pair of points, shows the newest keyframes the old points and adjusts
-// everything. Who shares the map leaves the adjustment for later: AdjustAllAndScales.
+// Merges the pairs of points that are the same, adds observations of the old points to the newest
+// keyframes and adjusts the whole map. Where another thread shares the map, the adjustment is left
+// to the caller: AdjustAllAndScales.
 void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& options,
                  MappingLock& lock);
 

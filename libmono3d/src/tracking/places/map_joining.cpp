@@ -35,13 +35,13 @@ Similarity SimilarityOf(const PlaceFound& place, const Map& map) {
 
 NumberShift JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
                      const LocalMappingOptions& options, MappingLock& lock) {
-  const NumberShift shift{map.keyframes().size(), map.points().size()};
+  const NumberShift shift{map.keyframes().size(), static_cast<std::uint32_t>(map.points().size())};
   map.Append(std::move(added), SimilarityOf(place, added));
   for (KeyframeId id = shift.keyframes; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) places.Add(id, FeaturesWithPoints(map.keyframe(id).view));
   }
   place.keyframe += shift.keyframes;
-  for (auto& [own, old] : place.same) own += shift.points;
+  for (auto& [own, old] : place.same) own.index += shift.points;
   MergePlaces(map, place, options, lock);
   return shift;
 }

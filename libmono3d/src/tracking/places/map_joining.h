@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -25,14 +26,14 @@ std::optional<PlaceFound> FindInOtherMap(const Map& map, KeyframeId keyframe, Ma
 // Maps the world of the keyframe's map to that of the other one.
 Similarity SimilarityOf(const PlaceFound& place, const Map& map);
 
-// By how much the numbers of keyframes and points of a map have grown that went into another one.
+// What a join of maps adds to the numbers of keyframes and points of the map that is added.
 struct NumberShift {
   KeyframeId keyframes = 0;
-  PointId points = 0;
+  std::uint32_t points = 0;
 };
 
-// Makes one map of two that share a place: those of `added`, a map no more afterwards, get numbers
-// after those of `map`, in its world and scale; then MergePlaces.
+// Joins two maps that share a place: moves keyframes and points of `added`, which is empty
+// afterwards, into `map`, to its world and scale and with numbers after its own; then MergePlaces.
 // `place`: its keyframe and first points are of `added`, the old ones of `map`.
 NumberShift JoinMaps(Map& map, PlaceIndex& places, Map& added, PlaceFound place,
                      const LocalMappingOptions& options, MappingLock& lock);

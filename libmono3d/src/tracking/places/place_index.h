@@ -28,16 +28,15 @@ class PlaceIndex {
  public:
   PlaceIndex();
 
-  // In place of what was there of it: live, a map may be joined before its newest keyframes are
-  // mapped.
+  // Replaces what the index has of the keyframe: live, a map may be joined before its newest
+  // keyframes are mapped.
   void Add(KeyframeId keyframe, std::span<const Feature> features);
-  // Forgets a keyframe; one that was never added is none. Its room goes to later ones.
+  // Removes a keyframe; does nothing where it was never added. Its memory is used for later ones.
   void Remove(KeyframeId keyframe);
-  // Room taken, in features.
+  // Memory in use, in features.
   std::size_t num_entries() const { return entries_.size(); }
   // The keyframes that share most features with an image, most votes first, at most `max_matches`.
-  // Those that are not asked for (`is_left_out`, of each keyframe; missing: 0) cost next to
-  // nothing.
+  // `is_left_out`: keyframes that must not be returned (missing: 0); they cost next to nothing.
   std::vector<PlaceMatch> Query(std::span<const Feature> features, std::size_t max_matches,
                                 const std::vector<char>& is_left_out = {}) const;
 

@@ -23,8 +23,8 @@ constexpr std::size_t kMinPairs = 20;
 
 // A point of the keyframe, an old one at the same pixel, and the ratio of their depths.
 struct PointsAtPixel {
-  PointId own = 0;
-  PointId old = 0;
+  PointId own;
+  PointId old;
   double log_ratio = 0;
   bool is_same = false;  // pixel, within their standard deviations
 };

@@ -140,8 +140,8 @@ double ScoreOf(const Map& map) {
 }
 
 void ExtendTracks(Map& map) {
-  for (PointId id = 0; id < map.points().size(); ++id) {
-    if (!map.point(id).alive || !map.point(id).patch) continue;
+  for (const PointId id : map.PointIds()) {
+    if (!map.point(id).patch) continue;
     for (KeyframeId keyframe = 0; keyframe < map.keyframes().size(); ++keyframe) {
       if (map.FeatureOf(id, keyframe)) continue;
       const View& view = map.keyframe(keyframe).view;

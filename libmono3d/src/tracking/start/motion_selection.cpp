@@ -40,8 +40,9 @@ struct SupportView {
 // two motions over a plane differ by less than corners are sure of. Without images, the corners.
 std::vector<Place> Locate(const View& a, const View& other,
                           const std::vector<FeatureMatch>& matches) {
-  constexpr int kCoarseLevel = 4;          // 1.2^4 = 2.07, an octave
-  constexpr double kMinCorrelation = 0.9;  // stricter than in flight: the patch is not warped
+  constexpr int kCoarseLevel = 4;  // 1.2^4 = 2.07, an octave
+  constexpr double kMinUnwarpedCorrelation =
+      0.9;  // stricter than in flight: the patch is not warped
   std::vector<Place> places;
   for (const FeatureMatch& match : matches) {
     const Feature& in_a = a.features[match.feature_a];
@@ -55,7 +56,7 @@ std::vector<Place> Locate(const View& a, const View& other,
     if (!patch) continue;
     const std::optional<PatchPosition> found =
         AlignPatch(*patch, Eigen::Matrix2d::Identity(), other.octaves, in_other.pixel);
-    if (!found || found->correlation < kMinCorrelation) continue;
+    if (!found || found->correlation < kMinUnwarpedCorrelation) continue;
     places.push_back(
         {match.feature_a, found->pixel, kAlignedSigma * std::ldexp(1.0, found->octave)});
   }
