@@ -16,7 +16,7 @@
 namespace mono3d {
 
 // Where a keyframe is. Its camera frame, in the keyframe's own unit of length, into the world of
-// its map. The own unit is fixed when the tracker hands the keyframe out: what is made of the
+// its map. The own unit is fixed when the keyframe joins its map: what is made of the
 // keyframe (depth maps, surfels, frames relative to it) never has to be rescaled.
 struct KeyframePose {
   std::int64_t keyframe_id = 0;
