@@ -166,6 +166,7 @@ TEST(Registration, RefusesAWrongPoseAndGoesOn) {
   const FusionResult wrong =
       map->Integrate(Misplaced(HouseView({}, 9), {0.1, 0.15, 0.05}, {2, 1, -2}, 1));
   EXPECT_EQ(wrong.status, FusionStatus::kRejected);
+  EXPECT_EQ(wrong.rejection, FusionRejection::kNotRegistered);
   EXPECT_THAT(wrong.reason, ::testing::HasSubstr("not registered with the model"));
   EXPECT_EQ(map->Export(1).points, before.points);
   EXPECT_EQ(map->Export(1).observations, before.observations);

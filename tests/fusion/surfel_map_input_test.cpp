@@ -21,10 +21,11 @@ using ::testing::HasSubstr;
 TrackedMap SmallMap() { return PlaneMap(TestCamera(16, 12), Pose()); }
 
 void ExpectRejectedUntouched(TrackedModel& map, const TrackedMap& depth_map,
-                             const std::string& reason) {
+                             FusionRejection rejection, const std::string& reason) {
   const PointCloud before = map.Export(1);
   const FusionResult result = map.Integrate(depth_map);
   EXPECT_EQ(result.status, FusionStatus::kRejected);
+  EXPECT_EQ(result.rejection, rejection);
   EXPECT_THAT(result.reason, HasSubstr(reason));
   EXPECT_EQ(result.num_merged + result.num_inserted + result.num_removed, 0);
   EXPECT_EQ(result.num_surfels, map.num_surfels());
@@ -37,12 +38,12 @@ TEST(SurfelMapInput, RejectsAnEmptyDepthMap) {
   const auto map = CreateTrackedModel();
   TrackedMap empty = SmallMap();
   empty.depth.setTo(0);
-  ExpectRejectedUntouched(*map, empty, "no estimate");
+  ExpectRejectedUntouched(*map, empty, FusionRejection::kNoEstimate, "no estimate");
   (void)map->Integrate(SmallMap());
-  ExpectRejectedUntouched(*map, empty, "no estimate");
+  ExpectRejectedUntouched(*map, empty, FusionRejection::kNoEstimate, "no estimate");
   TrackedMap without_confidence = SmallMap();
   without_confidence.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0));
-  ExpectRejectedUntouched(*map, without_confidence, "no estimate");
+  ExpectRejectedUntouched(*map, without_confidence, FusionRejection::kNoEstimate, "no estimate");
 }
 
 TEST(SurfelMapInput, MakesNoSurfelsOfAnUncertainBorder) {
@@ -51,7 +52,7 @@ TEST(SurfelMapInput, MakesNoSurfelsOfAnUncertainBorder) {
   const auto map = CreateTrackedModel();
   EXPECT_EQ(map->Integrate(depth_map).num_inserted, 12 * 8);  // of 16 x 12 pixels
   depth_map.uncertain_border_px = 6;
-  ExpectRejectedUntouched(*map, depth_map, "no estimate");
+  ExpectRejectedUntouched(*map, depth_map, FusionRejection::kNoEstimate, "no estimate");
 }
 
 TEST(SurfelMapInput, AGrazingViewCountsLess) {
@@ -96,7 +97,7 @@ TEST(SurfelMapInput, RejectsADepthMapOfAnotherMap) {
   EXPECT_EQ(map->Integrate(first).status, FusionStatus::kFused);
   TrackedMap other = SmallMap();
   other.map_id = 5;
-  ExpectRejectedUntouched(*map, other, "map 5");
+  ExpectRejectedUntouched(*map, other, FusionRejection::kOtherMap, "map 5");
 }
 
 TEST(SurfelMapInput, RejectsWhatDoesNotFit) {
@@ -111,6 +112,7 @@ TEST(SurfelMapInput, RejectsWhatDoesNotFit) {
   elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(100, 0, 0));
   const FusionResult result = map->Integrate(elsewhere);
   EXPECT_EQ(result.status, FusionStatus::kRejected);
+  EXPECT_EQ(result.rejection, FusionRejection::kModelFull);
   EXPECT_THAT(result.reason, ::testing::HasSubstr("model is full"));
 }
 

@@ -155,6 +155,7 @@ TEST(Tracker, SaysWhyItDoesNotStart) {
   const TrackingResult black = tracker->Track(BlackFrame(0));
   EXPECT_EQ(black.status, TrackingStatus::kNotInitialised);
   EXPECT_EQ(black.reason, "0 features, 100 needed");
+  EXPECT_EQ(black.loss, TrackingLoss::kTooFewFeatures);
   EXPECT_FALSE(black.T_world_cam.has_value());
   Frame still = Village().frames[0];
   for (int i = 1; i < 4; ++i) {
@@ -218,6 +219,7 @@ TEST(Tracker, FindsItsPoseAgainAfterAShortLoss) {
   for (const std::size_t i : {14U, 15U, 16U}) {
     EXPECT_EQ(run.results[i].status, TrackingStatus::kLost);
     EXPECT_THAT(run.results[i].reason, HasSubstr("map points found again, 30 needed"));
+    EXPECT_EQ(run.results[i].loss, TrackingLoss::kTooFewMapPoints);
     EXPECT_FALSE(run.results[i].T_world_cam.has_value());
   }
   EXPECT_EQ(run.results[17].status, TrackingStatus::kTracking);

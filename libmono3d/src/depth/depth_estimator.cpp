@@ -40,15 +40,19 @@ constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
 constexpr double kDogUnitsPerGrey = 256;
 
-DepthResult Rejected(std::string reason) {
+DepthResult Rejected(DepthRejection rejection, std::string reason) {
   DepthResult result;
+  result.rejection = rejection;
   result.reason = std::move(reason);
   return result;
 }
 
 // With the reason that the images themselves show, such as no texture, where there is one.
 DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
-  return Rejected(ReasonInTheImages(bundle).value_or(std::move(reason)));
+  if (std::optional<std::string> no_texture = ReasonInTheImages(bundle)) {
+    return Rejected(DepthRejection::kNoTexture, *std::move(no_texture));
+  }
+  return Rejected(DepthRejection::kNoMatch, std::move(reason));
 }
 
 class VulkanDepthEstimator final : public DepthEstimator {
@@ -94,7 +98,9 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   RequireBundle(bundle, options_.refinement, *device_);
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
-  if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
+  if (!geometry.HasBaseline()) {
+    return Rejected(DepthRejection::kNoBaseline, "no baseline between the images");
+  }
   hierarchy_.Upload(bundle);
   noise_ = MeasureNoise(ToGrey(bundle.reference().frame.bgr));
   const std::optional<InverseDepthRange> range =
@@ -103,11 +109,13 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   if (std::max(geometry.VisibleShare(range->farthest),
                geometry.VisibleShare(0.5 * (range->farthest + range->nearest))) <
       kMinVisibleShare) {
-    return Rejected("the images do not overlap");
+    return Rejected(DepthRejection::kNoOverlap, "the images do not overlap");
   }
   const double motion_px =
       (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
-  if (motion_px < kMinMotionPx) return Rejected("the baseline is too small for the depth");
+  if (motion_px < kMinMotionPx) {
+    return Rejected(DepthRejection::kNoBaseline, "the baseline is too small for the depth");
+  }
 
   const SweepPlan plan = hierarchy_.Record(recorder_, geometry, *range);
   RecordRefinement(geometry, plan);
@@ -128,6 +136,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   if (!has_depth) return result;
   const std::optional<SideDifferences> sides = MeasureSides(bundle, geometry, map.depth);
   if (sides && AreUnrelated(*sides)) {
+    result.rejection = DepthRejection::kNoMatch;
     result.reason = "the images do not match: those before and after the middle one disagree";
     return result;
   }

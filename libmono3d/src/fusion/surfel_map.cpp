@@ -54,14 +54,18 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   const Similarity& S_tracker_kf = keyframe.S_world_kf;
   (void)Update(poses);
   if (map_id_ && *map_id_ != keyframe.map_id) {
-    return Rejected(S_tracker_kf, "map " + std::to_string(keyframe.map_id) +
-                                      " of the tracker has nothing in common with map " +
-                                      std::to_string(*map_id_) + " of the model");
+    return Rejected(S_tracker_kf, FusionRejection::kOtherMap,
+                    "map " + std::to_string(keyframe.map_id) +
+                        " of the tracker has nothing in common with map " +
+                        std::to_string(*map_id_) + " of the model");
   }
   if (model_.anchors.size() >= kMaxDepthMaps) {
-    return Rejected(S_tracker_kf, "model is full: it has the most depth maps it can count");
+    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+                    "model is full: it has the most depth maps it can count");
   }
-  if (!fuser_.Upload(map)) return Rejected(S_tracker_kf, "no estimate in the depth map");
+  if (!fuser_.Upload(map)) {
+    return Rejected(S_tracker_kf, FusionRejection::kNoEstimate, "no estimate in the depth map");
+  }
 
   const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
   (void)merger_.MergeSeenBy({anchor, S_tracker_kf});
@@ -69,7 +73,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   changes_.Changed(merger_.TakeChangedAnchors());
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
-    FusionResult result = Rejected(S_tracker_kf, registration.rejection);
+    FusionResult result =
+        Rejected(S_tracker_kf, FusionRejection::kNotRegistered, registration.rejection);
     result.registration = registration.evidence;
     return result;
   }
@@ -77,10 +82,10 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   const auto counts = fuser_.Fuse(map, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
   if (!counts) {
-    return Rejected(S_tracker_kf, "model is full: " + std::to_string(num_surfels()) +
-                                      " surfels and " + std::to_string(fuser_.num_wanted()) +
-                                      " new ones, room for " +
-                                      std::to_string(model_.surfels.max_size()));
+    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+                    "model is full: " + std::to_string(num_surfels()) + " surfels and " +
+                        std::to_string(fuser_.num_wanted()) + " new ones, room for " +
+                        std::to_string(model_.surfels.max_size()));
   }
   merger_.AnchorAdded();
   std::vector<std::uint32_t> changed = fuser_.changed_anchors();
@@ -150,8 +155,10 @@ void VulkanSurfelMap::MergePending() {
   CloseGaps();
 }
 
-FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, std::string reason) const {
+FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, FusionRejection rejection,
+                                       std::string reason) const {
   FusionResult result;
+  result.rejection = rejection;
   result.reason = std::move(reason);
   result.S_world_kf = S_world_kf;
   result.num_surfels = num_surfels();

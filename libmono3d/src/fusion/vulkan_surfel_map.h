@@ -41,7 +41,8 @@ class VulkanSurfelMap : public RepairableMap {
   std::int64_t num_surfels() const override { return model_.surfels.num_surfels(); }
 
  private:
-  FusionResult Rejected(const Similarity& S_world_kf, std::string reason) const;
+  FusionResult Rejected(const Similarity& S_world_kf, FusionRejection rejection,
+                        std::string reason) const;
   void CloseGaps();
   std::int64_t Append(VulkanSurfelMap& other);
 

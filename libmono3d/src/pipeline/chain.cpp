@@ -74,6 +74,7 @@ void Chain::Publish(const Frame& frame, const TrackingResult& tracking) {
   snapshot.frame_index = frame.index;
   snapshot.timestamp_s = frame.timestamp_s;
   snapshot.status = tracking.status;
+  snapshot.loss = tracking.loss;
   snapshot.reason = tracking.reason;
   latest_.pose = tracking.pose;
 }

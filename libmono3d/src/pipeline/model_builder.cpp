@@ -96,7 +96,7 @@ void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion, O
   } else {
     ++counts_.rejected_depth_maps[ReasonClass(fusion.reason)];
   }
-  of_map.fusions.push_back({map.frame_index, fusion.status, fusion.reason, false,
+  of_map.fusions.push_back({map.frame_index, fusion.status, fusion.rejection, fusion.reason, false,
                             fusion.registration, fusion.starts_submap, fusion.is_repaired});
   counts_.num_repairs += fusion.is_repaired ? 1 : 0;
   counts_.num_submaps_started += fusion.starts_submap ? 1 : 0;
@@ -117,7 +117,8 @@ void ModelBuilder::TakeRetried(const FusionResult& fusion, OfMap& of_map) {
   for (const RetriedMap& retried : fusion.retried) {
     const bool was_fused = WasFused(of_map.fusions, retried.frame_index);
     const bool is_fused = retried.status == FusionStatus::kFused;
-    of_map.fusions.push_back({retried.frame_index, retried.status, "", true, retried.registration});
+    of_map.fusions.push_back({retried.frame_index, retried.status, FusionRejection::kNotRegistered,
+                              "", true, retried.registration});
     counts_.num_fused += (is_fused ? 1 : 0) - (was_fused ? 1 : 0);
     counts_.num_fused_late += is_fused && !was_fused ? 1 : 0;
   }

@@ -80,6 +80,9 @@ TrackingResult MonocularTracker::Initialise(View view) {
   if (std::optional<TrackingResult> returned = Return(view)) return *std::move(returned);
   const ScopedStageTimer timer(times_, "tracking/initialisation");
   TrackingResult result;
+  const bool has_features =
+      static_cast<int>(view.features.size()) >= options_.initialisation.min_matches;
+  result.loss = has_features ? TrackingLoss::kNoStart : TrackingLoss::kTooFewFeatures;
   std::optional<MapStart> start = initialiser_.Add(std::move(view), result.reason);
   if (!start) {
     result.map_id = static_cast<int>(atlas_.num_maps());
@@ -192,6 +195,7 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
   if (is_over && mapping_) mapping_->Wait(*lock_);
   TrackingResult result;
   result.status = TrackingStatus::kLost;
+  result.loss = TrackingLoss::kTooFewMapPoints;
   result.reason = reason;
   result.map_id = atlas_.map().id();
   if (is_over) {

@@ -16,8 +16,18 @@ namespace mono3d {
 
 enum class DepthStatus { kEstimated, kRejected };
 
+// Why there is no depth.
+enum class DepthRejection {
+  kNoBaseline,  // the camera moved too little for the depth of the scene
+  kNoOverlap,   // the images do not show the same
+  kNoTexture,   // there is nothing to match
+  kNoMatch,     // too little of the images matches, for lack of texture or of overlap
+  kOther,       // said in words alone
+};
+
 struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
+  DepthRejection rejection = DepthRejection::kOther;  // where it is rejected
   std::string reason;  // why there is no depth: "no baseline between the images"
   DepthMap map;        // empty images when rejected
   int level = 0;       // of the pyramid, the finest that was swept

@@ -25,6 +25,15 @@ namespace mono3d {
 
 enum class FusionStatus { kFused, kRejected };
 
+// Why a depth map is not in the model.
+enum class FusionRejection {
+  kNoEstimate,     // there is no depth in it
+  kOtherMap,       // its keyframe is of another map of the tracker
+  kNotRegistered,  // it does not fit the model, or it cannot be told
+  kModelFull,
+  kOther,  // said in words alone
+};
+
 // A depth map that was tried again.
 struct RetriedMap {
   std::int64_t frame_index = 0;
@@ -57,6 +66,7 @@ struct SubmapJoin {
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
+  FusionRejection rejection = FusionRejection::kOther;  // where it is rejected
   std::string reason;       // why it was rejected; the model is then as it was
   bool is_waiting = false;  // rejected for now: it is tried again when the model has changed
   Similarity S_world_kf;    // where it was fused: its keyframe's, moved by the registration

@@ -47,8 +47,9 @@ struct PipelineCounts {
 struct FusionRecord {
   std::int64_t frame_index = 0;
   FusionStatus status = FusionStatus::kRejected;
-  std::string reason;     // why it was rejected
-  bool is_retry = false;  // it had been tried before
+  FusionRejection rejection = FusionRejection::kOther;  // where it was rejected
+  std::string reason;                                   // why it was rejected
+  bool is_retry = false;                                // it had been tried before
   RegistrationEvidence registration;
   bool starts_submap = false;  // it showed nothing of the model so far
   bool is_repaired = false;    // after it the latest part of the model was made again

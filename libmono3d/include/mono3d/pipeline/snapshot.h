@@ -22,7 +22,8 @@ struct PipelineSnapshot {
   std::int64_t frame_index = -1;  // none yet
   double timestamp_s = 0;
   TrackingStatus status = TrackingStatus::kNotInitialised;
-  std::string reason;  // why it has no pose
+  TrackingLoss loss = TrackingLoss::kOther;  // where it has no pose: why
+  std::string reason;                        // the same in words
   std::optional<TrajectoryEntry> pose;
   KeyframePosesPtr keyframe_poses;  // never null
   PipelineCounts counts;

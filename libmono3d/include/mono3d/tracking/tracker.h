@@ -26,9 +26,18 @@ enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
 
+// Why a frame has no pose.
+enum class TrackingLoss {
+  kTooFewFeatures,  // the image shows too little structure
+  kNoStart,         // no two views make a map yet: parallax, matches, or a clear motion are missing
+  kTooFewMapPoints,  // too little of the map is found in the image
+  kOther,            // said in words alone
+};
+
 // What became of one frame.
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
+  TrackingLoss loss = TrackingLoss::kOther;  // where there is no pose
   std::string reason;  // why there is no pose: "62 matches, 100 needed"; empty while tracking
   // Counts the starts; poses of different maps have nothing in common. When the camera sees what
   // another map holds, its own goes into that one, and the number of its own is no more.
