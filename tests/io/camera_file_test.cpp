@@ -183,6 +183,9 @@ TEST_F(CameraFile, TellsBadContentFromWhatIsNotSupported) {
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(bad); }), ErrorCode::kInvalidInput);
   const auto fisheye = WriteText("fisheye.yaml", Yaml() + "distortion_model: equidistant\n");
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(fisheye); }), ErrorCode::kUnsupported);
+  const auto colmap =
+      WriteText("cameras.txt", "1 OPENCV_FISHEYE 640 480 500 501 320 240 0 0 0 0\n");
+  EXPECT_EQ(CodeOf([&] { ReadCameraFile(colmap); }), ErrorCode::kUnsupported);
 }
 
 TEST_F(CameraFile, RefusesAListThatIsNotClosed) {
