@@ -52,6 +52,17 @@ TEST(Merge, AveragesByWeight) {
   EXPECT_EQ(merged.history[0][3], (512U << 16) | 7U);
 }
 
+TEST(Merge, CountsPerBlockWhatIsConfirmed) {
+  StageScene scene(48, 32, 6);
+  RunMerge(scene);
+  const std::vector<std::uint32_t> association = scene.DeviceAssociation();
+  std::vector<std::uint32_t> expected(scene.storage.anchors().size());
+  for (std::size_t i = 0; i < association.size(); ++i) {
+    expected[i / kSurfelsPerBlock] += IsPixel(association[i]) ? 1 : 0;
+  }
+  EXPECT_EQ(scene.storage.DownloadNumConfirmed(), expected);
+}
+
 TEST(Merge, MovesSurfelsAlongTheirRayOnly) {
   constexpr float kMaxError = 1e-4F;
   StageScene scene(48, 32, 6);

@@ -42,8 +42,8 @@ class AnchorMap {
   // The next anchor, of the submap of this id, existing or the next one. The model has moved it
   // where `S_world_kf` is not the tracker's.
   void Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id);
-  // The latest anchor has seen so much of the surfels of this one: a share, 0 to 1.
-  void LatestSaw(std::uint32_t number, double share);
+  // The latest anchor has confirmed so much of the surfels of this one: a share, 0 to 1.
+  void LatestConfirmed(std::uint32_t number, double share);
   void RemoveFrom(std::uint32_t first_anchor);
   // Behind these. Its submaps become further ones.
   void Append(AnchorMap other);
@@ -85,6 +85,7 @@ class AnchorMap {
     Similarity S_kf_surfels;  // as it saw them
   };
 
+  void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
   void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
   bool TrackerConverged(const KeyframePoses& poses, int map_id) const;

@@ -110,16 +110,19 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   return buffers_.num_removed.Download<std::uint32_t>().front();
 }
 
-// Of which anchors the depth map has seen how much.
+// Of which anchors the depth map has confirmed how much.
 void DepthMapFuser::NoteChanges() {
   const SurfelStorage& surfels = model_.surfels;
-  std::map<std::uint32_t, std::uint32_t> num_visible;
-  for (const std::uint32_t block : visible_.numbers()) ++num_visible[surfels.anchors()[block]];
+  const std::vector<std::uint32_t> num_confirmed = surfels.DownloadNumConfirmed();
+  std::map<std::uint32_t, std::uint32_t> of_anchor;
+  for (const std::uint32_t block : visible_.numbers()) {
+    of_anchor[surfels.anchors()[block]] += num_confirmed[block];
+  }
   changed_anchors_.clear();
-  for (const auto& [anchor, count] : num_visible) {
+  for (const auto& [anchor, count] : of_anchor) {
     const std::uint32_t num_slots = surfels.FirstSlotOf(anchor + 1) - surfels.FirstSlotOf(anchor);
     changed_anchors_.push_back(anchor);
-    model_.anchors.LatestSaw(anchor, static_cast<double>(count) * kSurfelsPerBlock / num_slots);
+    model_.anchors.LatestConfirmed(anchor, static_cast<double>(count) / num_slots);
   }
 }
 

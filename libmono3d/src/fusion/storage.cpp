@@ -75,6 +75,8 @@ void SurfelStorage::Allocate(std::uint32_t capacity) {
       Buffer(device_, BytesOfBlocks(capacity, sizeof(Surfels::Float4)), "fusion/block_bounds");
   anchor_of_block_ =
       Buffer(device_, BytesOfBlocks(capacity, sizeof(std::uint32_t)), "fusion/anchor_of_block");
+  num_confirmed_ =
+      Buffer(device_, BytesOfBlocks(capacity, sizeof(std::uint32_t)), "fusion/num_confirmed");
   capacity_ = capacity;
 }
 
@@ -102,6 +104,7 @@ void SurfelStorage::Reserve(Recorder& recorder, std::uint32_t size) {
   };
   Buffer bounds = grow_blocks(bounds_, sizeof(Surfels::Float4));
   Buffer anchor_of_block = grow_blocks(anchor_of_block_, sizeof(std::uint32_t));
+  Buffer num_confirmed = grow_blocks(num_confirmed_, sizeof(std::uint32_t));
   recorder.Submit();
   position_radius_ = std::move(position_radius);
   normal_weight_ = std::move(normal_weight);
@@ -109,12 +112,19 @@ void SurfelStorage::Reserve(Recorder& recorder, std::uint32_t size) {
   association_ = std::move(association);
   bounds_ = std::move(bounds);
   anchor_of_block_ = std::move(anchor_of_block);
+  num_confirmed_ = std::move(num_confirmed);
   capacity_ = capacity;
 }
 
 std::uint32_t SurfelStorage::FirstSlotOf(std::uint32_t anchor) const {
   const auto first = std::ranges::lower_bound(anchors_, anchor);
   return static_cast<std::uint32_t>(first - anchors_.begin()) * kSurfelsPerBlock;
+}
+
+std::vector<std::uint32_t> SurfelStorage::DownloadNumConfirmed() const {
+  std::vector<std::uint32_t> counts(anchors_.size());
+  if (!counts.empty()) num_confirmed_.Download(std::span(counts));
+  return counts;
 }
 
 void SurfelStorage::BeginInsert(std::uint32_t anchor, std::uint32_t num_inserted) {

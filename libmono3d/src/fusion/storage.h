@@ -40,7 +40,11 @@ class SurfelStorage {
   // float4 per block of kSurfelsPerBlock: centre and radius of what surrounds its surfels, in the
   // frame of its anchor.
   const Buffer& bounds() const { return bounds_; }
-  const Buffer& anchor_of_block() const { return anchor_of_block_; }      // uint per block
+  const Buffer& anchor_of_block() const { return anchor_of_block_; }  // uint per block
+  // uint per block: surfels that the latest depth map has confirmed.
+  const Buffer& num_confirmed() const { return num_confirmed_; }
+  // The same, of the blocks that there are.
+  std::vector<std::uint32_t> DownloadNumConfirmed() const;
   const std::vector<std::uint32_t>& anchors() const { return anchors_; }  // the same on the host
   // The first slot of this anchor or a later one.
   std::uint32_t FirstSlotOf(std::uint32_t anchor) const;
@@ -90,6 +94,7 @@ class SurfelStorage {
   Buffer association_;
   Buffer bounds_;
   Buffer anchor_of_block_;
+  Buffer num_confirmed_;
 };
 
 }  // namespace mono3d
