@@ -27,6 +27,11 @@ bool IsSame(const Similarity& a, const Similarity& b) {
          a.pose().rotation().coeffs() == b.pose().rotation().coeffs();
 }
 
+// Exactly what it was where nothing moves it.
+Similarity Times(const Similarity& motion, const Similarity& S_world_kf) {
+  return IsSame(motion, Similarity()) ? S_world_kf : motion * S_world_kf;
+}
+
 }  // namespace
 
 std::vector<int> AnchorMap::SubmapIds() const {
@@ -148,6 +153,7 @@ bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
   }
   if (!latest) return false;
   bool has_moved = false;
+  std::vector<bool> is_elsewhere(size());
   for (std::uint32_t i = 0; i < size(); ++i) {
     Anchor& anchor = anchors_[i];
     const bool is_known = motions[i].has_value();
@@ -155,10 +161,13 @@ bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
     has_moved =
         has_moved || anchor.camera.fx * MotionOverDepth(Placed(i), *latest) >= kMinMotion_px;
     // Exactly the tracker's pose where the model has nothing to say: rounding must not add up.
-    SetPlace(i, is_known && !anchor.is_moved ? anchor.S_tracker_kf : *latest * S_world_kf_[i]);
-    if (!is_known) anchor.S_tracker_kf = *latest * anchor.S_tracker_kf;
+    const Similarity S_world_kf =
+        is_known && !anchor.is_moved ? anchor.S_tracker_kf : Times(*latest, S_world_kf_[i]);
+    is_elsewhere[i] = !IsSame(S_world_kf, S_world_kf_[i]);
+    if (is_elsewhere[i]) SetPlace(i, S_world_kf);
+    if (!is_known) anchor.S_tracker_kf = Times(*latest, anchor.S_tracker_kf);
   }
-  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+  PlaceSurfelsOf(is_elsewhere);
   return has_moved;
 }
 
@@ -177,7 +186,7 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
     anchor.S_tracker_kf_then = anchor.S_tracker_kf;
     anchor.S_tracker_oldest_then = anchors_.front().S_tracker_kf;
   }
-  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+  PlaceSurfelsOf(std::vector<bool>(size(), true));
 }
 
 void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
@@ -191,6 +200,15 @@ void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
     observers.resize(kMaxObservers / 2);
   }
   observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+}
+
+// Where nothing has moved, not even rounding may.
+void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const bool has_moved = std::ranges::any_of(
+        observers_[i], [&](const Observer& o) { return is_elsewhere[o.number]; });
+    if (has_moved) PlaceSurfels(i);
+  }
 }
 
 // The mean of where each observer has them, by weight: of the place at which the anchor looks, of

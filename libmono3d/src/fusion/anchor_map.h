@@ -85,6 +85,7 @@ class AnchorMap {
     Similarity S_kf_surfels;  // as it saw them
   };
 
+  void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
   void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
   bool TrackerConverged(const KeyframePoses& poses, int map_id) const;
