@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "core/statistics.h"
+#include "mono3d/core/statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "core/statistics.h"
 #include "evaluation/cloud_sampling.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {

@@ -9,9 +9,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "core/statistics.h"
 #include "evaluation/depth_pixels.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/statistics.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 ErrorStatistics ComputeStatistics(std::span<const double> errors) {
