@@ -12,9 +12,10 @@
 #include <vector>
 
 #include "common/tool.h"
+#include "drawing/cloud_renderer.h"
+#include "drawing/cloud_view.h"
+#include "drawing/model_picture.h"
 #include "mono3d/core/error.h"
-#include "mono3d/evaluation/cloud_picture.h"
-#include "mono3d/evaluation/model_picture.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/ply_file.h"

@@ -3,10 +3,10 @@
 
 #include "evaluate/cloud_part.h"
 
+#include "drawing/cloud_picture.h"
 #include "evaluate/trajectory_part.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
-#include "mono3d/evaluation/cloud_picture.h"
 #include "mono3d/io/ply_file.h"
 
 namespace mono3d::tools {

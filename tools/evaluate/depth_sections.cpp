@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "drawing/depth_picture.h"
 #include "evaluate/depth_part.h"
 #include "evaluate/sparsification_drawing.h"
-#include "mono3d/evaluation/depth_picture.h"
 #include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/pfm_file.h"
 

@@ -3,8 +3,8 @@
 
 #include "evaluate/trajectory_part.h"
 
+#include "drawing/trajectory_picture.h"
 #include "mono3d/core/error.h"
-#include "mono3d/evaluation/trajectory_picture.h"
 #include "mono3d/io/timestamps_file.h"
 
 namespace mono3d::tools {

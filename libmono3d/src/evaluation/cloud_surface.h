@@ -6,20 +6,12 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "evaluation/cloud_search.h"
+#include "mono3d/evaluation/cloud_search.h"
 #include "mono3d/geometry/point_cloud.h"
 
 namespace mono3d {
-
-// Throws Error, with `name` as the place, when the cloud is empty, holds a coordinate or a normal
-// that is not finite, or lists of differing lengths.
-void CheckCloud(const PointCloud& cloud, const std::string& name);
-
-// The points in double precision.
-std::vector<Eigen::Vector3d> CloudPoints(const PointCloud& cloud);
 
 // A cloud as a surface to measure against: its points, a plane through each and the search for the
 // nearest one.

@@ -8,8 +8,8 @@
 #include <limits>
 #include <string>
 
-#include "evaluation/cloud_search.h"
 #include "mono3d/core/error.h"
+#include "mono3d/evaluation/cloud_search.h"
 
 namespace mono3d {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
-#include "evaluation/chart.h"
 #include "evaluation/trajectory_alignment.h"
 #include "evaluation/trajectory_association.h"
 #include "geometry/angles.h"
@@ -22,10 +22,11 @@ std::vector<PosePair> Associate(std::span<const StampedPose> estimate,
   std::vector<PosePair> pairs = AssociateByTime(estimate, truth, options.max_time_difference_s);
   const std::size_t needed = options.align == "none" ? 1 : 3;
   if (pairs.size() < needed) {
+    std::ostringstream within;
+    within << needed << " or more within " << options.max_time_difference_s << " s";
     throw Error(ErrorParts{.what = "too few poses with a true pose of the same time",
                            .where = {},
-                           .expected = std::to_string(needed) + " or more within " +
-                                       ShortText(options.max_time_difference_s) + " s",
+                           .expected = within.str(),
                            .found = std::to_string(pairs.size()) + " of " +
                                     std::to_string(estimate.size()) + " estimated and " +
                                     std::to_string(truth.size()) + " true poses"});

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace mono3d {
@@ -23,5 +24,12 @@ struct PointCloud {
   std::size_t size() const { return points.size(); }
   bool empty() const { return points.empty(); }
 };
+
+// Throws Error, with `name` as the place, when the cloud is empty, holds a coordinate or a normal
+// that is not finite, or lists of differing lengths.
+void CheckCloud(const PointCloud& cloud, const std::string& name);
+
+// The points in double precision.
+std::vector<Eigen::Vector3d> CloudPoints(const PointCloud& cloud);
 
 }  // namespace mono3d

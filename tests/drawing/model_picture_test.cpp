@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/model_picture.h"
+#include "drawing/model_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "evaluation/cloud_scenes.h"
 #include "mono3d/core/error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 CameraModel SmallCamera() {
@@ -162,4 +162,4 @@ TEST(RenderModel, RefusesWhatItCannotDraw) {
 }
 
 }  // namespace
-}  // namespace mono3d
+}  // namespace mono3d::tools

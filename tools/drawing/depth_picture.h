@@ -6,7 +6,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-namespace mono3d {
+namespace mono3d::tools {
 
 struct DepthPictureOptions {
   int panel_width_px = 480;  // of each of the panels side by side
@@ -30,4 +30,4 @@ cv::Mat DepthPicture(const cv::Mat& estimate, const cv::Mat& truth, double scale
 cv::Mat ConfidencePicture(const cv::Mat& confidence, const cv::Mat& estimate, const cv::Mat& truth,
                           double scale, const DepthPictureOptions& options = {});
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

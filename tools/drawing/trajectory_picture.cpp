@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/trajectory_picture.h"
+#include "drawing/trajectory_picture.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -10,11 +10,11 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "evaluation/chart.h"
+#include "drawing/chart.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kPositionErrorMap = cv::COLORMAP_TURBO;
@@ -260,4 +260,4 @@ cv::Mat TrajectoryPicture(const TrajectoryError& error, std::span<const StampedP
   return picture;
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

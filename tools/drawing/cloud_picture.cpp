@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/cloud_picture.h"
+#include "drawing/cloud_picture.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
-#include "evaluation/chart.h"
-#include "evaluation/cloud_renderer.h"
+#include "drawing/chart.h"
+#include "drawing/cloud_renderer.h"
 #include "mono3d/core/error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kTitleHeight_px = 40;
@@ -146,4 +146,4 @@ cv::Mat CloudByDistance(const PointCloud& estimate_in_truth, std::span<const dou
   return Stack(rows);
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

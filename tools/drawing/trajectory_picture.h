@@ -10,7 +10,7 @@
 #include "mono3d/evaluation/trajectory_error.h"
 #include "mono3d/geometry/stamped_pose.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 
 struct TrajectoryPictureOptions {
   int width_px = 960;
@@ -27,4 +27,4 @@ struct TrajectoryPictureOptions {
 cv::Mat TrajectoryPicture(const TrajectoryError& error, std::span<const StampedPose> truth,
                           const TrajectoryPictureOptions& options = {});
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

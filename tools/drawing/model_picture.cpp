@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/model_picture.h"
+#include "drawing/model_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "evaluation/chart.h"
-#include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 const cv::Vec3b kColourlessSurfel = {200, 200, 200};
@@ -213,4 +211,4 @@ PointCloud Recoloured(const PointCloud& cloud, ModelAspect aspect) {
   return result;
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/trajectory_picture.h"
+#include "drawing/trajectory_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,10 +11,10 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "evaluation/chart.h"
+#include "drawing/chart.h"
 #include "mono3d/core/error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 // Half an ellipse in the plane z = 0, seen by cameras that look down.
@@ -119,4 +119,4 @@ TEST(Ticks, AreRoundAndWithinTheirRange) {
 }
 
 }  // namespace
-}  // namespace mono3d
+}  // namespace mono3d::tools

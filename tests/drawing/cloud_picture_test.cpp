@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/cloud_picture.h"
+#include "drawing/cloud_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,11 +11,12 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "drawing/cloud_renderer.h"
 #include "evaluation/cloud_scenes.h"
 #include "mono3d/core/error.h"
 #include "mono3d/evaluation/cloud_transform.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kWidth_px = 160;
@@ -151,4 +152,4 @@ TEST(CloudPictures, RefuseWhatTheyCannotShow) {
 }
 
 }  // namespace
-}  // namespace mono3d
+}  // namespace mono3d::tools

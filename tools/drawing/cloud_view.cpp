@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "drawing/cloud_view.h"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
-#include "mono3d/evaluation/cloud_picture.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr std::size_t kMaxSamples = 100000;  // points that a view is chosen from
@@ -142,4 +142,4 @@ std::vector<CloudView> StandardCloudViews(const PointCloud& cloud, int width_px,
           MakeView("a quarter turn on", oblique(-axes.along), axes.up, points, width_px)};
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

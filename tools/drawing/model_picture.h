@@ -10,7 +10,7 @@
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 
 // What a camera sees of a model. All images have the camera's size; 0 where it sees nothing.
 struct ModelRendering {
@@ -43,4 +43,4 @@ cv::Mat ToPicture(const ModelRendering& rendering, ModelAspect aspect);
 // UsageError on depth, which needs a camera, and on an aspect of which the cloud says nothing.
 PointCloud Recoloured(const PointCloud& cloud, ModelAspect aspect);
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "evaluation/chart.h"
+#include "drawing/chart.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
@@ -143,4 +143,4 @@ void DrawColourBar(cv::Mat& image, const cv::Rect& bar, int colour_map,
   }
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "evaluation/cloud_renderer.h"
+#include "drawing/cloud_renderer.h"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,11 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "evaluation/cloud_surface.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
+#include "mono3d/evaluation/cloud_search.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kSamplesPerPixel = 2;          // in x and in y, averaged at the end
@@ -203,4 +203,4 @@ cv::Mat RenderClouds(std::span<const CloudLayer> layers, const CloudView& view) 
   return RenderLayers(layers, radii, view);
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

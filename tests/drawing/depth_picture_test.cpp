@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/depth_picture.h"
+#include "drawing/depth_picture.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "evaluation/chart.h"
+#include "drawing/chart.h"
 #include "mono3d/core/error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kWidth = 200;
@@ -102,4 +102,4 @@ TEST(DepthPicture, RefusesOtherSizesAndNarrowPanels) {
 }
 
 }  // namespace
-}  // namespace mono3d
+}  // namespace mono3d::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/evaluation/depth_picture.h"
+#include "drawing/depth_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,12 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "evaluation/chart.h"
-#include "evaluation/depth_pixels.h"
+#include "drawing/chart.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/evaluation/depth_error.h"
 
-namespace mono3d {
+namespace mono3d::tools {
 namespace {
 
 constexpr int kDepthMap = cv::COLORMAP_TURBO;
@@ -33,6 +32,12 @@ constexpr int kBarHeight = 12;
 constexpr double kLowQuantile = 0.02;
 constexpr double kHighQuantile = 0.98;
 constexpr double kErrorQuantile = 0.95;
+
+bool IsDepth(float depth) { return depth > 0 && std::isfinite(depth); }
+
+bool IsTrueDepth(float depth, double max_depth) {
+  return IsDepth(depth) && (max_depth <= 0 || depth <= max_depth);
+}
 
 // What a scale of colours goes from and to.
 struct Range {
@@ -204,7 +209,9 @@ cv::Mat DepthPicture(const cv::Mat& estimate, const cv::Mat& truth, double scale
 cv::Mat ConfidencePicture(const cv::Mat& confidence, const cv::Mat& estimate, const cv::Mat& truth,
                           double scale, const DepthPictureOptions& options) {
   const cv::Mat relative_error = RelativeDepthErrorImage(estimate, truth, scale, options.max_depth);
-  RequireImage(confidence, "the confidence", CV_32FC1, truth.size());
+  if (confidence.type() != CV_32FC1 || confidence.size() != truth.size()) {
+    throw Error("the confidence to draw has another size or type than the true depth");
+  }
   const Range errors = ErrorRange(relative_error, options.max_relative_error);
   const cv::Size size = PanelSize(truth, options);
   const cv::Mat shown = Coloured(truth.size(), kConfidenceMap, [&](int x, int y) {
@@ -218,4 +225,4 @@ cv::Mat ConfidencePicture(const cv::Mat& confidence, const cv::Mat& estimate, co
   return picture;
 }
 
-}  // namespace mono3d
+}  // namespace mono3d::tools

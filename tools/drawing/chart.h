@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace mono3d {
+namespace mono3d::tools {
 
 // What the pictures of errors share: text, ticks, colour bars. Images are CV_8UC3 (BGR).
 
@@ -44,4 +44,4 @@ struct BarTick {
 void DrawColourBar(cv::Mat& image, const cv::Rect& bar, int colour_map,
                    const std::vector<BarTick>& ticks);
 
-}  // namespace mono3d
+}  // namespace mono3d::tools
