@@ -11,7 +11,7 @@ set -eu
 packages="
   ca-certificates
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev
+  libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
   libcli11-dev libspdlog-dev
 "

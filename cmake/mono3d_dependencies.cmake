@@ -7,6 +7,7 @@ find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio featu
 find_package(Ceres 2.1 REQUIRED)
 find_package(Vulkan REQUIRED COMPONENTS glslangValidator)
 find_package(nlohmann_json 3.11 REQUIRED)
+find_package(yaml-cpp 0.7 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spirv-cross REQUIRED IMPORTED_TARGET spirv-cross-c-shared)

@@ -30,13 +30,15 @@ mono3d::ImageBundle ReadBundle(const std::string& sequence, int first) {
   const auto frames = mono3d::OpenFrameSource(sequence, camera, options);
   const auto poses = mono3d::ReadTrajectory(sequence + "/groundtruth.txt");
   mono3d::ImageBundle bundle;
+  std::vector<mono3d::Pose> T_world_cam;
   while (auto frame = frames->Next()) {
     mono3d::Keyframe keyframe;
     keyframe.id = frame->index;
-    keyframe.T_world_cam = poses.at(static_cast<std::size_t>(frame->index)).T_world_cam;
+    T_world_cam.push_back(poses.at(static_cast<std::size_t>(frame->index)).T_world_cam);
     keyframe.frame = *frame;
     bundle.keyframes.push_back(keyframe);
   }
+  mono3d::SetPoses(T_world_cam, bundle);
   return bundle;
 }
 

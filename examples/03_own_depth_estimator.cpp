@@ -12,6 +12,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <utility>
 
 #include "mono3d/gpu/device.h"
@@ -31,8 +32,8 @@ struct RectifiedPair {
   double focal_times_baseline;  // px su
 };
 
-RectifiedPair Rectify(const mono3d::Keyframe& left, const mono3d::Keyframe& right) {
-  const mono3d::Pose T_right_left = right.T_world_cam.Inverse() * left.T_world_cam;
+RectifiedPair Rectify(const mono3d::Keyframe& left, const mono3d::Keyframe& right,
+                      const mono3d::Pose& T_right_left) {
   cv::Mat K, R, t, R_left, R_right, P_left, P_right, Q, map_x, map_y;
   cv::eigen2cv(left.frame.camera.Matrix(), K);
   cv::eigen2cv(T_right_left.rotation().toRotationMatrix(), R);
@@ -76,22 +77,21 @@ class StereoDepthEstimator : public mono3d::DepthEstimator {
     mono3d::Validate(bundle);
     mono3d::DepthResult result;
     const mono3d::Keyframe& left = bundle.reference();
-    const mono3d::Keyframe* right = RightNeighbour(bundle);
-    if (right == nullptr) {
+    const std::optional<std::size_t> right = RightNeighbour(bundle);
+    if (!right) {
       result.reason = "the camera does not move sideways";
       return result;
     }
-    const RectifiedPair pair = Rectify(left, *right);
+    const RectifiedPair pair =
+        Rectify(left, bundle.keyframes[*right], bundle.T_ref_cam[*right].Inverse());
     cv::Mat disparity;
     matcher_->compute(pair.left, pair.right, disparity);
     result.map.depth = DepthFromDisparity(pair, disparity, left.frame.camera);
     result.map.bgr = left.frame.bgr;
     result.map.camera = left.frame.camera;
-    result.map.T_world_cam = left.T_world_cam;
     result.map.keyframe_id = left.id;
     result.map.frame_index = left.frame.index;
     result.map.timestamp_s = left.frame.timestamp_s;
-    result.map.map_id = left.map_id;
     result.map.depth_sigma_per_square_depth = 1 / pair.focal_times_baseline;
     result.status = mono3d::DepthStatus::kEstimated;
     return result;
@@ -99,13 +99,12 @@ class StereoDepthEstimator : public mono3d::DepthEstimator {
 
  private:
   // The neighbour to the right of the middle image, where the flight is a sideways one.
-  static const mono3d::Keyframe* RightNeighbour(const mono3d::ImageBundle& bundle) {
-    const mono3d::Pose T_ref_world = bundle.reference().T_world_cam.Inverse();
+  static std::optional<std::size_t> RightNeighbour(const mono3d::ImageBundle& bundle) {
     for (const std::size_t i : {bundle.reference_index() - 1, bundle.reference_index() + 1}) {
-      const Eigen::Vector3d t_ref = (T_ref_world * bundle.keyframes[i].T_world_cam).translation();
-      if (t_ref.x() > 2 * t_ref.tail<2>().norm()) return &bundle.keyframes[i];
+      const Eigen::Vector3d& t_ref = bundle.T_ref_cam[i].translation();
+      if (t_ref.x() > 2 * t_ref.tail<2>().norm()) return i;
     }
-    return nullptr;
+    return std::nullopt;
   }
 
   static constexpr int kNumDisparities = 128;

@@ -75,7 +75,8 @@ int EstimateDepth(const Arguments& arguments, const DeviceOptions& device_option
   if (result.status != DepthStatus::kEstimated) throw Error("no depth: " + result.reason);
   const std::string name = std::filesystem::path(bundle.reference().frame.name).stem();
   WriteDepthMap(folder, name, result.map);
-  WritePly(folder / "cloud.ply", ToPointCloud(result.map));
+  const Similarity& S_world_kf = posed.poses.At(result.map.keyframe_id).S_world_kf;
+  WritePly(folder / "cloud.ply", ToPointCloud(result.map, S_world_kf));
   std::printf("%s: depth for %.1f %% of the pixels, %d planes between %g and %g\n",
               (folder / (name + ".depth.pfm")).c_str(),
               100.0 * static_cast<double>(CountEstimates(result.map)) /

@@ -26,8 +26,6 @@ struct Arguments {
   std::string map;       // to go on in; empty: none
   std::string save_map;  // empty: not saved
   FrameSourceOptions source;
-  bool is_live = false;
-  LiveSourceOptions live;
   PipelineOptions pipeline;
   bool with_mesh = false;
   MeshOptions mesh;
@@ -36,16 +34,13 @@ struct Arguments {
 std::vector<OptionField> ListAll(Arguments& arguments) {
   OptionVisitor visitor;
   arguments.source.Visit(visitor);
-  visitor.Group("live", arguments.live);
   arguments.pipeline.Visit(visitor);
   return visitor.fields();
 }
 
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   const double start_ms = WallClockMs();
-  if (arguments.is_live) arguments.pipeline.tracking.mode = "live";
   arguments.pipeline.Validate();
-  arguments.live.Validate();
   arguments.mesh.Validate();
   const CameraModel calibration = ReadCameraFile(arguments.camera);
   std::unique_ptr<FrameSource> source =
@@ -70,10 +65,9 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
     };
     PipelineStages stages = CreateStages(arguments.pipeline, device, &times);
     if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
-    Pipeline pipeline(std::move(stages), observer, arguments.pipeline.surfel_export,
-                      arguments.is_live ? PipelineMode::kLive : PipelineMode::kSequential);
-    if (arguments.is_live) {
-      ProcessLive(std::move(source), arguments.live, pipeline, record);
+    Pipeline pipeline(std::move(stages), observer, arguments.pipeline);
+    if (arguments.pipeline.is_live) {
+      PushFrames(std::move(source), pipeline, record);
     } else {
       ProcessFrames(*source, pipeline, times, record);
     }
@@ -126,11 +120,10 @@ int main(int argc, char** argv) {
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
                         "file for the map, so that a later run can go on in it");
-  tool.app().add_flag("--live", arguments.is_live,
+  tool.app().add_flag("--live", arguments.pipeline.is_live,
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
-  tool.AddOptions(mono3d::ListOptions(arguments.live), "live.");
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });

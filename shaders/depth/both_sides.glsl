@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// The costs of the sources before and after the reference in one. What hides a point from one side
-// seldom hides it from the other (Kang, Szeliski and Chai 2001), so that where one side is worse by
-// more than noise the better one counts. Elsewhere their mean does: it has less noise than either, and
-// the lesser of two has less than both only where nothing matches.
+// Combines the costs of the sources before and after the reference. A point that is hidden from one
+// side is usually visible from the other (Kang, Szeliski and Chai 2001): where one side is worse by
+// more than noise, the better one counts. Elsewhere their mean counts, which has less noise than
+// either; the smaller of the two would favour chance matches.
 //
 // The including shader declares kInvalidCost, of a side that does not see the point.
 

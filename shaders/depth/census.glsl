@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// What the census transforms share: comparisons of four pixels at once, as the bytes of a word, with
-// neighbours in a row of three words.
+// What the census transforms share: comparisons of four pixels at once, as the bytes of a word,
+// with neighbours in a row of three words.
 
 const uint kHigh = 0x80808080u;
 

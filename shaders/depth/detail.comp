@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Detail of grey images: what is left when the image halved twice, a Gaussian of some 4 px, is taken
-// away, so that changes of exposure and light do not look like motion. Stored as the four pixels
-// that bilinear interpolation needs, in one word. Four words of four rows an invocation; image =
-// first_image + z.
+// Detail of grey images: what is left when the image halved twice, a Gaussian of some 4 px, is
+// taken away, so that changes of exposure and light do not look like motion. Stored as the four
+// pixels that bilinear interpolation needs, in one word. Four words of four rows an invocation;
+// image = first_image + z.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Neighbours in a row of a map of floats, rows of `width` without padding: for four pixels at once, by
-// whole texels, which cost little more than single floats.
+// Neighbours in a row of a map of floats, rows of `width` without padding: for four pixels at once,
+// by whole texels, which cost little more than single floats.
 
 // Twelve floats from number `shift`, 0 to 3, of four texels.
 void CutTexels(vec4 texels[4], int shift, out float v[12]) {
@@ -20,8 +20,8 @@ void CutTexels(vec4 texels[4], int shift, out float v[12]) {
   [[unroll]] for (int i = 0; i < 12; ++i) v[i] = by1 ? u[i + 1] : u[i];
 }
 
-// Columns 4 * group - 4 .. 4 * group + 7 of a row within the map, an rgba32f binding, to float v[12].
-// Those outside the map hold anything.
+// Columns 4 * group - 4 .. 4 * group + 7 of a row within the map, an rgba32f binding, to float
+// v[12]. Those outside the map hold anything.
 #define LOAD_MAP_ROW(map, width, height, group, row, v)                            \
   {                                                                                \
     const int first = (row) * (width) + 4 * (group) - 4;                           \

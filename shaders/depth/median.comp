@@ -2,8 +2,8 @@
 // Copyright the mono3d authors
 
 // 5x5 median of inverse depth over the pixels with an estimate, the upper one where their number is
-// even; outside the image its border is repeated. A pixel keeps, or gets, an estimate when enough of
-// the window agrees with the median: that fills pinholes and removes speckles. Confidence is the
+// even; outside the image its border is repeated. A pixel keeps, or gets, an estimate when enough
+// of the window agrees with the median: that fills pinholes and removes speckles. Confidence is the
 // mean over the agreeing pixels times their share of the window. Four pixels an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -25,8 +25,8 @@ layout(binding = 3, std430) writeonly buffer MedianConfidence {  // as confidenc
 
 #include "depth/map_row.glsl"
 
-// Positive floats are in the order of their bits, which are faster to compare. The ends of that order
-// stand for no estimate.
+// Positive floats are in the order of their bits, which are faster to compare. The ends of that
+// order stand for no estimate.
 const int kInfinity = 0x7f7fffff;
 const int kMinusInfinity = -1;
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Normals: on a plane n.X = 1 inverse depth is affine in the pixel, w = (K^-T n).(x, y, 1). The affine
-// function is fitted by least squares to nine pixels, the middle one and those 3 px away in rows and
-// columns, as far as they belong to its surface: those whose inverse depth is near, the nearer the
-// smaller the distance. (The pixels between them were smoothed together with these; they would add
-// little but a shorter lever.)
+// Normals: on a plane n.X = 1 inverse depth is affine in the pixel, w = (K^-T n).(x, y, 1). The
+// affine function is fitted by least squares to nine pixels, the middle one and those 3 px away in
+// rows and columns, as far as they belong to its surface: those whose inverse depth is near, the
+// nearer the smaller the distance. (The pixels between them were smoothed together with these; they
+// would add little but a shorter lever.)
 // Camera frame, towards the camera; 0 where there is no depth or too little surface. Four pixels an
 // invocation.
 #version 450

@@ -6,10 +6,10 @@
 // difference of detail (detail.comp) between where the source sees the point and the reference, and
 // J = dr/dw. A residual that noise and a third of a pixel of motion do not explain counts less
 // (Geman and McClure 1987), which takes occluded sources out. The step is damped as if the depth
-// were known to one plane: without texture it stays where it is. A point that fewer than `min_views`
-// sources see has no second witness and loses its depth: where the true surface leaves the view of all sources,
-// a false one that stays in view of one takes its place. Sixteen rows an
-// invocation, which share the projections.
+// were known to one plane: without texture it stays where it is. A point in view of fewer than
+// `min_views` sources loses its depth: where the true surface leaves the view of all sources, the
+// sweep finds a false one that stays in view of one of them. Sixteen rows are one invocation and
+// share the projections.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -25,8 +25,8 @@ layout(binding = 2, rgba32ui) uniform readonly uimageBuffer detail_after;
 layout(binding = 3, rgba32f) uniform readonly imageBuffer projections;    // projections.glsl
 layout(binding = 4, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 // measurement.glsl: inverse depth before the step; the step in planes; its information,
-// 1 / (standard deviation in planes)^2; and the mean weight of the sources, 0 to 1. With a border of three
-// zeros, for windows of 7x7.
+// 1 / (standard deviation in planes)^2; and the mean weight of the sources, 0 to 1. With a border
+// of three zeros, for windows of 7x7.
 layout(binding = 5, std430) writeonly buffer Measurements {
   uvec2 measurements[];
 };
@@ -37,7 +37,7 @@ layout(binding = 5, std430) writeonly buffer Measurements {
 #define WORDS detail
 #include "depth/three_words.glsl"
 
-const int kRowsPerInvocation = 16;  // as photometric.cpp dispatches
+const int kRowsPerInvocation = 16;  // as kernels.cpp dispatches
 
 int stride;
 int image_words;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Matching cost of a pixel of the reference on a plane, by the census transforms of the images: the
-// Hamming distances are added over the sources before the reference and over those after it, each
-// side normalised by its number of valid projections, and both sides count (both_sides.glsl).
-// A cost is twice the mean distance, 0 to 124; kInvalidCost where no source sees the point.
+// Matching cost of a pixel of the reference on a plane, from the census transforms of the images:
+// the Hamming distances are summed over the sources before the reference and over those after it,
+// each side is normalised by its number of valid projections, and the two sides are combined
+// (both_sides.glsl). A cost is twice the mean distance, 0 to 124; kInvalidCost where no source sees
+// the point.
 //
 // The including shader includes depth/sources.glsl and declares the rg32ui binding `census`: of the
-// reference, then per source of its positions_per_px^2 images (census.comp).
+// reference, then of each source (census.comp).
 
 const uint kInvalidCost = 255u;
 

@@ -25,25 +25,19 @@ layout(binding = 2, std430) writeonly buffer Costs {
 vec3 a[kMaxSources];  // A p of each source
 vec3 b[kMaxSources];
 int stride_px;
-ivec2 last;  // positions in a source: 0 .. last
-int shift;   // 1 when there are half-pixel positions
+ivec2 last;  // pixel of a source
 
 // Once for a pixel, before Cost.
 void PreparePixel(int x, int y) {
   stride_px = 4 * (int(params.width_px + 3u) / 4);
   census_pixels = stride_px * int(params.height_px);
-  last = ivec2(params.positions_per_px * (params.width_px - 1u),
-               params.positions_per_px * (params.height_px - 1u));
-  shift = int(params.positions_per_px) - 1;
+  last = ivec2(params.width_px - 1u, params.height_px - 1u);
   LoadReference(y * stride_px + x);
-  // In positions instead of pixels: the first two coordinates times positions_per_px.
-  const float positions = float(params.positions_per_px);
-  const vec3 scale = vec3(positions, positions, 1);
   const vec3 p = vec3(x, y, 1);
   [[unroll]] for (int s = 0; s < kNumSources; ++s) {
     const Projection projection = LoadProjection(s);
-    a[s] = scale * (projection.A * p);
-    b[s] = scale * projection.b;
+    a[s] = projection.A * p;
+    b[s] = projection.b;
   }
 }
 
@@ -52,8 +46,7 @@ View ViewFrom(int source, vec3 at) {
   const int x = int(floor(at.x * scale + 0.5));
   const int y = int(floor(at.y * scale + 0.5));
   const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last.x && y <= last.y;
-  const int image = 1 + (source << (2 * shift)) + (((y & shift) << 1) | (x & shift));
-  return ViewOf(visible, image * census_pixels + (y >> shift) * stride_px + (x >> shift));
+  return ViewOf(visible, (1 + source) * census_pixels + y * stride_px + x);
 }
 
 uint Cost(float w) {

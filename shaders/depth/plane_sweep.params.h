@@ -10,7 +10,6 @@ uint width_px;
 uint height_px;
 uint num_planes;
 uint padded_planes;        // multiple of 16, at least num_planes
-uint positions_per_px;     // 1, or 2 when the sources have half-pixel images
 float inverse_depth;       // of plane 0, the farthest, 1/su
 float inverse_depth_step;  // 1/su
 MONO3D_PARAMS_END

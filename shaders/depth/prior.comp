@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// From the depth and normals of one level to the planes that each pixel of the next finer level is
-// matched on. The level has one grid of planes; a pixel takes the 16 of it around its prior, which
-// is the depth of the coarse pixel it lies in, the same for the four. The range is moved so that
-// the depths of the neighbourhood lie in it as well, as far as it goes: a thin structure or a step
-// that the coarse level lost can come back.
+// The planes that each pixel of a level is matched on, from the depth and normals of the next
+// coarser level. The level has one grid of planes; a pixel takes 16 of them around its prior, the
+// depth of the coarse pixel that it lies in. The range is moved to include the depths of the
+// neighbours as far as possible, so that a thin structure or a step that the coarse level lost can
+// come back.
 //
-// SGM^sn: on a plane n.X = c inverse depth is affine in the pixel, and a step of one pixel changes it
-// by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path that jump, rounded to planes, costs
-// nothing. The four fine pixels of a coarse one an invocation. (Rounding the places on the surface instead of their difference would fix where between
-// two planes the jump takes place, and so keep the coarse level's errors.)
+// SGM^sn: on a plane n.X = c inverse depth is affine in the pixel, and a step r of one pixel
+// changes it by (1/Z) (n . K^-1 r) / (n . K^-1 p). For each direction of a path that change,
+// rounded to planes, has no penalty. (Rounding the two inverse depths instead of their difference
+// would fix where the change takes place, and with it the errors of the coarse level.) The four
+// fine pixels of a coarse one are one invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -23,21 +24,21 @@ layout(local_size_x = 64) in;
 layout(binding = 0, rgba32f) uniform readonly imageBuffer coarse_depth;   // 1/su; 0: no estimate
 layout(binding = 1, rgba32f) uniform readonly imageBuffer coarse_normal;  // three floats, or 0
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer image;        // padded grey image, the first
-// Two words of each local pixel. The first plane in bits 0..15, the grey value in bits 16..23, and
-// kNarrow where the 8 planes in the middle hold the neighbourhood with a margin, so that the others need
-// not be matched; and the planes from the pixel before to this one, 4 bits with sign for each direction
-// of a path.
+// Two words of each pixel, in the order of fine_volume.glsl. The first: the first plane in bits
+// 0..15, the grey value in bits 16..23, and kNarrow where the 8 planes in the middle hold the
+// neighbourhood with a margin, so that the others need not be matched. The second: the change in
+// planes from the previous pixel of a path to this one, 4 bits with sign for each direction.
 layout(binding = 3, std430) writeonly buffer Ranges {
   uvec2 ranges[];
 };
 
 #define WORDS image
-#include "depth/local_volume.glsl"
+#include "depth/fine_volume.glsl"
 #include "depth/three_words.glsl"
 
-const float kNumPlanes = float(kLocalPlanes);
-// A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must fit
-// on each side.
+const float kNumPlanes = float(kFinePlanes);
+// A coarse plane is two fine ones; an error of one coarse plane and the parabola's neighbour must
+// fit on each side.
 const float kMargin = 3.0;
 // Surfaces steeper than one plane a pixel are hidden from one side or the other.
 const float kSteepest = 1.0;
@@ -123,7 +124,7 @@ void main() {
     const int word = PaddedWordIndex(words_per_row, x >> 2, y);
     const uint greys = CutWord(imageLoad(image, word >> 2), word) >> (8 * (x & 2));
     if (y < int(params.height_px)) {
-      const int pixel = LocalPixel(x, y, int(params.height_px));
+      const int pixel = FinePixel(x, y, int(params.height_px));
       ranges[pixel] = uvec2(range | ((greys & 0xffu) << 16), jumps);
       // In a column of pixels the next one is there, if only as a place that nobody reads.
       ranges[pixel + 1] = uvec2(range | ((greys & 0xff00u) << 8), jumps);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Where the sources see a pixel of the reference. The including shader declares the rgba32f binding
-// `projections`: per source 12 numbers, a row-major 3x3 matrix A and a vector b; the pixel
-// p = (x, y, 1) on the plane of inverse depth w is seen at A p + w b (homogeneous).
+// Projection of a pixel of the reference into the sources. The including shader declares the
+// rgba32f binding `projections`: per source 12 numbers, a row-major 3x3 matrix A and a vector b;
+// the pixel p = (x, y, 1) on the plane of inverse depth w is seen at A p + w b (homogeneous).
 
 struct Projection {
   mat3 A;

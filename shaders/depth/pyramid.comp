@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Halves grey images: a binomial approximation of a Gaussian, (1 3 3 1) / 8 each way, centred between
-// the middle two pixels as halving demands (c' = (c + 0.5) / 2 - 0.5). One word of four pixels an
-// invocation, padding included; image = z.
+// Halves grey images: a binomial approximation of a Gaussian, (1 3 3 1) / 8 each way, centred
+// between the middle two pixels as halving demands (c' = (c + 0.5) / 2 - 0.5). One word of four
+// pixels an invocation, padding included; image = z.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Depth of the surface through each pixel, and how sure it is: on a plane n.X = 1 inverse depth is
-// affine in the pixel, w = (K^-T n).(x, y, 1). The affine function is fitted to the measurements of the 7x7
-// window (photometric.comp) by least squares, weighted by their information and distance, over the
-// pixels that belong to the surface of the middle one: those whose inverse depth is near, the nearer
-// the smaller the distance. Four pixels, 2x2, an invocation.
+// Inverse depth and confidence of the surface through each pixel. On a plane n.X = 1 inverse depth
+// is affine in the pixel, w = (K^-T n).(x, y, 1). The affine function is fitted to the measurements
+// of the 7x7 window (photometric.comp) by least squares, weighted by their information and
+// distance, over the pixels on the surface of the middle one: those whose inverse depth differs by
+// no more planes than their distance in pixels. Four pixels, 2x2, are one invocation.
 //
-// Confidence is 1 / (1 + e), where e is the error to be expected in 0.1 % of the depth:
+// Confidence is 1 / (1 + e), where e is the expected error in units of 0.1 % of the depth:
 //   2 e = (1 + s) / (q sqrt(a u)) - 1.
-// s is a deviation in per cent of the depth, the sum of three: of the measurements and of the surface
-// around its plane; of what a pixel of place makes on the slope of the 5x5 window, which at steps is
-// large; and of the bends of the surface across the window in four directions, which the plane
-// smoothes away. u says how much better the matching was than any other, a how much of the grey
-// values the surface explains, and q how much of the window has depth: less of them, more doubt.
+// s is a deviation in per cent of the depth, the sum of three: that of the measurements from the
+// fitted plane; the change of depth over one pixel, from the range of the 5x5 window, which is
+// large at steps; and the curvature of the surface across the window in four directions, which the
+// fit smooths away. u is the uniqueness of the match, a the share of the grey values that the
+// surface explains, and q the share of the window that has depth.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -36,7 +36,7 @@ layout(binding = 3, std430) writeonly buffer Confidence {  // 0 to 1
 #include "depth/measurement.glsl"
 
 const int kRadius = kMeasurementBorder;
-const int kPixelsPerInvocation = 2;  // in a row, and rows, as surface.cpp dispatches
+const int kPixelsPerInvocation = 2;  // in a row, and rows, as kernels.cpp dispatches
 // exp(-d^2 / (2 * 1.5^2)): half of the weight lies within 1.8 px.
 const float kFalloff[4] = float[](1.0, 0.8007, 0.4111, 0.1353);
 const float kWholeWindow = 13.6686;  // sum over the window
@@ -48,10 +48,10 @@ struct Row {
   float w[8], step[8], information[8], support[8];
 };
 
-// Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one; the sum of
-// the supports; the pixels with an estimate; the sum of the bends; and the greatest and the least
-// inverse depth of the 5x5 window, as the bits of positive floats, which have the same order: the
-// least less 1, so that no estimate is the greatest number.
+// Sums of the normal equations for v = g0 + gx dx + gy dy, in planes from the middle one; the sum
+// of the supports; the pixels with an estimate; the sum of the bends; and the greatest and the
+// least inverse depth of the 5x5 window, as the bits of positive floats, which have the same order:
+// the least less 1, so that no estimate is the greatest number.
 struct Sums {
   float n, x, y, xx, xy, yy, v, xv, yv, vv, support, found;
   float above[3], bends;  // inverse depth at the left, middle and right of the first row

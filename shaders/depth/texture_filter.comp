@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// The very last step: removes the estimates where the mean DoG response of the census window, 9x7,
-// is below the threshold, and turns inverse depth into depth. Four pixels
-// an invocation.
+// The last step: removes the estimates where the mean DoG response of the census window, 9x7, is
+// below the threshold, and turns inverse depth into depth. Four pixels are one invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

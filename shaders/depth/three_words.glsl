@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Some words in a row of a buffer of four-word texels: two texels and a choice are faster than loads of
-// single words where the lanes' loads are gathered. The including shader declares the rgba32ui
-// binding and defines WORDS as its name.
+// Some words in a row of a buffer of four-word texels: two texels and a choice are faster than
+// loads of single words where the lanes' loads are gathered. The including shader declares the
+// rgba32ui binding and defines WORDS as its name.
 
 // Words `first` .. `first` + 2 of a buffer; `a` is the texel of the first, `b` that of the last.
 uvec3 CutThreeWords(uvec4 a, uvec4 b, int first) {

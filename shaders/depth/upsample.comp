@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Inverse depth and confidence of a coarse level at full resolution: bilinear among those of the four
-// coarse pixels around that agree with the nearest one, so that depth steps stay steps.
+// Inverse depth and confidence of a coarse level at full resolution: bilinear among those of the
+// four coarse pixels around that agree with the nearest one, so that depth steps stay steps.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

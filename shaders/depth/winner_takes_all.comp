@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// The plane of the smallest sum, the first of equals, and between the planes the lowest point of the
-// parabola through its neighbours. No estimate on the first and last plane, where the parabola has
-// no support and the true depth may lie outside; where the plane does not match; and where another
-// plane, not next to it, is nearly as good. One pixel an invocation.
+// The plane of the smallest sum, the first of equals, and between the planes the lowest point of
+// the parabola through its neighbours. No estimate on the first and last plane, where the parabola
+// has no support and the true depth may lie outside; where the plane does not match; and where
+// another plane, not next to it, is nearly as good. One pixel an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

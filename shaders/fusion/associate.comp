@@ -15,7 +15,9 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per
 layout(binding = 2, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 3, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
-layout(binding = 5, std430) writeonly buffer Association { uint association[]; };  // per surfel
+layout(binding = 5, r32ui) uniform readonly uimageBuffer anchor_of_block;
+layout(binding = 6, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 7, std430) writeonly buffer Association { uint association[]; };  // per surfel
 
 float DepthAt(ivec2 pixel) { return imageLoad(depth, pixel.y * int(params.width_px) + pixel.x).x; }
 
@@ -45,9 +47,12 @@ uint EvidenceAgainst(ivec2 pixel, float inverse_depth, float weight, bool faces_
   return (seen_through ? kSeenThrough : kHidden) | uint(steps + 0.5);
 }
 
-uint Associate(uint i) {
+uint Associate(uint i, uint block) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return kUnseen;
+  const int anchor = int(imageLoad(anchor_of_block, int(block)).x);
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
+  const float weight = WeightToCamera(surfel_normal.w);
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
   if (p_cam.z <= 0.0) return kUnseen;
   precise vec2 rounded = floor(Project(p_cam) + 0.5);
@@ -65,17 +70,18 @@ uint Associate(uint i) {
   precise vec3 ray = vec3(p_cam.x / p_cam.z, p_cam.y / p_cam.z, 1.0);
   const float expected =
       TangentPlaneInverseDepth(measured_normal.xyz, Ray(rounded), measured, ray);
-  const float sigma = JointSigma(measured, inverse_depth, surfel_normal.w);
+  const float sigma = JointSigma(measured, inverse_depth, weight);
   const vec3 n_cam = DirectionToCamera(surfel_normal.xyz);
   precise float difference = inverse_depth - expected;
   if (abs(difference) <= params.association_sigmas * sigma) {
     return Dot(n_cam, measured_normal.xyz) >= params.min_normal_cosine ? uint(pixel_index)
                                                                        : kUnseen;
   }
-  return EvidenceAgainst(pixel, inverse_depth, surfel_normal.w, Dot(n_cam, p_cam) >= 0.0);
+  return EvidenceAgainst(pixel, inverse_depth, weight, Dot(n_cam, p_cam) >= 0.0);
 }
 
 void main() {
-  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
-  if (i >= params.first_surfel && i < params.num_surfels) association[i] = Associate(i);
+  const uint block = imageLoad(blocks, int(WorkGroupIndex())).x;
+  const uint i = SurfelOfBlock(block);
+  if (i >= params.first_surfel && i < params.num_surfels) association[i] = Associate(i, block);
 }

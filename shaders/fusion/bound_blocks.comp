@@ -3,7 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// A sphere around the surfels of each listed block; a negative radius where it has none.
+// A sphere around the surfels of each listed block, in the frame of its anchor; a negative radius
+// where it has none.
 #include "fusion/bound_blocks.params.h"
 #include "fusion/item.glsl"
 

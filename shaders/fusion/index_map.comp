@@ -10,7 +10,7 @@
 #include "fusion/index_map.glsl"
 
 // Per cell; all bits set: empty.
-layout(binding = 4, std430) buffer IndexMap { uint64_t index_map[]; };
+layout(binding = 6, std430) buffer IndexMap { uint64_t index_map[]; };
 
 void main() {
   const uint i = ThisSurfel();

@@ -10,6 +10,8 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // p
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 2, r32ui) uniform readonly uimageBuffer association;  // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 4, r32ui) uniform readonly uimageBuffer anchor_of_block;
+layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
 
 uint ThisSurfel() { return SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x); }
 
@@ -21,6 +23,8 @@ uint IndexCell(uint i, out uint depth_bits) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return kNoCell;
   if (Says(imageLoad(association, int(i)).x, kSeenThrough)) return kNoCell;
+  const int anchor = int(imageLoad(anchor_of_block, int(i / kSurfelsPerBlock)).x);
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
   if (p_cam.z <= 0.0 || Dot(DirectionToCamera(surfel_normal.xyz), p_cam) >= 0.0) return kNoCell;
   precise vec2 cell = floor((Project(p_cam) + 0.5) * float(kIndexCellsPerPixel));

@@ -8,7 +8,7 @@
 #include "fusion/index_map.glsl"
 
 // Two words per cell, the number of the surfel and its depth; all bits set: empty.
-layout(binding = 4, std430) buffer IndexMap { uint index_map[]; };
+layout(binding = 6, std430) buffer IndexMap { uint index_map[]; };
 
 void main() {
   const uint i = ThisSurfel();

@@ -4,6 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Turns the selected pixels into surfels, behind those that are there, in the order of the pixels.
+// The depth map is their anchor: they lie in its camera's frame. The last block is filled up with
+// slots that count as removed.
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
 
@@ -16,15 +18,22 @@ layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]
 layout(binding = 6, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
-  if (ItemIndex() >= params.num_new) return;
-  const uint i = imageLoad(new_pixels, int(ItemIndex())).x;
   const uint slot = params.num_surfels + ItemIndex();
+  if (ItemIndex() >= params.num_new) {
+    const uint num_blocks = (params.num_new + kSurfelsPerBlock - 1u) / kSurfelsPerBlock;
+    if (ItemIndex() >= num_blocks * kSurfelsPerBlock) return;
+    position_radius[slot] = normal_weight[slot] = vec4(0.0);
+    history[slot] = uvec4(0u, 0u, 0u, params.map_index);
+    return;
+  }
+  const uint i = imageLoad(new_pixels, int(ItemIndex())).x;
   const float z = imageLoad(depth, int(i)).x;
   const vec4 normal = imageLoad(candidate, int(i));
   const vec3 ray = Ray(vec2(float(i % params.width_px), float(i / params.width_px)));
   const float sigma = InverseDepthSigma(1.0 / z) * z * z;
-  position_radius[slot] = vec4(PointToWorld(ray * z), SurfelRadius(z, normal.xyz, ray) * float(params.merge_radius_px));
-  normal_weight[slot] = vec4(DirectionToWorld(normal.xyz), normal.w / (sigma * sigma));
+  position_radius[slot] =
+      vec4(ray * z, SurfelRadius(z, normal.xyz, ray) * float(params.merge_radius_px));
+  normal_weight[slot] = vec4(normal.xyz, normal.w / (sigma * sigma));
   history[slot] = uvec4(Colour10From8(imageLoad(colour, int(i)).x), Pack16(1u, 0u),
                         Pack16(params.map_index, params.map_index),
                         Pack16(params.map_index, ConfidenceSteps(normal.w)));

@@ -4,7 +4,7 @@
 // What an invocation works on.
 layout(local_size_x = 64) in;
 
-// Surfels are worked on in blocks of neighbours, a workgroup each.
+// Surfels are worked on in blocks of neighbours, a workgroup each. All of a block have one anchor.
 const uint kSurfelsPerBlock = 64u;
 
 // More workgroups than a device takes along x continue along y.

@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
 
 // Each surfel that a pixel confirms takes up what the pixel says, by its weight. It moves along the
 // ray of this view only: errors of depth lie along rays, and surfels keep their spacing. Inverse
@@ -17,9 +18,12 @@ layout(binding = 4, rgba32f) uniform readonly imageBuffer old_position_radius;  
 layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;  // the three below
 layout(binding = 6, rgba32ui) uniform readonly uimageBuffer old_history;
 layout(binding = 7, r32ui) uniform readonly uimageBuffer blocks;  // to work on
-layout(binding = 8, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 9, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 10, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 8, r32ui) uniform readonly uimageBuffer anchor_of_block;
+layout(binding = 9, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 10, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 11, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 12, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 13, std430) buffer Confirmed { uint num_confirmed[]; };  // per block; 0 before
 
 uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
   const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
@@ -29,10 +33,16 @@ uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
 }
 
 void main() {
-  const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
+  const uint block = imageLoad(blocks, int(WorkGroupIndex())).x;
+  const uint i = SurfelOfBlock(block);
   if (i >= params.num_surfels) return;
   const uint pixel = imageLoad(association, int(i)).x;
   if (!IsPixel(pixel)) return;
+  // Those that are left, in one addition.
+  const uint num_here = subgroupBallotBitCount(subgroupBallot(true));
+  if (subgroupElect()) atomicAdd(num_confirmed[block], num_here);
+  const int anchor = int(imageLoad(anchor_of_block, int(block)).x);
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
 
   const vec4 measured_normal = imageLoad(candidate, int(pixel));
   const float measured_depth = imageLoad(depth, int(pixel)).x;
@@ -42,23 +52,24 @@ void main() {
   const vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
   const vec3 pixel_ray = Ray(vec2(float(pixel % params.width_px), float(pixel / params.width_px)));
 
+  const float old_weight = WeightToCamera(old_normal.w);
   const float w = 1.0 / p_cam.z;
   const float measured =
       TangentPlaneInverseDepth(measured_normal.xyz, pixel_ray, 1.0 / measured_depth, ray);
   // Information on depth, 1/su^2: sigma(z) = sigma(w) z^2.
   const float sigma = InverseDepthSigma(measured) / (measured * measured);
   const float weight = measured_normal.w / (sigma * sigma);
-  const float share = weight / (weight + old_normal.w);
+  const float share = weight / (weight + old_weight);
   // In inverse depth information is z^4 times as much.
   const float ratio = w / measured;
   const float weight_here = weight * ratio * ratio * ratio * ratio;
-  const float share_in_inverse_depth = weight_here / (weight_here + old_normal.w);
+  const float share_in_inverse_depth = weight_here / (weight_here + old_weight);
   const float merged = mix(w, measured, share_in_inverse_depth);
 
-  const vec3 normal = mix(old_normal.xyz, DirectionToWorld(measured_normal.xyz), share);
+  const vec3 normal = mix(old_normal.xyz, DirectionToAnchor(measured_normal.xyz), share);
   const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray) *
                        float(params.merge_radius_px);
-  position_radius[i] = vec4(PointToWorld(ray / merged), min(old_position.w, radius));
-  normal_weight[i] = vec4(normalize(normal), old_normal.w + weight);
+  position_radius[i] = vec4(PointToAnchor(ray / merged), min(old_position.w, radius / scale));
+  normal_weight[i] = vec4(normalize(normal), old_normal.w + WeightToAnchor(weight));
   history[i] = MergedHistory(imageLoad(old_history, int(i)), pixel, share, measured_normal.w);
 }

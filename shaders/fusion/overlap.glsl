@@ -7,9 +7,6 @@
 
 const uint kNoSurfel = 0xFFFFFFFFu;
 
-// Depth maps so near to each other in order were merged when they were fused: they are one part.
-const uint kMaxAnchorGap = 3u;
-
 // Fixed point of the sums of shares, so that they do not depend on the order of addition.
 const float kShareSteps = 1024.0;
 const float kMaxShare = 1024.0;

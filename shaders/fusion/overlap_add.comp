@@ -12,10 +12,16 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer old_normal_weight;  //
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;          // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer target;              // per surfel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
 // Per surfel: observations, confidence in steps, sum of shares, sum of shares * difference / sigma.
-layout(binding = 5, std430) buffer Sums { uint sums[]; };
-layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
-layout(binding = 7, std430) buffer Count { uint num_removed; };
+layout(binding = 6, std430) buffer Sums { uint sums[]; };
+layout(binding = 7, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };  // per surfel
+layout(binding = 8, std430) buffer Count { uint num_removed; };
+
+void UseAnchorOf(uvec4 surfel_history) {
+  const int anchor = int(Low16(surfel_history.w));
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
+}
 
 void main() {
   const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
@@ -24,15 +30,19 @@ void main() {
   if (j == kNoSurfel || imageLoad(target, int(j)).x != kNoSurfel) return;
   const vec4 own = imageLoad(old_normal_weight, int(i));
   const vec4 other = imageLoad(old_normal_weight, int(j));
-  const vec3 p_i = PointToCamera(imageLoad(position_radius, int(i)).xyz);
-  const vec3 p_j = PointToCamera(imageLoad(position_radius, int(j)).xyz);
-  const float w_j = 1.0 / p_j.z;
-  const float expected = TangentPlaneInverseDepth(DirectionToCamera(own.xyz), p_i / p_i.z,
-                                                  1.0 / p_i.z, p_j * w_j);
-  const float share = min(own.w / other.w, kMaxShare);
-  const float difference =
-      clamp((expected - w_j) / SurfelSigma(w_j, other.w), -kMaxDifference, kMaxDifference);
   const uvec4 seen = imageLoad(history, int(i));
+  UseAnchorOf(seen);
+  const vec3 p_i = PointToCamera(imageLoad(position_radius, int(i)).xyz);
+  const vec3 n_i = DirectionToCamera(own.xyz);
+  const float weight_i = WeightToCamera(own.w);
+  UseAnchorOf(imageLoad(history, int(j)));
+  const vec3 p_j = PointToCamera(imageLoad(position_radius, int(j)).xyz);
+  const float weight_j = WeightToCamera(other.w);
+  const float w_j = 1.0 / p_j.z;
+  const float expected = TangentPlaneInverseDepth(n_i, p_i / p_i.z, 1.0 / p_i.z, p_j * w_j);
+  const float share = min(weight_i / weight_j, kMaxShare);
+  const float difference =
+      clamp((expected - w_j) / SurfelSigma(w_j, weight_j), -kMaxDifference, kMaxDifference);
   atomicAdd(sums[4u * j], Low16(seen.y));
   atomicAdd(sums[4u * j + 1u], High16(seen.w));
   atomicAdd(sums[4u * j + 2u], uint(share * kShareSteps + 0.5));

@@ -12,10 +12,11 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer old_position_radius;  
 layout(binding = 2, rgba32f) uniform readonly imageBuffer old_normal_weight;    // per surfel
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer old_history;        // per surfel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to work on
-layout(binding = 5, std430) writeonly buffer NextSums { uvec4 next_sums[]; };
-layout(binding = 6, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 7, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 8, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 6, std430) writeonly buffer NextSums { uvec4 next_sums[]; };
+layout(binding = 7, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 8, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 9, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
   const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
@@ -27,12 +28,14 @@ void main() {
   const float shift = float(int(imageLoad(sums, int(4u * i + 3u)).x)) / kShareSteps;
   const vec4 normal = imageLoad(old_normal_weight, int(i));
   const vec4 position = imageLoad(old_position_radius, int(i));
+  const uvec4 old = imageLoad(old_history, int(i));
+  const int anchor = int(Low16(old.w));
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const vec3 p_cam = PointToCamera(position.xyz);
   const float w = 1.0 / p_cam.z;
-  const float merged = w + SurfelSigma(w, normal.w) * shift / (1.0 + share);
-  position_radius[i] = vec4(PointToWorld(p_cam * (w / merged)), position.w);
+  const float merged = w + SurfelSigma(w, WeightToCamera(normal.w)) * shift / (1.0 + share);
+  position_radius[i] = vec4(PointToAnchor(p_cam * (w / merged)), position.w);
   normal_weight[i] = vec4(normal.xyz, normal.w * (1.0 + share));
-  const uvec4 old = imageLoad(old_history, int(i));
   history[i] = uvec4(old.x, Pack16(Low16(old.y) + observations, High16(old.y)), old.z,
                      Pack16(Low16(old.w), High16(old.w) + confidence));
   next_sums[i] = uvec4(0u);

@@ -11,10 +11,12 @@ layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // p
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer blocks;    // to work on
-layout(binding = 4, r32ui) uniform readonly uimageBuffer first_of;  // surfel per depth map
-layout(binding = 5, r32ui) uniform readonly uimageBuffer oldest;    // surfel per tile
-layout(binding = 6, std430) writeonly buffer Candidates { uint candidates[]; };
-layout(binding = 7, std430) buffer Count { uint num_candidates; };  // 0 before
+// Per anchor the end of the surfels of other parts that are older.
+layout(binding = 4, r32ui) uniform readonly uimageBuffer end_of_older;
+layout(binding = 5, r32ui) uniform readonly uimageBuffer oldest;  // surfel per tile
+layout(binding = 6, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 7, std430) writeonly buffer Candidates { uint candidates[]; };
+layout(binding = 8, std430) buffer Count { uint num_candidates; };  // 0 before
 
 uint OldestOfTile(ivec2 cell) {
   const ivec2 tile = clamp(cell, ivec2(0), NumCells() - 1) / kTileCells;
@@ -31,12 +33,11 @@ uint OldestAround(ivec2 own) {
 void main() {
   const uint i = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.num_surfels) return;
+  const int anchor = int(Low16(imageLoad(history, int(i)).w));
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
-  const uint anchor = imageLoad(history, int(i)).w & 0xFFFFu;
   if (p_cam.z <= 0.0 || imageLoad(normal_weight, int(i)).w <= 0.0) return;
   const ivec2 own = ivec2(floor(PlaceInCells(p_cam)));
-  // Surfels are in the order of the depth maps to which they are anchored.
-  const uint end = imageLoad(first_of, int(anchor - min(anchor, kMaxAnchorGap))).x;
-  if (OldestAround(own) >= end) return;
+  if (OldestAround(own) >= imageLoad(end_of_older, anchor).x) return;
   candidates[atomicAdd(num_candidates, 1u)] = i;
 }

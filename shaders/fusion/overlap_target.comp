@@ -14,23 +14,20 @@ layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // p
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
 layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
 layout(binding = 4, r32ui) uniform readonly uimageBuffer candidates;  // surfels to work on
-layout(binding = 5, r32ui) uniform readonly uimageBuffer first_of;  // surfel per depth map
+// Per anchor the end of the surfels of other parts that are older.
+layout(binding = 5, r32ui) uniform readonly uimageBuffer end_of_older;
 layout(binding = 6, r32ui) uniform readonly uimageBuffer num_candidates;  // one
-layout(binding = 7, std430) writeonly buffer Target { uint target[]; };  // kNoSurfel before
-layout(binding = 8, std430) writeonly buffer Marked { uint is_marked[]; };  // per block; 0 before
+layout(binding = 7, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 8, std430) writeonly buffer Target { uint target[]; };  // kNoSurfel before
+layout(binding = 9, std430) writeonly buffer Marked { uint is_marked[]; };  // per block; 0 before
 
 // Footprints of pixels lie apart by this share of a surfel's radius.
 const float kFootprintPerRadius = 0.7071;
 
-bool IsSamePlace(uint i, uint j, vec3 normal) {
-  const vec4 a = imageLoad(position_radius, int(i)), b = imageLoad(position_radius, int(j));
-  const vec3 offset = b.xyz - a.xyz;
-  const vec3 along_surface = offset - Dot(offset, normal) * normal;
-  return length(along_surface) <= kFootprintPerRadius * min(a.w, b.w);
-}
-
 // A surfel as the view sees it.
 struct Seen {
+  vec3 p_cam;
+  float radius;
   vec3 n_cam;
   vec3 ray;
   float inverse_depth;
@@ -70,35 +67,49 @@ uint NearestCell(uint end, vec3 p_cam, Seen seen) {
   return best;
 }
 
-bool IsSameSurface(uint i, uint cell, vec3 normal, Seen seen) {
+int UseAnchorOf(uint surfel) {
+  const int anchor = int(Low16(imageLoad(history, int(surfel)).w));
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
+  return anchor;
+}
+
+bool IsSamePlace(Seen seen, vec3 other_p_cam, float other_radius) {
+  const vec3 offset = other_p_cam - seen.p_cam;
+  const vec3 along_surface = offset - Dot(offset, seen.n_cam) * seen.n_cam;
+  return length(along_surface) <= kFootprintPerRadius * min(seen.radius, other_radius);
+}
+
+bool IsSameSurface(Seen seen, uint cell) {
   const uint j = imageLoad(index_map, int(2u * cell)).x;
   const float inverse_depth = 1.0 / uintBitsToFloat(imageLoad(index_map, int(2u * cell + 1u)).x);
   const vec4 other_normal = imageLoad(normal_weight, int(j));
+  const vec4 other_position = imageLoad(position_radius, int(j));
+  UseAnchorOf(j);
   const uint width = params.width_px * kIndexCellsPerPixel;
   const vec2 pixel =
       (vec2(float(cell % width), float(cell / width)) + 0.5) / float(kIndexCellsPerPixel) - 0.5;
   const float expected =
       TangentPlaneInverseDepth(seen.n_cam, seen.ray, seen.inverse_depth, Ray(pixel));
-  const float sigma = length(vec2(seen.sigma, SurfelSigma(inverse_depth, other_normal.w)));
-  return Dot(other_normal.xyz, normal) >= params.min_normal_cosine &&
+  const float sigma =
+      length(vec2(seen.sigma, SurfelSigma(inverse_depth, WeightToCamera(other_normal.w))));
+  return Dot(DirectionToCamera(other_normal.xyz), seen.n_cam) >= params.min_normal_cosine &&
          abs(inverse_depth - expected) <= params.association_sigmas * sigma &&
-         IsSamePlace(i, j, normal);
+         IsSamePlace(seen, PointToCamera(other_position.xyz), other_position.w * scale);
 }
 
 uint FindTarget(uint i) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return kNoSurfel;
-  const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
+  const int anchor = UseAnchorOf(i);
+  const vec4 position = imageLoad(position_radius, int(i));
+  const vec3 p_cam = PointToCamera(position.xyz);
   const vec3 n_cam = DirectionToCamera(surfel_normal.xyz);
   if (p_cam.z <= 0.0 || Dot(n_cam, p_cam) >= 0.0) return kNoSurfel;
   const float inverse_depth = 1.0 / p_cam.z;
-  const Seen seen =
-      Seen(n_cam, p_cam * inverse_depth, inverse_depth, SurfelSigma(inverse_depth, surfel_normal.w));
-  // Surfels are in the order of the depth maps to which they are anchored.
-  const uint anchor = imageLoad(history, int(i)).w & 0xFFFFu;
-  const uint end = imageLoad(first_of, int(anchor - min(anchor, kMaxAnchorGap))).x;
-  const uint cell = NearestCell(end, p_cam, seen);
-  if (cell == kNoSurfel || !IsSameSurface(i, cell, surfel_normal.xyz, seen)) return kNoSurfel;
+  const Seen seen = Seen(p_cam, position.w * scale, n_cam, p_cam * inverse_depth, inverse_depth,
+                         SurfelSigma(inverse_depth, WeightToCamera(surfel_normal.w)));
+  const uint cell = NearestCell(imageLoad(end_of_older, anchor).x, p_cam, seen);
+  if (cell == kNoSurfel || !IsSameSurface(seen, cell)) return kNoSurfel;
   return imageLoad(index_map, int(2u * cell)).x;
 }
 

@@ -23,8 +23,10 @@ layout(binding = 3, r32f) uniform readonly imageBuffer depth;               // s
 layout(binding = 4, rgba32f) uniform readonly imageBuffer candidate;        // per pixel
 layout(binding = 5, r32f) uniform readonly imageBuffer grey;  // of the level, rows of its width
 layout(binding = 6, r32ui) uniform readonly uimageBuffer blocks;  // to work on
+layout(binding = 7, r32ui) uniform readonly uimageBuffer anchor_of_block;
+layout(binding = 8, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
 // Per row kVectorsPerRow: head, tail, depth, light, light2 of the accumulator.
-layout(binding = 7, std430) writeonly buffer Sums { vec4 sums_of_row[]; };
+layout(binding = 9, std430) writeonly buffer Sums { vec4 sums_of_row[]; };
 
 const uint kSurfelsPerRow = 16u;
 const uint kVectorsPerRow = 14u;
@@ -105,9 +107,11 @@ Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
   return Row7(vec4(cross(p_cam, by_point), by_point.x), vec4(by_point.yz, 0.0, residual));
 }
 
-void AddSurfel(inout Accumulator sums, uint i) {
+void AddSurfel(inout Accumulator sums, uint i, uint block) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return;
+  const int anchor = int(imageLoad(anchor_of_block, int(block)).x);
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
   const vec3 n_surfel = DirectionToCamera(surfel_normal.xyz);
   if (p_cam.z <= 0.0 || Dot(n_surfel, p_cam) >= 0.0) return;
@@ -120,13 +124,13 @@ void AddSurfel(inout Accumulator sums, uint i) {
   const vec4 n_pixel = imageLoad(candidate, pixel);
   if (n_pixel.w <= 0.0) return;
 
-  precise float measured_depth = params.depth_scale * imageLoad(depth, pixel).x;
+  const float measured_depth = imageLoad(depth, pixel).x;
   precise float measured = 1.0 / measured_depth;
   precise float inverse_depth = 1.0 / p_cam.z;
   precise vec3 ray = p_cam * inverse_depth;
   const vec3 pixel_ray = Ray(rounded);
   const float expected = TangentPlaneInverseDepth(n_pixel.xyz, pixel_ray, measured, ray);
-  const float sigma = JointSigma(measured, inverse_depth, surfel_normal.w);
+  const float sigma = JointSigma(measured, inverse_depth, WeightToCamera(surfel_normal.w));
   precise float difference = inverse_depth - expected;
   if (abs(difference) > params.association_sigmas * sigma) {
     sums.depth.zw += difference > 0.0 ? vec2(1.0, 0.0) : vec2(0.0, 1.0);
@@ -136,12 +140,12 @@ void AddSurfel(inout Accumulator sums, uint i) {
 
   // A depth error dz moves the tangent plane by (n.ray) dz, and dz = z^2 dw.
   const vec3 n = n_pixel.xyz;
-  const float scale = 1.0 / (max(-Dot(n, ray), 1e-3) * p_cam.z * p_cam.z * sigma);
-  const float residual = scale * Dot(n, p_cam - measured_depth * pixel_ray);
+  const float per_sigma = 1.0 / (max(-Dot(n, ray), 1e-3) * p_cam.z * p_cam.z * sigma);
+  const float residual = per_sigma * Dot(n, p_cam - measured_depth * pixel_ray);
   const float weight = HuberWeight(residual);
-  const vec3 by_rotation = scale * cross(p_cam, n);
-  const vec3 by_point = scale * n;
-  const float by_scale = -scale * measured_depth * Dot(n, pixel_ray);
+  const vec3 by_rotation = per_sigma * cross(p_cam, n);
+  const vec3 by_point = per_sigma * n;
+  const float by_scale = -per_sigma * measured_depth * Dot(n, pixel_ray);
   sums.depth.xy += vec2(weight * residual * residual, 1.0);
   float light_weight;
   const Row7 light = Light(sums, p_cam, imageLoad(history, int(i)).x, light_weight);
@@ -166,7 +170,7 @@ void main() {
     const uint listed = sample_index * params.stride;
     const uint block = imageLoad(blocks, int(listed / kSurfelsPerBlock)).x;
     const uint i = block * kSurfelsPerBlock + listed % kSurfelsPerBlock;
-    if (i < params.num_surfels) AddSurfel(sums, i);
+    if (i < params.num_surfels) AddSurfel(sums, i, block);
   }
   const uint first = row * kVectorsPerRow;
   [[unroll]] for (uint k = 0u; k < 4u; ++k) sums_of_row[first + k] = sums.head[k];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// One evaluation of the registration of a depth map with the model: at this pose and this scale of
-// its depths, over every `stride`-th surfel of some blocks. The first members are those of
-// ViewParams.
+// One evaluation of the registration of a depth map with the model, over every `stride`-th surfel of
+// some blocks. Where the depth map is assumed to be is in the table of anchors. The first members
+// are those of ViewParams.
 #ifndef MONO3D_FUSION_REGISTER_PARAMS_H
 #define MONO3D_FUSION_REGISTER_PARAMS_H
 #include "common/params.h"
@@ -15,15 +15,13 @@ float fx;
 float fy;
 float cx;
 float cy;
-float cam_from_world[12];   // T_cam_world, rows of [R | t]
-float inverse_depth_sigma;  // of the depth map once it is scaled
+float inverse_depth_sigma;
 float relative_sigma;
 float association_sigmas;
 float min_normal_cosine;
 uint num_surfels;
 uint num_blocks;    // whose surfels are looked at
 uint stride;        // from one of these to the next
-float depth_scale;  // measured depths are multiplied by this
 uint grey_level;    // of the grey image, 0 is the full size
 float grey_gain;    // grey of the image = gain * grey of the surfel + bias; gain 0: depth alone
 float grey_bias;

@@ -11,13 +11,17 @@ layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x w
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
 layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
 layout(binding = 3, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
-layout(binding = 4, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
+layout(binding = 4, r32ui) uniform readonly uimageBuffer anchor_of_block;
+layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
+layout(binding = 6, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
 
 const uint kNoSurfel = 0xFFFFFFFFu;
 
 bool SameSurface(uint surfel, float inverse_depth, float expected, float measured, vec3 n_cam) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(surfel));
-  const float sigma = JointSigma(measured, inverse_depth, surfel_normal.w);
+  const int anchor = int(imageLoad(anchor_of_block, int(surfel / kSurfelsPerBlock)).x);
+  UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
+  const float sigma = JointSigma(measured, inverse_depth, WeightToCamera(surfel_normal.w));
   return abs(inverse_depth - expected) <= params.association_sigmas * sigma &&
          Dot(DirectionToCamera(surfel_normal.xyz), n_cam) >= params.min_normal_cosine;
 }

@@ -2,8 +2,8 @@
 // Copyright the mono3d authors
 
 // A surfel lies in three buffers of 16 bytes each:
-//   position_radius  xyz in the world, su; radius, su
-//   normal_weight    unit normal in the world; weight = information on depth, 1/su^2; 0: removed
+//   position_radius  xyz in the frame of its anchor, su; radius, su
+//   normal_weight    unit normal in that frame; weight = information on depth, 1/su^2; 0: removed
 //   history          x  colour, 10 bits each of red, green, blue, red lowest
 //                    y  depth maps that confirm it (low 16 bits); confidence against it: of those
 //                       that see through it, in 1/8 (next 8), that see it hidden, in 1/255 (last 8)

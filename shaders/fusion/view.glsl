@@ -29,31 +29,57 @@ float Dot(vec3 a, vec3 b) {
   return sum;
 }
 
-vec3 Row(int row) {
-  return vec3(params.cam_from_world[4 * row], params.cam_from_world[4 * row + 1],
-              params.cam_from_world[4 * row + 2]);
+// The similarity from the frame of an anchor, in its unit, into the camera's, in the depth map's:
+// rows of the rotation, translation, scale.
+vec3 rotation_x, rotation_y, rotation_z, translation;
+float scale;
+
+// As a table of anchors has it: two vectors per anchor, a unit quaternion (w last), then translation
+// and scale.
+void UseAnchor(vec4 q, vec4 translation_scale) {
+  precise float xx = 2.0 * q.x * q.x, yy = 2.0 * q.y * q.y, zz = 2.0 * q.z * q.z;
+  precise float xy = 2.0 * q.x * q.y, xz = 2.0 * q.x * q.z, yz = 2.0 * q.y * q.z;
+  precise float wx = 2.0 * q.w * q.x, wy = 2.0 * q.w * q.y, wz = 2.0 * q.w * q.z;
+  precise vec3 x = vec3(1.0 - yy - zz, xy - wz, xz + wy);
+  precise vec3 y = vec3(xy + wz, 1.0 - xx - zz, yz - wx);
+  precise vec3 z = vec3(xz - wy, yz + wx, 1.0 - xx - yy);
+  rotation_x = x;
+  rotation_y = y;
+  rotation_z = z;
+  translation = translation_scale.xyz;
+  scale = translation_scale.w;
 }
-vec3 Column(int column) {
-  return vec3(params.cam_from_world[column], params.cam_from_world[column + 4],
-              params.cam_from_world[column + 8]);
+
+vec3 DirectionToCamera(vec3 v) {
+  return vec3(Dot(rotation_x, v), Dot(rotation_y, v), Dot(rotation_z, v));
 }
 
-vec3 DirectionToCamera(vec3 v) { return vec3(Dot(Row(0), v), Dot(Row(1), v), Dot(Row(2), v)); }
-
-vec3 DirectionToWorld(vec3 v) {
-  return vec3(Dot(Column(0), v), Dot(Column(1), v), Dot(Column(2), v));
+vec3 DirectionToAnchor(vec3 v) {
+  return vec3(Dot(vec3(rotation_x.x, rotation_y.x, rotation_z.x), v),
+              Dot(vec3(rotation_x.y, rotation_y.y, rotation_z.y), v),
+              Dot(vec3(rotation_x.z, rotation_y.z, rotation_z.z), v));
 }
 
-vec3 Translation() { return Column(3); }
-
-vec3 PointToCamera(vec3 p_world) {
-  precise vec3 p = DirectionToCamera(p_world) + Translation();
+vec3 PointToCamera(vec3 p_anchor) {
+  precise vec3 scaled = scale * p_anchor;
+  precise vec3 p = DirectionToCamera(scaled) + translation;
   return p;
 }
 
-vec3 PointToWorld(vec3 p_cam) {
-  precise vec3 centred = p_cam - Translation();
-  return DirectionToWorld(centred);
+vec3 PointToAnchor(vec3 p_cam) {
+  precise vec3 centred = p_cam - translation;
+  precise vec3 p = DirectionToAnchor(centred) / scale;
+  return p;
+}
+
+// Information on depth, 1/su^2.
+float WeightToCamera(float weight_anchor) {
+  precise float weight = weight_anchor / (scale * scale);
+  return weight;
+}
+float WeightToAnchor(float weight_cam) {
+  precise float weight = weight_cam * (scale * scale);
+  return weight;
 }
 
 vec2 Project(vec3 p_cam) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// One depth map as every stage of fusion sees it: its camera, its pose, and what counts as equal.
+// One depth map as every stage of fusion sees it: its camera, and what counts as equal. Lengths are
+// in the own unit of its keyframe.
 #ifndef MONO3D_FUSION_VIEW_PARAMS_H
 #define MONO3D_FUSION_VIEW_PARAMS_H
 #include "common/params.h"
@@ -13,7 +14,6 @@ float fx;
 float fy;
 float cx;
 float cy;
-float cam_from_world[12];  // T_cam_world, rows of [R | t]
 // The error of a measured inverse depth w is max(inverse_depth_sigma, relative_sigma * w), in 1/su.
 float inverse_depth_sigma;
 float relative_sigma;

@@ -17,6 +17,13 @@ TEST(Median, IsTheValueInTheMiddleOrTheMeanOfTwo) {
   EXPECT_EQ(Median(std::vector<float>{1, 2}), 1.5F);
 }
 
+TEST(UpperMedian, IsOneOfTheValues) {
+  EXPECT_EQ(UpperMedian(std::vector<double>{5}), 5);
+  EXPECT_EQ(UpperMedian(std::vector<double>{9, 1, 4}), 4);
+  EXPECT_EQ(UpperMedian(std::vector<double>{9, 1, 4, 2}), 4);
+  EXPECT_EQ(UpperMedian(std::vector<float>{2, 1}), 2.F);
+}
+
 TEST(Quantile, IsTheValueAtAShareOfTheSortedOnes) {
   const std::vector<double> values = {40, 10, 50, 20, 30};
   EXPECT_EQ(Quantile(values, 0), 10);

@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "depth/plane_scene.h"
 #include "gpu/test_device.h"
@@ -41,9 +42,11 @@ class BadBundle : public testing::Test {
   static DepthResult Estimate(const ImageBundle& bundle, const DepthEstimatorOptions& options) {
     return CreateDepthEstimator(TestDevice(), options)->Estimate(bundle);
   }
-  static void ExpectRejected(const ImageBundle& bundle, const std::string& reason) {
+  static void ExpectRejected(const ImageBundle& bundle, DepthRejection rejection,
+                             const std::string& reason) {
     const DepthResult result = Estimate(bundle);
     EXPECT_EQ(result.status, DepthStatus::kRejected);
+    EXPECT_EQ(result.rejection, rejection);
     EXPECT_THAT(result.reason, HasSubstr(reason));
     EXPECT_TRUE(result.map.depth.empty());
   }
@@ -150,6 +153,7 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
   const double nan = std::nan("");
   ImageBundle bundle = PlaneScene().Bundle();
   const Keyframe good = bundle.keyframes[1];
+  const Pose good_pose = bundle.T_ref_cam[1];
   const auto refusal = [&] {
     std::string message;
     try {
@@ -158,13 +162,14 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
       message = error.what();
     }
     bundle.keyframes[1] = good;
+    bundle.T_ref_cam[1] = good_pose;
     return message;
   };
-  bundle.keyframes[1].T_world_cam = Pose(good.T_world_cam.rotation(), {nan, 0, 0});
+  bundle.T_ref_cam[1] = Pose(good_pose.rotation(), {nan, 0, 0});
   EXPECT_THAT(refusal(), HasSubstr("plane: pose is no rigid motion"));
-  bundle.keyframes[1].T_world_cam = Pose(good.T_world_cam.rotation(), {0, HUGE_VAL, 0});
+  bundle.T_ref_cam[1] = Pose(good_pose.rotation(), {0, HUGE_VAL, 0});
   EXPECT_THAT(refusal(), HasSubstr("pose is no rigid motion"));
-  bundle.keyframes[1].T_world_cam = Pose(Eigen::Quaterniond(nan, 0, 0, 0), {0, 0, 0});
+  bundle.T_ref_cam[1] = Pose(Eigen::Quaterniond(nan, 0, 0, 0), {0, 0, 0});
   EXPECT_THAT(refusal(), HasSubstr("pose is no rigid motion"));
   bundle.keyframes[1].frame.camera.fx = 0;
   EXPECT_THAT(refusal(), HasSubstr("focal length fx"));
@@ -175,23 +180,23 @@ TEST_F(BadBundle, OfPosesOrCamerasWithBadNumbersIsRefused) {
 
 TEST_F(BadBundle, WithIdenticalPosesIsRejected) {
   ImageBundle bundle = PlaneScene().Bundle();
-  for (Keyframe& keyframe : bundle.keyframes)
-    keyframe.T_world_cam = bundle.keyframes[0].T_world_cam;
-  ExpectRejected(bundle, "no baseline");
+  const Pose T_world_cam(RotationExp({0.3, -0.2, 1}), {1e6, -3e5, 70});
+  SetPoses(std::vector<Pose>(bundle.keyframes.size(), T_world_cam), bundle);
+  ExpectRejected(bundle, DepthRejection::kNoBaseline, "no baseline");
 }
 
 TEST_F(BadBundle, WithABaselineTooSmallForTheDepthIsRejected) {
   PlaneScene scene;
   scene.baseline = 1e-5;
-  ExpectRejected(scene.Bundle(), "baseline is too small");
+  ExpectRejected(scene.Bundle(), DepthRejection::kNoBaseline, "baseline is too small");
 }
 
 class PosesAsFarApartAsNumbersGo : public BadBundle {
  protected:
   static ImageBundle BundleOf(const PlaneScene& scene) {
     ImageBundle bundle = scene.Bundle();
-    bundle.keyframes[0].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {1e300, 0, 0});
-    bundle.keyframes[4].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {-1e300, 0, 1e300});
+    bundle.T_ref_cam[0] = Pose(Eigen::Quaterniond::Identity(), {1e300, 0, 0});
+    bundle.T_ref_cam[4] = Pose(Eigen::Quaterniond::Identity(), {-1e300, 0, 1e300});
     return bundle;
   }
 };
@@ -208,7 +213,7 @@ TEST_F(PosesAsFarApartAsNumbersGo, HaveDepthFromTheOthers) {
 TEST_F(PosesAsFarApartAsNumbersGo, AreRejectedWithoutSparseDepths) {
   PlaneScene scene;
   scene.with_sparse_depths = false;
-  ExpectRejected(BundleOf(scene), "do not overlap");
+  ExpectRejected(BundleOf(scene), DepthRejection::kNoOverlap, "do not overlap");
 }
 
 TEST_F(BadBundle, OfCamerasThatLookAwayFromEachOtherIsRejected) {
@@ -218,10 +223,10 @@ TEST_F(BadBundle, OfCamerasThatLookAwayFromEachOtherIsRejected) {
     ImageBundle bundle = scene.Bundle();
     for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
       if (i == bundle.reference_index()) continue;
-      Pose& pose = bundle.keyframes[i].T_world_cam;
+      Pose& pose = bundle.T_ref_cam[i];
       pose = Pose(RotationExp({0, 3, 0}), pose.translation());
     }
-    ExpectRejected(bundle, "do not overlap");
+    ExpectRejected(bundle, DepthRejection::kNoOverlap, "do not overlap");
   }
 }
 
@@ -240,7 +245,7 @@ TEST_F(BadBundle, WithPlanesBehindACameraHasDepthAllTheSame) {
 TEST_F(BadBundle, WithACameraBehindTheSurfaceHasDepthFromTheOthers) {
   const PlaneScene scene;
   ImageBundle bundle = scene.Bundle();
-  Pose& last = bundle.keyframes[4].T_world_cam;
+  Pose& last = bundle.T_ref_cam[4];
   last = Pose(last.rotation(), {0.1, 0, 3});
   const DepthResult result = Estimate(bundle);
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
@@ -264,7 +269,7 @@ TEST_F(BadBundle, OfImagesWithoutTextureIsRejected) {
     PlaneScene scene;
     scene.contrast = 0;
     scene.with_sparse_depths = with_sparse_depths;
-    ExpectRejected(scene.Bundle(), "no texture in the middle image");
+    ExpectRejected(scene.Bundle(), DepthRejection::kNoTexture, "no texture in the middle image");
   }
 }
 
@@ -272,7 +277,7 @@ TEST_F(BadBundle, OfImagesThatAreBlackOrSaturatedIsRejected) {
   for (const double grey : {0, 255}) {
     ImageBundle bundle = PlaneScene().Bundle();
     for (Keyframe& keyframe : bundle.keyframes) keyframe.frame.bgr.setTo(cv::Scalar::all(grey));
-    ExpectRejected(bundle, "the middle image is black or saturated");
+    ExpectRejected(bundle, DepthRejection::kNoTexture, "the middle image is black or saturated");
   }
 }
 
@@ -281,7 +286,8 @@ TEST_F(BadBundle, WhoseOtherImagesAreBlankIsRejected) {
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     if (i != 2) bundle.keyframes[i].frame.bgr.setTo(cv::Scalar::all(100));
   }
-  ExpectRejected(bundle, "no texture in the images around the middle one");
+  ExpectRejected(bundle, DepthRejection::kNoTexture,
+                 "no texture in the images around the middle one");
 }
 
 // The sky burns out above the horizon: no depth there, the right one below.
@@ -307,13 +313,14 @@ TEST_F(BadBundle, OfImagesThatHaveNothingInCommonIsRejected) {
   for (Keyframe& keyframe : bundle.keyframes) {
     random.fill(keyframe.frame.bgr, cv::RNG::UNIFORM, 0, 256);
   }
-  ExpectRejected(bundle, "the images do not match");
+  ExpectRejected(bundle, DepthRejection::kNoMatch, "the images do not match");
   // Coarse patterns match by chance over large areas.
   for (Keyframe& keyframe : bundle.keyframes) {
     cv::GaussianBlur(keyframe.frame.bgr, keyframe.frame.bgr, {}, 3);
     keyframe.frame.bgr.convertTo(keyframe.frame.bgr, -1, 6, -5 * 128);  // its contrast again
   }
-  ExpectRejected(bundle, "the images do not match: those before and after the middle one disagree");
+  ExpectRejected(bundle, DepthRejection::kNoMatch,
+                 "the images do not match: those before and after the middle one disagree");
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/census.h"
-
-#include "depth/local_census.h"
-#include "depth/local_testing.h"
+#include "depth/fine_testing.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/census_reference.h"
 
@@ -17,9 +14,8 @@ std::vector<std::uint64_t> CensusOnDevice(const std::vector<cv::Mat>& images) {
   const std::size_t plane = size.num_strided_pixels();
   const Buffer census = MakeBuffer<std::uint32_t>(2 * plane * images.size());
   Recorder recorder(TestDevice());
-  CensusStage(TestDevice())
-      .Record(recorder, ImagesToBuffer(images), size, static_cast<std::uint32_t>(images.size()),
-              census);
+  TestKernels().Census(recorder, ImagesToBuffer(images), size,
+                       static_cast<std::uint32_t>(images.size()), census);
   recorder.Submit();
   const auto words = census.Download<std::uint32_t>();
   std::vector<std::uint64_t> result;
@@ -55,17 +51,17 @@ TEST(CensusTransform, EqualsReferenceBitForBit) {
   }
 }
 
-TEST(LocalCensus, EqualsReferenceBitForBit) {
+TEST(FineCensus, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSizes) {
     const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
-    const Buffer census = MakeBuffer<std::uint32_t>(4 * 2 * NumLocalCensusTexels(size));
+    const Buffer census = MakeBuffer<std::uint32_t>(4 * 2 * NumFineCensusTexels(size));
     Recorder recorder(TestDevice());
-    LocalCensusStage(TestDevice()).Record(recorder, ImagesToBuffer(images), size, 2, census);
+    TestKernels().FineCensus(recorder, ImagesToBuffer(images), size, 2, census);
     recorder.Submit();
-    const reference::LocalCensus expected = {reference::HalfCensus(images[0]),
-                                             reference::HalfCensus(images[1])};
-    EXPECT_EQ(LocalCensusOf(census, size, 2), expected) << size.width_px << "x" << size.height_px;
+    const reference::FineCensus expected = {reference::HalfCensus(images[0]),
+                                            reference::HalfCensus(images[1])};
+    EXPECT_EQ(FineCensusOf(census, size, 2), expected) << size.width_px << "x" << size.height_px;
   }
 }
 

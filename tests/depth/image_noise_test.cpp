@@ -79,14 +79,14 @@ TEST(ImageNoise, AloneIsNoTextureHoweverStrong) {
   const DogOptions dog;
   for (const double sigma : {0.3, 1.0, 2.0, 4.0}) {
     const cv::Mat grey = NoisyImage(sigma, false);
-    EXPECT_LT(ShareOfWindowsAbove(LeastResponse(dog, MeasureNoise(grey)), grey), 0.01) << sigma;
+    EXPECT_LT(ShareOfWindowsAbove(MinResponse(dog, MeasureNoise(grey)), grey), 0.01) << sigma;
   }
   EXPECT_GT(ShareOfWindowsAbove(dog.min_response, NoisyImage(4, false)), 0.9);
   // As fine as noise, but stronger than that of any camera.
   const cv::Mat sand = NoisyImage(30, false);
-  EXPECT_GT(ShareOfWindowsAbove(LeastResponse(dog, MeasureNoise(sand)), sand), 0.99);
+  EXPECT_GT(ShareOfWindowsAbove(MinResponse(dog, MeasureNoise(sand)), sand), 0.99);
   const cv::Mat textured = NoisyImage(4, true).colRange(0, 190);
-  EXPECT_GT(ShareOfWindowsAbove(LeastResponse(dog, {.typical = 20, .flat = 4}), textured), 0.99);
+  EXPECT_GT(ShareOfWindowsAbove(MinResponse(dog, {.typical = 20, .flat = 4}), textured), 0.99);
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/median.h"
-
 #include "depth/stage_testing.h"
-#include "depth/upsample.h"
 #include "reference/depth/median_reference.h"
 #include "reference/depth/upsample_reference.h"
 
@@ -21,9 +18,8 @@ reference::FilteredDepth MedianOnDevice(const std::vector<float>& inverse_depth,
   const Buffer median_depth = MakeBuffer<float>(num_pixels);
   const Buffer median_confidence = MakeBuffer<float>(num_pixels);
   Recorder recorder(TestDevice());
-  MedianStage(TestDevice())
-      .Record(recorder, params, ToBuffer(inverse_depth), ToBuffer(confidence), median_depth,
-              median_confidence);
+  TestKernels().Median(recorder, true, params, {ToBuffer(inverse_depth), ToBuffer(confidence)},
+                       {median_depth, median_confidence});
   recorder.Submit();
   return {FirstOf<float>(median_depth, num_pixels), FirstOf<float>(median_confidence, num_pixels)};
 }
@@ -69,9 +65,9 @@ TEST(Upsample, EqualsReference) {
     const Buffer depth = MakeBuffer<float>(full.num_pixels());
     const Buffer confidence = MakeBuffer<float>(full.num_pixels());
     Recorder recorder(TestDevice());
-    UpsampleStage(TestDevice())
-        .Record(recorder, params, ToBuffer(input.inverse_depth), ToBuffer(input.confidence), depth,
-                confidence);
+    TestKernels().Upsample(recorder, params,
+                           {ToBuffer(input.inverse_depth), ToBuffer(input.confidence)},
+                           {depth, confidence});
     recorder.Submit();
     const auto expected = reference::Upsample(input, params);
     const auto found_depth = FirstOf<float>(depth, full.num_pixels());

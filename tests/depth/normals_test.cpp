@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/normals.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -12,20 +10,20 @@
 namespace mono3d {
 namespace {
 
-constexpr LevelSize kSize{41, 33};
-constexpr NormalsParams kParams{.width_px = kSize.width_px,
-                                .height_px = kSize.height_px,
-                                .fx = 40,
-                                .fy = 42,
-                                .cx = 20,
-                                .cy = 16,
-                                .tolerance = 0.01f};
+constexpr LevelSize kNormalsSize{41, 33};
+constexpr NormalsParams kNormalsParams{.width_px = kNormalsSize.width_px,
+                                       .height_px = kNormalsSize.height_px,
+                                       .fx = 40,
+                                       .fy = 42,
+                                       .cx = 20,
+                                       .cy = 16,
+                                       .tolerance = 0.01f};
 
 std::vector<Eigen::Vector3f> NormalsOnDevice(const std::vector<float>& inverse_depth,
                                              const NormalsParams& params) {
   const Buffer normals = MakeBuffer<float>(3 * inverse_depth.size());
   Recorder recorder(TestDevice());
-  NormalsStage(TestDevice()).Record(recorder, params, ToBuffer(inverse_depth), normals);
+  TestKernels().Normals(recorder, params, ToBuffer(inverse_depth), normals);
   recorder.Submit();
   const auto numbers = FirstOf<float>(normals, 3 * inverse_depth.size());
   std::vector<Eigen::Vector3f> result;
@@ -37,16 +35,18 @@ std::vector<Eigen::Vector3f> NormalsOnDevice(const std::vector<float>& inverse_d
 
 // Inverse depth of the plane n . X = -1, n towards the camera.
 float PlaneAt(const Eigen::Vector3f& n, std::size_t pixel) {
-  const auto x = static_cast<float>(pixel % kSize.width_px);
-  const auto y = static_cast<float>(pixel / kSize.width_px);
-  return -n.dot(Eigen::Vector3f((x - kParams.cx) / kParams.fx, (y - kParams.cy) / kParams.fy, 1));
+  const auto x = static_cast<float>(pixel % kNormalsSize.width_px);
+  const auto y = static_cast<float>(pixel / kNormalsSize.width_px);
+  return -n.dot(Eigen::Vector3f((x - kNormalsParams.cx) / kNormalsParams.fx,
+                                (y - kNormalsParams.cy) / kNormalsParams.fy, 1));
 }
 
 TEST(Normals, OfAPlaneAreThePlanes) {
   const Eigen::Vector3f n(0.1f, -0.2f, -0.8f);
   std::vector<float> inverse_depth;
-  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) inverse_depth.push_back(PlaneAt(n, i));
-  for (const Eigen::Vector3f& normal : NormalsOnDevice(inverse_depth, kParams)) {
+  for (std::size_t i = 0; i < kNormalsSize.num_pixels(); ++i)
+    inverse_depth.push_back(PlaneAt(n, i));
+  for (const Eigen::Vector3f& normal : NormalsOnDevice(inverse_depth, kNormalsParams)) {
     EXPECT_LT((normal - n.normalized()).norm(), 1e-4f);  // float, differences of values near 1
   }
 }
@@ -56,12 +56,12 @@ TEST(Normals, DoNotCrossAnEdge) {
   const Eigen::Vector3f left(0.1f, -0.2f, -0.8f);
   const Eigen::Vector3f right(-0.2f, 0.1f, -1.6f);
   std::vector<float> inverse_depth;
-  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
-    inverse_depth.push_back(PlaneAt(i % kSize.width_px < 20 ? left : right, i));
+  for (std::size_t i = 0; i < kNormalsSize.num_pixels(); ++i) {
+    inverse_depth.push_back(PlaneAt(i % kNormalsSize.width_px < 20 ? left : right, i));
   }
-  const auto normals = NormalsOnDevice(inverse_depth, kParams);
+  const auto normals = NormalsOnDevice(inverse_depth, kNormalsParams);
   for (std::size_t i = 0; i < normals.size(); ++i) {
-    const Eigen::Vector3f& n = i % kSize.width_px < 20 ? left : right;
+    const Eigen::Vector3f& n = i % kNormalsSize.width_px < 20 ? left : right;
     EXPECT_LT((normals[i] - n.normalized()).norm(), 1e-4f) << i;
   }
 }
@@ -70,9 +70,9 @@ TEST(Normals, EqualReference) {
   std::mt19937 random = SeededByTestName();
   for (const double share_missing : {0.0, 0.3}) {
     // Noise below the tolerance, so that most of each window counts.
-    const auto depth = RandomValues(kSize.num_pixels(), 0.5f, 0.504f, share_missing, random);
-    const auto expected = reference::Normals(depth, kParams);
-    const auto found = NormalsOnDevice(depth, kParams);
+    const auto depth = RandomValues(kNormalsSize.num_pixels(), 0.5f, 0.504f, share_missing, random);
+    const auto expected = reference::Normals(depth, kNormalsParams);
+    const auto found = NormalsOnDevice(depth, kNormalsParams);
     for (std::size_t i = 0; i < found.size(); ++i) {
       // The fit of a window with a few pixels in the corner is worse conditioned than float likes.
       ASSERT_LT((found[i] - expected[i]).norm(), 2e-3f) << i;
@@ -81,7 +81,8 @@ TEST(Normals, EqualReference) {
 }
 
 TEST(Normals, AreNoneWithoutDepth) {
-  const auto normals = NormalsOnDevice(std::vector<float>(kSize.num_pixels(), 0.f), kParams);
+  const auto normals =
+      NormalsOnDevice(std::vector<float>(kNormalsSize.num_pixels(), 0.f), kNormalsParams);
   for (const Eigen::Vector3f& normal : normals) EXPECT_EQ(normal, Eigen::Vector3f::Zero());
 }
 

@@ -74,8 +74,9 @@ ImageBundle PlaneScene::Bundle() const {
                       .name = "plane",
                       .bgr = Render(camera, T_world_cam, texture),
                       .camera = camera};
-    keyframe.T_world_cam = Pose(T_world_cam.rotation(), scale * T_world_cam.translation());
     bundle.keyframes.push_back(keyframe);
+    // The world is the reference's camera.
+    bundle.T_ref_cam.emplace_back(T_world_cam.rotation(), scale * T_world_cam.translation());
   }
   if (with_sparse_depths && num_images > 0) {
     const cv::Mat depth = TrueDepth();

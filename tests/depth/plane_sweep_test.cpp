@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/plane_sweep.h"
-
 #include <Eigen/Geometry>
 
 #include "depth/stage_testing.h"
@@ -11,7 +9,7 @@
 namespace mono3d {
 namespace {
 
-// Positions are rounded to whole or half pixels: where one lies within rounding of a border between
+// Positions are rounded to whole pixels: where one lies within rounding of a border between
 // two, float and double may differ, and no two drivers need agree on the last bit of a division.
 constexpr double kMaxShareOfOtherRounding = 0.002;
 
@@ -33,9 +31,8 @@ std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
   const std::size_t num_costs = size.num_pixels() * params.padded_planes;
   const Buffer costs = MakeBuffer<std::uint8_t>(num_costs);
   Recorder recorder(TestDevice());
-  PlaneSweepStage(TestDevice(), side_tolerance)
-      .Record(recorder, projections.size(), params, ToBuffer(words), ToBuffer(Pack(projections)),
-              costs);
+  TestKernels().PlaneSweep(recorder, {projections.size(), int(side_tolerance)}, params,
+                           ToBuffer(words), ToBuffer(Pack(projections)), costs);
   recorder.Submit();
   return FirstOf<std::uint8_t>(costs, num_costs);
 }
@@ -68,12 +65,11 @@ SourceProjections CamerasOnALine(LevelSize size, std::size_t num_sources) {
   return projections;
 }
 
-PlaneSweepParams Params(LevelSize size, std::uint32_t positions_per_px) {
+PlaneSweepParams Params(LevelSize size) {
   return {.width_px = size.width_px,
           .height_px = size.height_px,
           .num_planes = 29,
           .padded_planes = 32,
-          .positions_per_px = positions_per_px,
           .inverse_depth = 0.f,
           .inverse_depth_step = 0.06f};
 }
@@ -81,13 +77,11 @@ PlaneSweepParams Params(LevelSize size, std::uint32_t positions_per_px) {
 TEST(PlaneSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
-    for (const std::uint32_t positions : {1u, 2u}) {
+    for (const std::uint32_t tolerance : {7u, 0u}) {
       for (const std::size_t num_sources : {2, 4, 6, 8}) {
-        const auto census =
-            RandomCensus(1 + num_sources * positions * positions, size.num_pixels(), random);
+        const auto census = RandomCensus(1 + num_sources, size.num_pixels(), random);
         const SourceProjections projections = CamerasOnALine(size, num_sources);
-        const PlaneSweepParams params = Params(size, positions);
-        const std::uint32_t tolerance = positions == 1 ? 7 : 0;
+        const PlaneSweepParams params = Params(size);
         const auto expected = reference::PlaneSweep(census, projections, params, int(tolerance));
         const auto found = SweepOnDevice(census, projections, params, tolerance);
         std::size_t num_different = 0;
@@ -106,7 +100,7 @@ std::vector<std::uint8_t> CostsOfOnePixel(const std::vector<std::uint64_t>& bits
                                           std::uint32_t side_tolerance = 0) {
   reference::CensusImages census;
   for (const std::uint64_t b : bits) census.push_back({b});
-  const PlaneSweepParams params = Params({1, 1}, 1);
+  const PlaneSweepParams params = Params({1, 1});
   return SweepOnDevice(census, projections, params, side_tolerance);
 }
 

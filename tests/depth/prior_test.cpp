@@ -1,52 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/prior.h"
-
-#include "depth/local_sweep.h"
-#include "depth/local_testing.h"
-#include "reference/depth/local_sweep_reference.h"
+#include "depth/fine_testing.h"
+#include "reference/depth/fine_sweep_reference.h"
 #include "reference/depth/prior_reference.h"
 
 namespace mono3d {
 namespace {
 
-using reference::LocalRange;
+using reference::FineRange;
 
 // Where a position lies within rounding of a border between two planes, float and double may
 // differ.
-constexpr double kMaxShareOfOtherRounding = 0.005;
+constexpr double kMaxShareOfOtherPlanes = 0.005;
 // Projections are interpolated over the planes, which are a pixel apart: some more are rounded to
 // another pixel.
 constexpr double kMaxShareOfOtherPixels = 0.03;
 
 constexpr LevelSize kCoarse{21, 15};
 constexpr LevelSize kFine{41, 30};
-constexpr PriorParams kParams{.coarse_width_px = kCoarse.width_px,
-                              .coarse_height_px = kCoarse.height_px,
-                              .width_px = kFine.width_px,
-                              .height_px = kFine.height_px,
-                              .num_planes = 80,
-                              .fx = 20,
-                              .fy = 21,
-                              .cx = 10,
-                              .cy = 7,
-                              .inverse_depth = 0.4f,
-                              .inverse_depth_step = 0.01f,
-                              .follow_normals = 1};
+constexpr PriorParams kPriorParams{.coarse_width_px = kCoarse.width_px,
+                                   .coarse_height_px = kCoarse.height_px,
+                                   .width_px = kFine.width_px,
+                                   .height_px = kFine.height_px,
+                                   .num_planes = 80,
+                                   .fx = 20,
+                                   .fy = 21,
+                                   .cx = 10,
+                                   .cy = 7,
+                                   .inverse_depth = 0.4f,
+                                   .inverse_depth_step = 0.01f,
+                                   .follow_normals = 1};
 
-std::vector<LocalRange> PriorOnDevice(const std::vector<float>& depth,
-                                      const std::vector<Eigen::Vector3f>& normals,
-                                      const cv::Mat& grey) {
+// Where a stage reads or writes nothing else.
+FineVolumes OnlyRanges(const Buffer& ranges) { return {ranges, ranges, ranges, ranges}; }
+
+std::vector<FineRange> PriorOnDevice(const std::vector<float>& depth,
+                                     const std::vector<Eigen::Vector3f>& normals,
+                                     const cv::Mat& grey) {
   std::vector<float> numbers;
   for (const Eigen::Vector3f& n : normals) numbers.insert(numbers.end(), {n.x(), n.y(), n.z()});
-  const Buffer ranges = MakeBuffer<std::uint32_t>(2 * NumLocalPixels(kFine));
+  const Buffer ranges = MakeBuffer<std::uint32_t>(2 * NumFinePixels(kFine));
   Recorder recorder(TestDevice());
-  PriorStage(TestDevice())
-      .Record(recorder, kParams, ToBuffer(depth), ToBuffer(numbers), ImagesToBuffer({grey}),
-              ranges);
+  TestKernels().Prior(recorder, kPriorParams, ToBuffer(depth), ToBuffer(numbers),
+                      ImagesToBuffer({grey}), OnlyRanges(ranges));
   recorder.Submit();
-  return LocalRangesOf(ranges, kFine);
+  return FineRangesOf(ranges, kFine);
 }
 
 TEST(Prior, EqualsReferenceButForRounding) {
@@ -60,7 +59,7 @@ TEST(Prior, EqualsReferenceButForRounding) {
     for (std::size_t i = 0; i < depth.size(); ++i) {
       normals.push_back(Eigen::Vector3f(tilt(random), tilt(random), -1).normalized());
     }
-    const auto expected = reference::Prior(depth, normals, grey, kParams);
+    const auto expected = reference::Prior(depth, normals, grey, kPriorParams);
     const auto found = PriorOnDevice(depth, normals, grey);
     std::size_t num_different = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -68,7 +67,7 @@ TEST(Prior, EqualsReferenceButForRounding) {
       num_different += found[i].first_plane != expected[i].first_plane ||
                        found[i].narrow != expected[i].narrow || found[i].jumps != expected[i].jumps;
     }
-    EXPECT_LE(double(num_different), kMaxShareOfOtherRounding * double(found.size()));
+    EXPECT_LE(double(num_different), kMaxShareOfOtherPlanes * double(found.size()));
   }
 }
 
@@ -94,7 +93,7 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
 constexpr int kSideTolerance = 5;
 
 void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
-  reference::LocalCensus census(1 + num_sources);
+  reference::FineCensus census(1 + num_sources);
   for (auto& image : census) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
       image.push_back(static_cast<std::uint32_t>(random()));
@@ -109,19 +108,19 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
     projections.push_back(
         {Eigen::Matrix3d::Identity(), Eigen::Vector3d(50 * place + 2, 3 * place, 0.01 * place)});
   }
-  const LocalSweepParams params{.width_px = kFine.width_px,
-                                .height_px = kFine.height_px,
-                                .inverse_depth = 0,
-                                .inverse_depth_step = 0.01f};
-  const auto ranges = RandomLocalRanges(kFine, random);
-  const Buffer costs = MakeBuffer<std::uint8_t>(kLocalPlanes * NumLocalPixels(kFine));
+  const FineSweepParams params{.width_px = kFine.width_px,
+                               .height_px = kFine.height_px,
+                               .inverse_depth = 0,
+                               .inverse_depth_step = 0.01f};
+  const auto ranges = RandomFineRanges(kFine, random);
+  const Buffer costs = MakeBuffer<std::uint8_t>(kFinePlanes * NumFinePixels(kFine));
   Recorder recorder(TestDevice());
-  LocalSweepStage(TestDevice(), kSideTolerance)
-      .Record(recorder, num_sources, params, LocalToBuffer(census, kFine),
-              ToBuffer(Pack(projections)), LocalToBuffer(ranges, kFine), costs);
+  TestKernels().FineSweep(recorder, {num_sources, kSideTolerance}, params,
+                          FineToBuffer(census, kFine), ToBuffer(Pack(projections)),
+                          {FineToBuffer(ranges, kFine), costs, costs, costs});
   recorder.Submit();
-  const auto found = LocalVolumeOf(costs, kFine, 0);
-  const auto expected = reference::LocalSweep(census, projections, ranges, params, kSideTolerance);
+  const auto found = FineVolumeOf(costs, kFine, 0);
+  const auto expected = reference::FineSweep(census, projections, ranges, params, kSideTolerance);
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t d = 0; d < 16; ++d) num_different += found[i][d] != expected[i][d];
@@ -129,7 +128,7 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
   EXPECT_LE(double(num_different), kMaxShareOfOtherPixels * 16 * double(found.size()));
 }
 
-TEST(LocalSweep, EqualsReferenceButForRounding) {
+TEST(FineSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const std::size_t num_sources : {2, 4, 8}) {
     ExpectSweepEqualsReference(num_sources, random);

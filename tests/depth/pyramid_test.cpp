@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/pyramid.h"
-
-#include "depth/half_pixel.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/pyramid_reference.h"
 
@@ -21,12 +18,11 @@ TEST(Pyramid, HalvesATinyImageAsByHand) {
 TEST(Pyramid, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   Recorder recorder(TestDevice());
-  const PyramidStage stage(TestDevice());
   for (const LevelSize size : kSizes) {
     const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
     const Buffer fine = ImagesToBuffer(images);
     const Buffer coarse = MakeBuffer<std::uint32_t>(2 * PaddedWords(size.Halved()));
-    stage.Record(recorder, fine, size, 2, coarse);
+    TestKernels().Pyramid(recorder, fine, size, 2, coarse);
     recorder.Submit();
     for (std::size_t i = 0; i < 2; ++i) {
       const cv::Mat expected = reference::Halve(images[i]);
@@ -35,27 +31,6 @@ TEST(Pyramid, EqualsReferenceBitForBit) {
       std::vector<std::uint32_t> words(PaddedWords(size.Halved()));
       coarse.Download(std::span<std::uint32_t>(words), 4 * i * words.size());
       EXPECT_EQ(words, PackPadded(expected));
-    }
-  }
-}
-
-TEST(HalfPixel, EqualsReferenceBitForBit) {
-  std::mt19937 random = SeededByTestName();
-  Recorder recorder(TestDevice());
-  const HalfPixelStage stage(TestDevice());
-  for (const LevelSize size : kSizes) {
-    const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random),
-                                         RandomImage(size, random)};
-    const Buffer shifted = MakeBuffer<std::uint32_t>(9 * PaddedWords(size));
-    stage.Record(recorder, ImagesToBuffer(images), size, 3, shifted);
-    recorder.Submit();
-    EXPECT_TRUE(SameImage(ImageOf(shifted, size, 0), images[0]));
-    for (std::size_t i = 1; i < 3; ++i) {
-      const std::array<cv::Mat, 3> expected = reference::HalfPixelImages(images[i]);
-      EXPECT_TRUE(SameImage(ImageOf(shifted, size, 4 * i - 3), images[i]));
-      for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_TRUE(SameImage(ImageOf(shifted, size, 4 * i - 2 + k), expected[k]));
-      }
     }
   }
 }

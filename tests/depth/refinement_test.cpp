@@ -5,17 +5,16 @@
 #include <bit>
 #include <cmath>
 
-#include "depth/detail.h"
-#include "depth/photometric.h"
+#include "depth/measurement.h"
 #include "depth/stage_testing.h"
-#include "depth/surface.h"
+#include "depth/sweep_geometry.h"
 #include "reference/depth/pyramid_reference.h"
 #include "reference/depth/refinement_reference.h"
 
 namespace mono3d {
 namespace {
 
-constexpr LevelSize kSize{41, 30};
+constexpr LevelSize kRefinedSize{41, 30};
 constexpr float kStep = 0.01f;
 
 // Words of bilinear interpolation of five images, as detail.comp writes them.
@@ -26,9 +25,8 @@ std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, Le
   }
   const Buffer detail = MakeBuffer<std::uint32_t>(5 * size.num_strided_pixels());
   Recorder recorder(TestDevice());
-  DetailStage(TestDevice())
-      .Record(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
-              ImagesToBuffer(quarter), detail);
+  TestKernels().Detail(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
+                       ImagesToBuffer(quarter), detail);
   recorder.Submit();
   return FirstOf<std::uint32_t>(detail, 5 * size.num_strided_pixels());
 }
@@ -60,12 +58,12 @@ TEST(Detail, EqualsReferenceBitForBit) {
 
 TEST(Detail, DoesNotSeeBrightness) {
   std::mt19937 random = SeededByTestName();
-  const cv::Mat image = RandomImage(kSize, random) / 2;
-  const auto words = DetailOnDevice({image, image + 60, image, image, image}, kSize);
-  const std::size_t plane = kSize.num_strided_pixels();
-  for (std::size_t y = 0; y < kSize.height_px; ++y) {
-    for (std::size_t x = 0; x < kSize.width_px; ++x) {
-      const std::size_t at = y * 4 * kSize.groups_per_row() + x;
+  const cv::Mat image = RandomImage(kRefinedSize, random) / 2;
+  const auto words = DetailOnDevice({image, image + 60, image, image, image}, kRefinedSize);
+  const std::size_t plane = kRefinedSize.num_strided_pixels();
+  for (std::size_t y = 0; y < kRefinedSize.height_px; ++y) {
+    for (std::size_t x = 0; x < kRefinedSize.width_px; ++x) {
+      const std::size_t at = y * 4 * kRefinedSize.groups_per_row() + x;
       EXPECT_EQ(words[at] & 0xffu, words[plane + at] & 0xffu);
     }
   }
@@ -73,8 +71,8 @@ TEST(Detail, DoesNotSeeBrightness) {
 
 // Place of pixel i among the measurements, which have a border of zeros.
 std::size_t MeasurementIndex(std::size_t i) {
-  return (i / kSize.width_px + kMeasurementBorder) * MeasurementsPerRow(kSize) +
-         i % kSize.width_px + kMeasurementBorder;
+  return (i / kRefinedSize.width_px + kMeasurementBorder) * MeasurementsPerRow(kRefinedSize) +
+         i % kRefinedSize.width_px + kMeasurementBorder;
 }
 
 // Inverse depth before and after the step, information and support, to the words of
@@ -120,7 +118,7 @@ PhotometricScene SceneOf(double w, std::size_t num_sources = 4) {
   }
   for (std::size_t i = 0; i <= num_sources; ++i) {
     const Eigen::Vector3d moved = i == 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(w * b[i - 1]);
-    cv::Mat image(int(kSize.height_px), int(kSize.width_px), CV_8UC1);
+    cv::Mat image(int(kRefinedSize.height_px), int(kRefinedSize.width_px), CV_8UC1);
     for (int y = 0; y < image.rows; ++y) {
       for (int x = 0; x < image.cols; ++x) {
         image.at<std::uint8_t>(y, x) =
@@ -139,7 +137,7 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
   std::vector<std::uint32_t> words;
   for (const cv::Mat& image : scene.detail) {
     for (int y = 0; y < image.rows; ++y) {
-      for (int x = 0; x < 4 * int(kSize.groups_per_row()); ++x) {
+      for (int x = 0; x < 4 * int(kRefinedSize.groups_per_row()); ++x) {
         const auto byte = [&](int dx, int dy) {
           return std::uint32_t{image.at<std::uint8_t>(std::min(y + dy, image.rows - 1),
                                                       std::min(x + dx, image.cols - 1))};
@@ -150,21 +148,23 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
   }
   const std::size_t num_sources = scene.projections.size();
   const auto detail_of = [&](std::size_t first_image, std::size_t num_images) {
-    const auto first = words.begin() + std::ptrdiff_t(first_image * kSize.num_strided_pixels());
+    const auto first =
+        words.begin() + std::ptrdiff_t(first_image * kRefinedSize.num_strided_pixels());
     return ToBuffer(std::vector<std::uint32_t>(
-        first, first + std::ptrdiff_t(num_images * kSize.num_strided_pixels())));
+        first, first + std::ptrdiff_t(num_images * kRefinedSize.num_strided_pixels())));
   };
-  const Buffer measurements = MakeBuffer<std::uint32_t>(2 * NumMeasurements(kSize));
+  const Buffer measurements = MakeBuffer<std::uint32_t>(2 * NumMeasurements(kRefinedSize));
   Recorder recorder(TestDevice());
-  PhotometricStage(TestDevice())
-      .Record(recorder, num_sources, {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views},
-              {detail_of(0, 1), detail_of(1, num_sources / 2),
-               detail_of(1 + num_sources / 2, num_sources / 2)},
-              ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth), measurements);
+  TestKernels().Photometric(recorder, num_sources,
+                            {kRefinedSize.width_px, kRefinedSize.height_px, kStep, 1.5f, min_views},
+                            {detail_of(0, 1), detail_of(1, num_sources / 2),
+                             detail_of(1 + num_sources / 2, num_sources / 2)},
+                            ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth),
+                            measurements);
   recorder.Submit();
-  const auto fields = FirstOf<std::uint32_t>(measurements, 2 * NumMeasurements(kSize));
+  const auto fields = FirstOf<std::uint32_t>(measurements, 2 * NumMeasurements(kRefinedSize));
   std::vector<Eigen::Vector4f> result;
-  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
+  for (std::size_t i = 0; i < kRefinedSize.num_pixels(); ++i) {
     const std::size_t at = 2 * MeasurementIndex(i);
     result.push_back(Unpacked(fields[at], fields[at + 1]));
   }
@@ -178,12 +178,12 @@ TEST(Photometric, StepsToTheTrueDepth) {
   // From 0.4 planes off. What is left is the pattern's curvature and the rounding of grey values;
   // in the middle of the image, where all four sources see the point.
   const double truth = 0.033;
-  const std::vector<float> start(kSize.num_pixels(), float(truth) + 0.4f * kStep);
+  const std::vector<float> start(kRefinedSize.num_pixels(), float(truth) + 0.4f * kStep);
   const auto found = StepOnDevice(SceneOf(truth), start);
   std::vector<double> errors;
   for (std::size_t y = 6; y < 24; ++y) {
     for (std::size_t x = 8; x < 33; ++x) {
-      const Eigen::Vector4f& m = found[y * kSize.width_px + x];
+      const Eigen::Vector4f& m = found[y * kRefinedSize.width_px + x];
       EXPECT_EQ(m.x(), start[0]);
       errors.push_back(std::abs(double(m.y()) - truth) / double(kStep));
     }
@@ -196,11 +196,11 @@ TEST(Photometric, StepsToTheTrueDepth) {
 void ExpectStepsEqualReference(std::size_t num_sources, std::mt19937& random) {
   constexpr float min_views = 2;
   const PhotometricScene scene = SceneOf(0.033, num_sources);
-  const auto depth = RandomValues(kSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
+  const auto depth = RandomValues(kRefinedSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
   const auto found = StepOnDevice(scene, depth, min_views);
-  const auto expected =
-      reference::PhotometricStep(scene.detail, scene.projections, depth,
-                                 {kSize.width_px, kSize.height_px, kStep, 1.5f, min_views});
+  const auto expected = reference::PhotometricStep(
+      scene.detail, scene.projections, depth,
+      {kRefinedSize.width_px, kRefinedSize.height_px, kStep, 1.5f, min_views});
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     // Half a unit of the fields, and float against double; information is a sum of squares of
@@ -226,9 +226,9 @@ TEST(Photometric, DropsWhatTooFewSourcesSee) {
   // At inverse depth 0.033 the sources see the point 3.3 and 1.65 px to either side: of the first
   // column two of them, of the second three, of the fourth on all four; one row at the top and
   // bottom none.
-  const std::vector<float> start(kSize.num_pixels(), 0.033f);
+  const std::vector<float> start(kRefinedSize.num_pixels(), 0.033f);
   const auto kept = [&](std::size_t x, float min_views) {
-    return StepOnDevice(SceneOf(0.033), start, min_views)[15 * kSize.width_px + x].x() > 0;
+    return StepOnDevice(SceneOf(0.033), start, min_views)[15 * kRefinedSize.width_px + x].x() > 0;
   };
   EXPECT_TRUE(kept(0, 2));
   EXPECT_FALSE(kept(0, 3));
@@ -240,7 +240,7 @@ TEST(Photometric, DropsWhatTooFewSourcesSee) {
 TEST(Photometric, StaysWhereThereIsNoTexture) {
   PhotometricScene scene = SceneOf(0.033);
   for (cv::Mat& image : scene.detail) image.setTo(128);
-  const std::vector<float> start(kSize.num_pixels(), 0.04f);
+  const std::vector<float> start(kRefinedSize.num_pixels(), 0.04f);
   for (const Eigen::Vector4f& m : StepOnDevice(scene, start)) {
     EXPECT_EQ(m.y(), 0.04f);
     EXPECT_EQ(m.z(), 1);
@@ -251,16 +251,15 @@ reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measureme
                                    const std::vector<float>& uniqueness) {
   const Buffer inverse_depth = MakeBuffer<float>(measurements.size());
   const Buffer confidence = MakeBuffer<float>(measurements.size());
-  std::vector<std::uint32_t> words(2 * NumMeasurements(kSize), 0);
+  std::vector<std::uint32_t> words(2 * NumMeasurements(kRefinedSize), 0);
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const auto packed = Packed(measurements[i]);
     std::copy(packed.begin(), packed.end(),
               words.begin() + std::ptrdiff_t(2 * MeasurementIndex(i)));
   }
   Recorder recorder(TestDevice());
-  SurfaceStage(TestDevice())
-      .Record(recorder, {kSize.width_px, kSize.height_px, kStep}, ToBuffer(words),
-              ToBuffer(uniqueness), inverse_depth, confidence);
+  TestKernels().Surface(recorder, true, {kRefinedSize.width_px, kRefinedSize.height_px, kStep},
+                        ToBuffer(words), ToBuffer(uniqueness), {inverse_depth, confidence});
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, measurements.size()),
           FirstOf<float>(confidence, measurements.size())};
@@ -269,9 +268,9 @@ reference::Surface SurfaceOnDevice(const std::vector<Eigen::Vector4f>& measureme
 TEST(Surface, OfAPlaneIsThePlane) {
   // Steps that lead from a rounded plane back to the plane.
   std::vector<Eigen::Vector4f> measurements;
-  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
-    const float w =
-        1 + kStep * (0.3f * float(i % kSize.width_px) - 0.2f * float(i / kSize.width_px));
+  for (std::size_t i = 0; i < kRefinedSize.num_pixels(); ++i) {
+    const float w = 1 + kStep * (0.3f * float(i % kRefinedSize.width_px) -
+                                 0.2f * float(i / kRefinedSize.width_px));
     measurements.emplace_back(kStep * std::round(w / kStep), w, 20.f, 1.f);
   }
   const auto surface = SurfaceOnDevice(measurements, std::vector<float>(measurements.size(), 0.5f));
@@ -286,17 +285,17 @@ TEST(Surface, EqualsReference) {
   std::uniform_real_distribution<float> unit(0, 1);
   for (const double share_missing : {0.0, 0.3}) {
     const auto depth =
-        RandomValues(kSize.num_pixels(), 0.5f, 0.5f + 4 * kStep, share_missing, random);
+        RandomValues(kRefinedSize.num_pixels(), 0.5f, 0.5f + 4 * kStep, share_missing, random);
     std::vector<Eigen::Vector4f> measurements;
     for (const float w : depth) {
       const float moved = w + kStep * (2 * unit(random) - 1);
       const float information = 1 + 50 * unit(random);
       measurements.push_back(Rounded({w, moved, information, unit(random)}));
     }
-    const auto uniqueness = RandomValues(kSize.num_pixels(), 0.1f, 0.9f, 0, random);
+    const auto uniqueness = RandomValues(kRefinedSize.num_pixels(), 0.1f, 0.9f, 0, random);
     const auto found = SurfaceOnDevice(measurements, uniqueness);
-    const auto expected =
-        reference::FitSurface(measurements, uniqueness, {kSize.width_px, kSize.height_px, kStep});
+    const auto expected = reference::FitSurface(
+        measurements, uniqueness, {kRefinedSize.width_px, kRefinedSize.height_px, kStep});
     std::size_t num_different = 0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
       const bool same =
@@ -310,13 +309,13 @@ TEST(Surface, EqualsReference) {
 }
 
 TEST(Surface, IsLessSureOfWhatTheSweepDoubtsAndOfBends) {
-  const std::vector<Eigen::Vector4f> flat(kSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
+  const std::vector<Eigen::Vector4f> flat(kRefinedSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
   std::vector<Eigen::Vector4f> bent = flat;  // a ridge of less than a plane, which the fit crosses
   for (std::size_t i = 0; i < bent.size(); ++i) {
-    const float distance = std::abs(float(i % kSize.width_px) - 20);
+    const float distance = std::abs(float(i % kRefinedSize.width_px) - 20);
     bent[i].x() = bent[i].y() = 0.5f - 0.2f * kStep * distance;
   }
-  const std::size_t pixel = 15 * kSize.width_px + 20;
+  const std::size_t pixel = 15 * kRefinedSize.width_px + 20;
   const std::vector<float> half(flat.size(), 0.5f);
   const std::vector<float> tenth(flat.size(), 0.1f);
   const float sure = SurfaceOnDevice(flat, half).confidence[pixel];
@@ -328,22 +327,22 @@ TEST(Surface, ConfidenceIsTheExpectedError) {
   // Worked by hand: a plane without misfit, all evidence there. n is 20 times the sum of the
   // falloffs, 13.6686; the deviation is step / sqrt(n) of 0.5, or 0.121 %; 2 e = (1 + s) / 0.7071
   // - 1.
-  const std::vector<Eigen::Vector4f> flat(kSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
+  const std::vector<Eigen::Vector4f> flat(kRefinedSize.num_pixels(), {0.5f, 0.5f, 20.f, 1.f});
   const auto surface = SurfaceOnDevice(flat, std::vector<float>(flat.size(), 0.5f));
   const double deviation = 100 * double(kStep) / std::sqrt(20 * 13.6686) / 0.5;
   const double error = 0.5 * ((1 + deviation) / std::sqrt(0.5) - 1);
-  EXPECT_NEAR(surface.confidence[15 * kSize.width_px + 20], 1 / (1 + error), 1e-3);
+  EXPECT_NEAR(surface.confidence[15 * kRefinedSize.width_px + 20], 1 / (1 + error), 1e-3);
 }
 
 TEST(Surface, KeepsStepsAndIsLessSureAtThem) {
   std::vector<Eigen::Vector4f> measurements;
-  for (std::size_t i = 0; i < kSize.num_pixels(); ++i) {
-    const float w = i % kSize.width_px < 20 ? 0.5f : 0.7f;
+  for (std::size_t i = 0; i < kRefinedSize.num_pixels(); ++i) {
+    const float w = i % kRefinedSize.width_px < 20 ? 0.5f : 0.7f;
     measurements.emplace_back(w, w, 20.f, 1.f);
   }
   const auto surface = SurfaceOnDevice(measurements, std::vector<float>(measurements.size(), 0.5f));
-  const std::size_t row = 15 * kSize.width_px;
-  for (std::size_t x = 0; x < kSize.width_px; ++x) {
+  const std::size_t row = 15 * kRefinedSize.width_px;
+  for (std::size_t x = 0; x < kRefinedSize.width_px; ++x) {
     EXPECT_NEAR(surface.inverse_depth[row + x], x < 20 ? 0.5f : 0.7f, 1e-3 * double(kStep));
   }
   EXPECT_LT(surface.confidence[row + 19], 0.8f * surface.confidence[row + 10]);

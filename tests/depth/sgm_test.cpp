@@ -15,8 +15,8 @@ std::vector<std::uint16_t> SumsOnDevice(const std::vector<std::uint8_t>& costs, 
                        static_cast<std::uint32_t>(grey.rows)};
   const Buffer sums = MakeBuffer<std::uint16_t>(costs.size());
   Recorder recorder(TestDevice());
-  SgmStage stage(TestDevice(), options);
-  stage.Record(recorder, size, num_planes, ImagesToBuffer({grey}), ToBuffer(costs), sums);
+  TestKernels().Sgm(recorder, size, num_planes, UploadPenalties(TestDevice(), options),
+                    ImagesToBuffer({grey}), ToBuffer(costs), sums);
   recorder.Submit();
   return FirstOf<std::uint16_t>(sums, costs.size());
 }
@@ -47,7 +47,7 @@ TEST(Sgm, AggregatesThreePixelsAndThreePlanesAsByHand) {
   EXPECT_EQ(reference::AggregateCosts(costs, grey, 3, options.p1, JumpPenalties(options)),
             expected);
 
-  const std::uint32_t padded = SgmStage(TestDevice(), options).PaddedPlanes(3);
+  const std::uint32_t padded = TestKernels().PaddedPlanes(3);
   const auto found = SumsOnDevice(Pad(costs, 3, padded), grey, padded, options);
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(found[i / 3 * padded + i % 3], expected[i]) << i;
@@ -60,7 +60,7 @@ TEST(Sgm, EqualsReferenceBitForBit) {
   for (const LevelSize size :
        {LevelSize{1, 1}, LevelSize{17, 33}, LevelSize{70, 9}, LevelSize{1, 40}}) {
     for (const std::uint32_t num_planes : {3u, 40u, 100u, 256u}) {
-      const std::uint32_t planes = SgmStage(TestDevice(), options).PaddedPlanes(num_planes);
+      const std::uint32_t planes = TestKernels().PaddedPlanes(num_planes);
       const cv::Mat grey = RandomImage(size, random);
       std::vector<std::uint8_t> costs(size.num_pixels() * planes);
       for (auto& cost : costs) cost = static_cast<std::uint8_t>(random() % 256);
@@ -78,7 +78,7 @@ TEST(Sgm, UnseenPlanesNeverBeatSeenOnes) {
   std::mt19937 random = SeededByTestName();
   const SgmOptions options{.p1 = 10, .p2 = 130, .min_p2 = 130, .gradient = 8};
   const LevelSize size{20, 20};
-  const std::uint32_t planes = SgmStage(TestDevice(), options).PaddedPlanes(32);
+  const std::uint32_t planes = TestKernels().PaddedPlanes(32);
   std::vector<std::uint8_t> costs(size.num_pixels() * planes, 255);
   std::vector<std::size_t> seen;
   for (std::size_t pixel = 0; pixel < size.num_pixels(); ++pixel) {

@@ -4,9 +4,34 @@
 #include "depth/stage_testing.h"
 
 #include <algorithm>
+#include <memory>
 #include <opencv2/core.hpp>
 
 namespace mono3d {
+namespace {
+
+std::unique_ptr<DepthKernels>& KernelsSlot() {
+  static std::unique_ptr<DepthKernels> kernels;
+  return kernels;
+}
+
+// Gives the kernels back before test_device.cpp closes the device.
+class KernelsEnd : public ::testing::EmptyTestEventListener {
+  void OnEnvironmentsTearDownStart(const ::testing::UnitTest&) override { KernelsSlot().reset(); }
+};
+
+[[maybe_unused]] const bool kKernelsEnd = [] {
+  ::testing::UnitTest::GetInstance()->listeners().Append(new KernelsEnd);
+  return true;
+}();
+
+}  // namespace
+
+DepthKernels& TestKernels() {
+  std::unique_ptr<DepthKernels>& kernels = KernelsSlot();
+  if (!kernels) kernels = std::make_unique<DepthKernels>(TestDevice());
+  return *kernels;
+}
 
 std::mt19937 SeededByTestName() {
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();

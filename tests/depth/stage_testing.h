@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "depth/kernels.h"
 #include "depth/padded_image.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
@@ -22,6 +23,9 @@ namespace mono3d {
 // One pixel, odd sizes, and the size of the video that the paper uses.
 inline constexpr LevelSize kSizes[] = {{1, 1}, {17, 33}, {768, 448}};
 inline constexpr LevelSize kSmallSizes[] = {{1, 1}, {17, 33}, {70, 9}};
+
+// On TestDevice(), made once for all tests.
+DepthKernels& TestKernels();
 
 // A generator whose seed is the name of the test that runs.
 std::mt19937 SeededByTestName();

@@ -31,13 +31,11 @@ TEST(SweepGeometry, ProjectsLikeTheCameras) {
     const CameraModel halved = HalvedCamera(camera, level);
     const Eigen::Vector3d p(7, 5, 1);
     const double depth = 1.7;
-    const Eigen::Vector3d p_world =
-        bundle.reference().T_world_cam * (depth * halved.Unproject(p.head<2>()));
+    const Eigen::Vector3d p_ref = depth * halved.Unproject(p.head<2>());
     std::size_t source = 0;
     for (const std::size_t i : {0, 1, 3, 4}) {
       const SourceProjection projection = geometry.Projections(level)[source++];
-      const Eigen::Vector2d expected =
-          halved.Project(bundle.keyframes[i].T_world_cam.Inverse() * p_world);
+      const Eigen::Vector2d expected = halved.Project(bundle.T_ref_cam[i].Inverse() * p_ref);
       const Eigen::Vector2d found = (projection.A * p + projection.b / depth).hnormalized();
       EXPECT_LT((found - expected).norm(), kRounding);
     }

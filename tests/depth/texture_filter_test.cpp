@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/texture_filter.h"
-
-#include "depth/dog.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/dog_reference.h"
 
@@ -15,7 +12,7 @@ std::vector<std::uint32_t> ResponseOnDevice(const cv::Mat& grey) {
                        static_cast<std::uint32_t>(grey.rows)};
   const Buffer response = MakeBuffer<std::uint32_t>(size.num_strided_pixels());
   Recorder recorder(TestDevice());
-  DogStage(TestDevice()).Record(recorder, ImagesToBuffer({grey}), size, response);
+  TestKernels().Dog(recorder, ImagesToBuffer({grey}), size, response);
   recorder.Submit();
   return WithoutStride(FirstOf<std::uint32_t>(response, size.num_strided_pixels()), size);
 }
@@ -57,9 +54,8 @@ TEST(TextureFilter, EqualsReferenceBitForBit) {
     const Buffer depth = MakeBuffer<float>(size.num_pixels());
     const Buffer filtered = MakeBuffer<float>(size.num_pixels());
     Recorder recorder(TestDevice());
-    TextureFilterStage(TestDevice())
-        .Record(recorder, params, ToBuffer(response), ToBuffer(inverse_depth), ToBuffer(confidence),
-                depth, filtered);
+    TestKernels().TextureFilter(recorder, params, ToBuffer(response),
+                                {ToBuffer(inverse_depth), ToBuffer(confidence)}, depth, filtered);
     recorder.Submit();
     const auto sums = reference::TextureSum(WithoutStride(response, size), width, height);
     const auto found = FirstOf<float>(depth, size.num_pixels());

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/winner_takes_all.h"
-
 #include "depth/stage_testing.h"
 #include "reference/depth/winner_takes_all_reference.h"
 
@@ -13,14 +11,14 @@ namespace {
 constexpr float kRelativeTolerance = 1e-5f;
 constexpr float kUniquenessTolerance = 1e-6f;
 
-constexpr WinnerTakesAllParams kParams{.width_px = 1,
-                                       .height_px = 1,
-                                       .num_planes = 14,
-                                       .padded_planes = 16,
-                                       .max_cost = 70,
-                                       .min_uniqueness = 0.05f,
-                                       .inverse_depth = 0.5f,
-                                       .inverse_depth_step = 0.25f};
+constexpr WinnerTakesAllParams kWinnerParams{.width_px = 1,
+                                             .height_px = 1,
+                                             .num_planes = 14,
+                                             .padded_planes = 16,
+                                             .max_cost = 70,
+                                             .min_uniqueness = 0.05f,
+                                             .inverse_depth = 0.5f,
+                                             .inverse_depth_step = 0.25f};
 
 reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
                                    const std::vector<std::uint8_t>& costs,
@@ -29,8 +27,8 @@ reference::Winners WinnersOnDevice(const std::vector<std::uint16_t>& sums,
   const Buffer inverse_depth = MakeBuffer<float>(num_pixels);
   const Buffer uniqueness = MakeBuffer<float>(num_pixels);
   Recorder recorder(TestDevice());
-  WinnerTakesAllStage(TestDevice(), sub_plane)
-      .Record(recorder, params, ToBuffer(sums), ToBuffer(costs), inverse_depth, uniqueness);
+  TestKernels().WinnerTakesAll(recorder, sub_plane, params, ToBuffer(sums), ToBuffer(costs),
+                               {inverse_depth, uniqueness});
   recorder.Submit();
   return {FirstOf<float>(inverse_depth, num_pixels), FirstOf<float>(uniqueness, num_pixels)};
 }
@@ -41,7 +39,7 @@ reference::Winners OnePixel(std::initializer_list<std::pair<std::size_t, std::ui
   std::vector<std::uint16_t> all(16, 400);
   all[14] = all[15] = 2000;
   for (const auto& [plane, sum] : sums) all[plane] = sum;
-  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kParams, sub_plane);
+  return WinnersOnDevice(all, std::vector<std::uint8_t>(16, cost), kWinnerParams, sub_plane);
 }
 
 TEST(WinnerTakesAll, LiesOnTheParabolaThroughTheNeighbours) {
@@ -69,7 +67,7 @@ TEST(WinnerTakesAll, RefusesBordersBadMatchesAndDoubles) {
 TEST(WinnerTakesAll, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
-    WinnerTakesAllParams params = kParams;
+    WinnerTakesAllParams params = kWinnerParams;
     params.width_px = size.width_px;
     params.height_px = size.height_px;
     std::vector<std::uint16_t> sums(size.num_pixels() * params.padded_planes);

@@ -15,7 +15,7 @@ namespace {
 const Eigen::Vector3f kTowardsCamera(0, 0, -1);
 
 // What a depth map of a wall 10 su away says of a surfel; 9x5 pixels, the middle one is number 22.
-std::uint32_t AssociationWith(const DepthMap& map, const Surfels& surfels) {
+std::uint32_t AssociationWith(const TrackedMap& map, const Surfels& surfels) {
   StageScene scene(map, surfels);
   scene.RunAssociate();
   return scene.DeviceAssociation().front();
@@ -41,7 +41,7 @@ TEST(Associate, LeavesOutWhatTheMapDoesNotSee) {
   EXPECT_EQ(AssociationOf(OneSurfel({0, 0, -10}, kTowardsCamera, kWeight)), kUnseen);  // behind
   EXPECT_EQ(AssociationOf(OneSurfel({9, 0, 10}, kTowardsCamera, kWeight)), kUnseen);   // beside
   EXPECT_EQ(AssociationOf(OneSurfel({0, 0, 10}, kTowardsCamera, 0)), kUnseen);         // removed
-  DepthMap empty = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap empty = PlaneMap(TestCamera(9, 5), Pose());
   empty.depth.at<float>(2, 4) = 0;
   EXPECT_EQ(AssociationWith(empty, OneSurfel({0, 0, 10}, kTowardsCamera, kWeight)), kUnseen);
 }
@@ -49,7 +49,7 @@ TEST(Associate, LeavesOutWhatTheMapDoesNotSee) {
 TEST(Associate, ComparesDepthInSigmas) {
   // A hundredth of the sigma above, so that inverse depth is as good as linear: three sigmas of
   // both are 0.236 su, four 0.314.
-  DepthMap map = PlaneMap(TestCamera(900, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(900, 5), Pose());
   map.depth_sigma_per_square_depth = 1.0 / 900;
   constexpr float kSmallWeight = kWeight * 1e4F;
   const auto at = [&](float z) {
@@ -79,7 +79,7 @@ TEST(Associate, DemandsEqualNormals) {
 }
 
 TEST(Associate, TakesNoEvidenceFromOutlinesAndHoles) {
-  DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+  TrackedMap map = PlaneMap(TestCamera(90, 50), Pose());
   const Surfels in_front = OneSurfel({0, 0, 1}, kTowardsCamera, kWeight * 1e4F);
   ASSERT_EQ(AssociationWith(map, in_front), kSeenThrough | 255U);
   // It falls onto pixel (45, 25); beside it something is as near.
@@ -90,7 +90,7 @@ TEST(Associate, TakesNoEvidenceFromOutlinesAndHoles) {
 }
 
 TEST(Associate, CallsASurfelHiddenThatFacesTheCamera) {
-  const DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+  const TrackedMap map = PlaneMap(TestCamera(90, 50), Pose());
   const auto behind = [&](const Eigen::Vector3f& normal) {
     return AssociationWith(map, OneSurfel({0, 0, 30}, normal, kWeight));
   };
@@ -99,7 +99,7 @@ TEST(Associate, CallsASurfelHiddenThatFacesTheCamera) {
 }
 
 TEST(Associate, IsAsSureAsTheLeastSureOfNinePixels) {
-  DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+  TrackedMap map = PlaneMap(TestCamera(90, 50), Pose());
   map.confidence = cv::Mat(50, 90, CV_32FC1, cv::Scalar(0.8));
   map.confidence.at<float>(24, 44) = 0.4F;
   EXPECT_EQ(AssociationWith(map, OneSurfel({0, 0, 1}, kTowardsCamera, 1e4F)), kSeenThrough | 102U);
@@ -114,8 +114,8 @@ TEST(Associate, EqualsReference) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 2);
     scene.RunAssociate();
-    const auto expected =
-        reference::Associate(scene.view, scene.packed, scene.DeviceCandidates(), scene.surfels);
+    const auto expected = reference::Associate(scene.view, scene.anchors, scene.packed,
+                                               scene.DeviceCandidates(), scene.surfels);
     EXPECT_LE(DifferingShare(scene.DeviceAssociation(), expected), kMaxDifferingShare);
     if (width < 96) continue;
     // The scene has them all.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "fusion/blocks.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/surfel_blocks.h"
 #include "gpu/test_device.h"
 #include "reference/fusion/view_reference.h"
 
@@ -38,30 +39,51 @@ std::vector<std::uint32_t> Numbers(const BlockList& list) {
   return numbers;
 }
 
-bool IsInImage(const ViewParams& view, const Surfels& surfels, std::size_t i,
-               std::uint32_t margin) {
+// A camera of 64x48 pixels in the world, in whose frame the anchor of all surfels is.
+struct View {
+  explicit View(const Pose& T_world_cam)
+      : params(MakeViewParams(PlaneMap(TestCamera(64, 48), T_world_cam), {}, 0, 0)),
+        anchors(AnchorTransforms(Similarity(2, T_world_cam), std::vector<Similarity>(1))) {
+    table.Set(TestDevice(), anchors);
+  }
+
+  ViewParams params;
+  reference::AnchorTransforms anchors;
+  AnchorTable table;
+};
+
+bool IsInImage(const View& view, const Surfels& surfels, std::size_t i, std::uint32_t margin) {
   if (IsRemoved(surfels, i)) return false;
   const auto margin_px = static_cast<float>(margin);
-  const Eigen::Vector3f p =
-      reference::PointToCamera(view, reference::Head(surfels.position_radius[i]));
+  const Eigen::Vector3f p = reference::CameraFromAnchor(view.anchors.front())
+                                .Point(reference::Head(surfels.position_radius[i]));
   if (p.z() <= 0) return false;
-  const Eigen::Vector2f pixel = reference::Project(view, p);
+  const Eigen::Vector2f pixel = reference::Project(view.params, p);
   return pixel.x() >= -0.5F - margin_px && pixel.y() >= -0.5F - margin_px &&
-         pixel.x() < static_cast<float>(view.width_px) - 0.5F + margin_px &&
-         pixel.y() < static_cast<float>(view.height_px) - 0.5F + margin_px;
+         pixel.x() < static_cast<float>(view.params.width_px) - 0.5F + margin_px &&
+         pixel.y() < static_cast<float>(view.params.height_px) - 0.5F + margin_px;
 }
 
-ViewParams ViewFrom(const Pose& pose) {
-  return MakeViewParams(PlaneMap(TestCamera(64, 48), pose), {}, 0, 0);
+std::vector<ModelView> ModelViews(const std::vector<View>& views) {
+  std::vector<ModelView> model_views;
+  for (const View& view : views) model_views.push_back({view.params, view.table});
+  return model_views;
 }
 
-std::vector<std::uint32_t> Visible(const Surfels& surfels, std::span<const ViewParams> views,
+std::vector<View> ViewsFrom(const std::vector<Pose>& poses) {
+  std::vector<View> views;
+  for (const Pose& pose : poses) views.emplace_back(pose);
+  return views;
+}
+
+std::vector<std::uint32_t> Visible(const Surfels& surfels, const std::vector<View>& views,
                                    std::uint32_t margin_px) {
   SurfelStorage storage(TestDevice(), 100'000);
   storage.Upload(surfels);
   Recorder recorder(TestDevice());
   BlockList visible;
-  BlockCuller(TestDevice()).FindVisible(recorder, views, margin_px, storage, visible, nullptr);
+  BlockCuller(TestDevice())
+      .FindVisible(recorder, ModelViews(views), margin_px, storage, visible, nullptr);
   EXPECT_EQ(storage.num_bounded(), surfels.size());
   return Numbers(visible);
 }
@@ -69,7 +91,7 @@ std::vector<std::uint32_t> Visible(const Surfels& surfels, std::span<const ViewP
 TEST(Blocks, ListAllThatASurfelInViewIsIn) {
   Surfels surfels = Clusters(600, 1);
   Append(surfels, OneSurfel({0, 0, 5}, {0, 0, -1}, 1));  // a block that is not full
-  const std::vector<ViewParams> views = {ViewFrom(Pose()), ViewFrom(MovedPose())};
+  const std::vector<View> views = ViewsFrom({Pose(), MovedPose()});
   for (const std::uint32_t margin_px : {0U, 20U}) {
     const std::vector<std::uint32_t> listed = Visible(surfels, views, margin_px);
     std::vector<bool> is_listed(601, false);
@@ -90,7 +112,7 @@ TEST(Blocks, ListAllThatASurfelInViewIsIn) {
 }
 
 TEST(Blocks, ListNoneWithoutASurfel) {
-  const std::vector<ViewParams> views = {ViewFrom(Pose())};
+  const std::vector<View> views = ViewsFrom({Pose()});
   EXPECT_TRUE(Visible({}, views, 1).empty());
   Surfels removed;
   for (int i = 0; i < 100; ++i) Append(removed, OneSurfel({0, 0, 5}, {0, 0, -1}, 0));
@@ -98,36 +120,65 @@ TEST(Blocks, ListNoneWithoutASurfel) {
 }
 
 TEST(Blocks, FollowSurfelsThatAreAddedOrMove) {
-  const std::vector<ViewParams> views = {ViewFrom(Pose())};
+  const std::vector<View> views = ViewsFrom({Pose()});
   SurfelStorage storage(TestDevice(), 100'000);
   Surfels surfels;
-  for (int i = 0; i < 70; ++i) Append(surfels, OneSurfel({0, 0, -5}, {0, 0, -1}, 1));
+  for (int i = 0; i < 128; ++i) Append(surfels, OneSurfel({0, 0, -5}, {0, 0, -1}, 1));
   storage.Upload(surfels);
   Recorder recorder(TestDevice());
   BlockCuller culler(TestDevice());
   BlockList visible;
-  culler.FindVisible(recorder, views, 1, storage, visible, nullptr);
+  culler.FindVisible(recorder, ModelViews(views), 1, storage, visible, nullptr);
   EXPECT_EQ(visible.size(), 0U);
 
   surfels.position_radius[3] = {0, 0, 5, 1};
   surfels.position_radius[66] = {0, 0, 5, 1};
   storage.Upload(surfels);
-  culler.FindVisible(recorder, views, 1, storage, visible, nullptr);
+  culler.FindVisible(recorder, ModelViews(views), 1, storage, visible, nullptr);
   EXPECT_EQ(Numbers(visible), (std::vector<std::uint32_t>{0, 1}));
 
-  // One more in the block that is not full, which is known to lie before the camera by then.
+  // One more block, of one surfel.
   surfels.position_radius[3] = surfels.position_radius[66] = {0, 0, -5, 1};
   storage.Upload(surfels);
-  culler.FindVisible(recorder, views, 1, storage, visible, nullptr);
-  const std::vector<Surfels::Float4> added = {{0, 0, 5, 1}, {0, 0, -1, 1}};
-  Buffer surfel(TestDevice(), 2 * sizeof(added[0]), "test/surfel");
-  surfel.Upload(std::span(added));
-  constexpr std::size_t kBytes = sizeof(Surfels::Float4);
-  recorder.Copy(surfel, 0, storage.position_radius(), 70 * kBytes, kBytes);
-  recorder.Copy(surfel, kBytes, storage.normal_weight(), 70 * kBytes, kBytes);
-  storage.Update(1, 0);
-  culler.FindVisible(recorder, views, 1, storage, visible, nullptr);
-  EXPECT_EQ(Numbers(visible), std::vector<std::uint32_t>{1});
+  culler.FindVisible(recorder, ModelViews(views), 1, storage, visible, nullptr);
+  std::vector<Surfels::Float4> positions(kSurfelsPerBlock, {0, 0, 5, 1});
+  std::vector<Surfels::Float4> normals(kSurfelsPerBlock);
+  normals.front() = {0, 0, -1, 1};
+  constexpr std::size_t kEnd_bytes = 128 * sizeof(Surfels::Float4);
+  Buffer block(TestDevice(), kSurfelsPerBlock * sizeof(Surfels::Float4), "test/block");
+  block.Upload(std::span<const Surfels::Float4>(positions));
+  recorder.Copy(block, 0, storage.position_radius(), kEnd_bytes, block.size_bytes());
+  recorder.Submit();
+  block.Upload(std::span<const Surfels::Float4>(normals));
+  recorder.Copy(block, 0, storage.normal_weight(), kEnd_bytes, block.size_bytes());
+  storage.BeginInsert(0, 1);
+  storage.EndInsert(0, 1, 0);
+  EXPECT_EQ(storage.num_surfels(), 129U);
+  culler.FindVisible(recorder, ModelViews(views), 1, storage, visible, nullptr);
+  EXPECT_EQ(Numbers(visible), std::vector<std::uint32_t>{2});
+}
+
+TEST(SurfelStorage, GivesEachAnchorBlocksOfItsOwn) {
+  Surfels surfels;
+  for (std::uint32_t i = 0; i < 150; ++i) {
+    Append(surfels,
+           OneSurfel({static_cast<float>(i), 0, 5}, {0, 0, -1}, i % 10 == 0 ? 0.0F : 1.0F));
+    surfels.history.back()[3] |= i < 100 ? 3U : 5U;
+  }
+  const Surfels closed = InWholeBlocks(surfels);
+  ASSERT_EQ(closed.size(), 3U * kSurfelsPerBlock);  // 90 and 45
+  SurfelStorage storage(TestDevice(), 100'000);
+  storage.Upload(closed);
+  EXPECT_EQ(storage.num_surfels(), 135U);
+  EXPECT_EQ(storage.anchors(), (std::vector<std::uint32_t>{3, 3, 5}));
+  EXPECT_EQ(storage.FirstSlotOf(0), 0U);
+  EXPECT_EQ(storage.FirstSlotOf(4), 128U);
+  EXPECT_EQ(storage.FirstSlotOf(6), 192U);
+  EXPECT_EQ(closed.position_radius[89][0], 99);
+  EXPECT_EQ(closed.position_radius[128][0], 101);
+  storage.RemoveAnchoredFrom(4);
+  EXPECT_EQ(storage.num_surfels(), 90U);
+  EXPECT_EQ(storage.size(), 128U);
 }
 
 TEST(Blocks, GoOnAlongYWhereTheyAreMany) {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/storage.h"
 #include "gpu/test_device.h"
 #include "mono3d/fusion/surfel_map.h"
 
@@ -18,7 +18,7 @@ constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 
 // A wall 10 su away as a camera at x su to the side sees it.
-DepthMap WallMap(double x_su) {
+TrackedMap WallMap(double x_su) {
   return PlaneMap(TestCamera(kWidth, kHeight),
                   Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
 }
@@ -32,12 +32,27 @@ TEST(Coarsened, KeepsTheStrongestOfACell) {
   Append(surfels, OneSurfel({0.2F, 0.1F, 0.1F}, normal, 0));  // removed
   Append(surfels, OneSurfel({0.3F, 0.1F, 0.1F}, normal, 2));
   surfels.position_radius[4][3] = 0.25F;  // smaller: a grid of its own
-  const Surfels coarse = Coarsened(surfels);
+  const Surfels coarse = Coarsened(surfels, std::vector<Similarity>(1));
   ASSERT_EQ(coarse.size(), 3U);
   EXPECT_EQ(coarse.position_radius[0], (Surfels::Float4{1.3F, 0.1F, 0.1F, 2}));
   EXPECT_EQ(coarse.position_radius[1], (Surfels::Float4{1.5F, 0.1F, 0.1F, 2}));
   EXPECT_EQ(coarse.position_radius[2], (Surfels::Float4{0.3F, 0.1F, 0.1F, 0.5F}));
   EXPECT_EQ(coarse.normal_weight[0][3], 7);
+}
+
+// The same surfels in another unit, and in another frame, are the same.
+TEST(Coarsened, LooksAtTheWorld) {
+  const Eigen::Vector3f normal(0, 0, -1);
+  Surfels surfels;
+  Append(surfels, OneSurfel({0.1F, 0.1F, 0.1F}, normal, 5));
+  Append(surfels, InUnit(OneSurfel({-3.9F, 0.3F, 0.1F}, normal, 6), 2));
+  surfels.history[1][3] |= 1;
+  const Similarity S_world_other(0.5,
+                                 Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(4, 0, 0)));
+  const Surfels coarse = Coarsened(surfels, std::vector<Similarity>{Similarity(), S_world_other});
+  ASSERT_EQ(coarse.size(), 1U);
+  EXPECT_EQ(AnchorOf(coarse, 0), 1U);
+  EXPECT_EQ(coarse.position_radius[0][3], 4);  // twice its radius of 2 units
 }
 
 TEST(KeepEveryPixel, LeavesEverySecondRowAndColumn) {
@@ -50,7 +65,7 @@ TEST(SurfelMap, BecomesCoarserWhenItIsFull) {
   constexpr int kNumMaps = 5;
   SurfelMapOptions options;
   options.max_surfels = kWidth * kHeight * 2;
-  const auto map = CreateSurfelMap(TestDevice(), options);
+  const auto map = CreateTrackedModel(options);
   for (int i = 0; i < kNumMaps; ++i) {
     const FusionResult result = map->Integrate(WallMap(11.0 * i));  // side by side
     EXPECT_EQ(result.status, FusionStatus::kFused) << result.reason;

@@ -18,14 +18,14 @@ namespace {
 using Eigen::Vector3d;
 
 // A view of the house at a number of degrees, which is also its frame.
-DepthMap View(int angle_deg, const HouseScene& scene = {}) {
-  DepthMap map = HouseView(scene, angle_deg);
+TrackedMap View(int angle_deg, const HouseScene& scene = {}) {
+  TrackedMap map = HouseView(scene, angle_deg);
   map.keyframe_id = map.frame_index = angle_deg;
   return map;
 }
 
-double FalseShare(const SurfelMap& model, const std::vector<int>& angles_deg) {
-  std::vector<DepthMap> truth;
+double FalseShare(const TrackedModel& model, const std::vector<int>& angles_deg) {
+  std::vector<TrackedMap> truth;
   for (const int angle_deg : angles_deg) truth.push_back(View(angle_deg));
   return FalseShare(model.Export(1), truth);
 }
@@ -40,7 +40,7 @@ struct Tally {
   ModelHealth health;
 };
 
-void Add(SurfelMap& model, const DepthMap& map, Tally& tally) {
+void Add(TrackedModel& model, const TrackedMap& map, Tally& tally) {
   const FusionResult result = model.Integrate(map);
   (result.status == FusionStatus::kFused ? tally.num_fused : tally.num_rejected) += 1;
   for (const RetriedMap& retried : result.retried) {
@@ -51,14 +51,14 @@ void Add(SurfelMap& model, const DepthMap& map, Tally& tally) {
 
 // A tracker that has gone astray: all its poses moved by the same motion, farther than a
 // registration can find back.
-DepthMap Astray(DepthMap map) {
+TrackedMap Astray(TrackedMap map) {
   const Pose moved(RotationExp({0.1, 0.15, 0.05}), Vector3d(3, 1, -2));
   map.T_world_cam = moved * map.T_world_cam;
   return map;
 }
 
 TEST(Failure, OneWrongPose) {
-  const auto model = CreateSurfelMap(TestDevice());
+  const auto model = CreateTrackedModel();
   Tally tally;
   for (int angle = 0; angle <= 24; angle += 3) {
     Add(*model, angle == 12 ? Astray(View(angle)) : View(angle), tally);
@@ -70,7 +70,7 @@ TEST(Failure, OneWrongPose) {
 }
 
 TEST(Failure, FiveWrongPosesInARow) {
-  const auto model = CreateSurfelMap(TestDevice());
+  const auto model = CreateTrackedModel();
   Tally tally;
   HealthState worst = HealthState::kGood;
   for (int angle = 0; angle <= 57; angle += 3) {
@@ -84,7 +84,7 @@ TEST(Failure, FiveWrongPosesInARow) {
 }
 
 TEST(Failure, NoDepthForLongAndThenLittleOverlap) {
-  const auto model = CreateSurfelMap(TestDevice());
+  const auto model = CreateTrackedModel();
   Tally tally;
   for (const int angle : {0, 3, 6, 70, 73, 76, 79}) Add(*model, View(angle), tally);
   EXPECT_EQ(tally.num_fused, 7);
@@ -95,10 +95,10 @@ TEST(Failure, NoDepthForLongAndThenLittleOverlap) {
 TEST(Failure, FlatGroundWithAWrongPose) {
   HouseScene flat;
   flat.with_house = false;
-  const auto model = CreateSurfelMap(TestDevice());
+  const auto model = CreateTrackedModel();
   Tally tally;
   for (int angle = 0; angle <= 24; angle += 3) {
-    DepthMap map = View(angle, flat);
+    TrackedMap map = View(angle, flat);
     if (angle == 12) map = Misplaced(map, {0, 0, 0}, {0.3, -0.2, 0.2}, 1);
     Add(*model, map, tally);
   }
@@ -115,10 +115,10 @@ TEST(Failure, FlatGroundWithAWrongPose) {
 TEST(Failure, TriesARefusedMapAgain) {
   SurfelMapOptions options;
   options.gate.min_overlap = 0.01;
-  const auto model = CreateSurfelMap(TestDevice(), options);
+  const auto model = CreateTrackedModel(options);
   Tally tally;
   // The first depth map is wrong itself: the others contradict it, until the majority has its way.
-  DepthMap wrong = View(0);
+  TrackedMap wrong = View(0);
   wrong.depth = wrong.depth * 0.7;
   Add(*model, wrong, tally);
   for (int angle = 3; angle <= 24; angle += 3) Add(*model, View(angle), tally);

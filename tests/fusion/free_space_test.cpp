@@ -13,8 +13,8 @@ const Eigen::Vector3f kTowardsCamera(0, 0, -1);
 std::uint32_t RunFreeSpace(StageScene& scene) {
   scene.RunAssociate();
   scene.recorder.Fill(scene.buffers.num_removed, 0);
-  scene.stages.ClearFreeSpace(scene.recorder, scene.view, scene.buffers.num_removed, scene.storage,
-                              scene.all_blocks);
+  scene.kernels.ClearFreeSpace(scene.recorder, scene.view, scene.buffers.num_removed, scene.storage,
+                               scene.all_blocks);
   scene.recorder.Submit();
   return scene.buffers.num_removed.Download<std::uint32_t>().front();
 }
@@ -30,8 +30,8 @@ Surfels SeenSurfel(float z, std::uint32_t num_maps, double confidence_for, doubl
 }
 
 // The wall as a depth map sees it with confidence 1/2.
-DepthMap Wall() {
-  DepthMap map = PlaneMap(TestCamera(90, 50), Pose());
+TrackedMap Wall() {
+  TrackedMap map = PlaneMap(TestCamera(90, 50), Pose());
   map.confidence = cv::Mat(50, 90, CV_32FC1, cv::Scalar(0.5));
   return map;
 }

@@ -11,14 +11,16 @@ namespace mono3d {
 namespace {
 
 constexpr std::uint32_t kRoom = 100'000;  // surfels
+constexpr double kAnchorUnitsPerSu = 1.7;
 
 // `wall_columns` of the image, on the left, show a wall that stands before the rest.
-DepthMap SceneMap(int width_px, int height_px, const Pose& pose, int wall_columns, unsigned seed) {
+TrackedMap SceneMap(int width_px, int height_px, const Pose& pose, int wall_columns,
+                    unsigned seed) {
   // Two per cent is half the sigma of the map: matching noise that is mostly associated.
   constexpr double kNoise = 0.02;
   const Plane slanted{Eigen::Vector3d(0.3, -0.4, -1).normalized(), -9};
-  DepthMap map = PlaneMap(TestCamera(width_px, height_px), pose, slanted);
-  const DepthMap wall = PlaneMap(map.camera, pose, Plane{{0, 0, -1}, -5});
+  TrackedMap map = PlaneMap(TestCamera(width_px, height_px), pose, slanted);
+  const TrackedMap wall = PlaneMap(map.camera, pose, Plane{{0, 0, -1}, -5});
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < wall_columns; ++x) {
       map.depth.at<float>(y, x) = wall.depth.at<float>(y, x);
@@ -40,8 +42,8 @@ CameraModel TestCamera(int width_px, int height_px) {
   return camera;
 }
 
-DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane) {
-  DepthMap map;
+TrackedMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane) {
+  TrackedMap map;
   map.camera = camera;
   map.T_world_cam = T_world_cam;
   map.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(0));
@@ -60,7 +62,7 @@ DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plan
   return map;
 }
 
-void Disturb(DepthMap& map, double amount, int nth_missing, unsigned seed) {
+void Disturb(TrackedMap& map, double amount, int nth_missing, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> noise(-amount, amount);
   std::uniform_int_distribution<int> colour(0, 255);
@@ -79,45 +81,61 @@ void Disturb(DepthMap& map, double amount, int nth_missing, unsigned seed) {
 
 Pose MovedPose() { return {RotationExp({0.02, -0.05, 0.03}), Eigen::Vector3d(0.7, -0.2, 0.3)}; }
 
-StageScene::StageScene(int width_px, int height_px, unsigned seed)
-    : StageScene(SceneMap(width_px, height_px, MovedPose(), width_px / 10, seed + 1), [&] {
-        const DepthMap first = SceneMap(width_px, height_px, Pose(), width_px / 3, seed);
-        Surfels model;
-        reference::Integrate(MakeViewParams(first, {}, 0, 0), Pack(first), model);
-        for (int i = 0; i < 40; ++i) {  // hidden behind it all
-          Append(model, OneSurfel({0.5F * static_cast<float>(i) - 10, 1, 30}, {0, 0, -1}, 1));
-        }
-        return model;
-      }()) {}
+Surfels InUnit(const Surfels& surfels, double per_su) {
+  const auto scale = static_cast<float>(per_su);
+  Surfels scaled = surfels;
+  for (Surfels::Float4& position : scaled.position_radius) {
+    for (float& length : position) length *= scale;
+  }
+  for (Surfels::Float4& normal : scaled.normal_weight) normal[3] /= scale * scale;
+  return scaled;
+}
 
-StageScene::StageScene(const DepthMap& map, const Surfels& model, const SurfelMapOptions& options)
+StageScene::StageScene(int width_px, int height_px, unsigned seed)
+    : StageScene(
+          SceneMap(width_px, height_px, MovedPose(), width_px / 10, seed + 1),
+          [&] {
+            const TrackedMap first = SceneMap(width_px, height_px, Pose(), width_px / 3, seed);
+            Surfels model;
+            reference::Integrate(MakeViewParams(first, {}, 0, 0), {}, Pack(first), model);
+            for (int i = 0; i < 40; ++i) {  // hidden behind it all
+              Append(model, OneSurfel({0.5F * static_cast<float>(i) - 10, 1, 30}, {0, 0, -1}, 1));
+            }
+            return InUnit(model, kAnchorUnitsPerSu);
+          }(),
+          {}, {Similarity(1 / kAnchorUnitsPerSu, Pose())}) {}
+
+StageScene::StageScene(const TrackedMap& map, const Surfels& model, const SurfelMapOptions& options,
+                       const std::vector<Similarity>& S_world_anchor)
     : view(MakeViewParams(map, options, static_cast<std::uint32_t>(model.size()), 1)),
+      anchors(AnchorTransforms(Similarity(1, map.T_world_cam), S_world_anchor)),
       packed(Pack(map)),
       surfels(model),
       recorder(TestDevice()),
-      stages(TestDevice()),
+      kernels(TestDevice()),
       buffers(TestDevice(), map.camera.width, map.camera.height),
       storage(TestDevice(), kRoom) {
+  anchor_table.Set(TestDevice(), anchors);
   buffers.Upload(packed);
   storage.Upload(surfels);
   all_blocks.SetRange(TestDevice(), 0, storage.size());
 }
 
 void StageScene::RunAssociate() {
-  stages.Prepare(recorder, view, buffers);
-  stages.Associate(recorder, view, buffers, storage, all_blocks);
+  kernels.Prepare(recorder, view, buffers);
+  kernels.Associate(recorder, view, anchor_table, buffers, storage, all_blocks);
   recorder.Submit();
 }
 
 void StageScene::RunIndexMap() {
   RunAssociate();
-  stages.DrawIndexMap(recorder, view, buffers, storage, all_blocks);
+  kernels.DrawIndexMap(recorder, view, anchor_table, buffers.index_map, storage, all_blocks);
   recorder.Submit();
 }
 
 void StageScene::RunSelectNew() {
   RunIndexMap();
-  stages.SelectNew(recorder, view, buffers, storage);
+  kernels.SelectNew(recorder, view, anchor_table, buffers, storage);
   recorder.Submit();
 }
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "fusion/depth_map_buffers.h"
-#include "fusion/fusion_stages.h"
-#include "fusion/surfel_storage.h"
+#include "fusion/kernels.h"
+#include "fusion/storage.h"
+#include "fusion/tracked_model.h"
 #include "fusion/view.h"
 #include "gpu/recorder.h"
-#include "mono3d/image/depth_map.h"
 #include "reference/fusion/fusion_reference.h"
 
 namespace mono3d {
@@ -25,26 +25,31 @@ struct Plane {
 CameraModel TestCamera(int width_px, int height_px);
 
 // The exact depth map of a plane, in grey 100, with a baseline of a tenth of 10 su.
-DepthMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane = {});
+TrackedMap PlaneMap(const CameraModel& camera, const Pose& T_world_cam, const Plane& plane = {});
 
 // Multiplies inverse depths by 1 + uniform noise of +-`amount`, takes every `nth_missing` pixel
 // away (0: none), and paints at random.
-void Disturb(DepthMap& map, double amount, int nth_missing, unsigned seed);
+void Disturb(TrackedMap& map, double amount, int nth_missing, unsigned seed);
 
 // A camera that has moved sideways and turned a little: most of a scene 10 su away is still in
 // view.
 Pose MovedPose();
 
+// The same surfels in a unit of which so many are one of theirs.
+Surfels InUnit(const Surfels& surfels, double per_su);
+
 // A model of one depth map that meets a second one, on the device and for the references. The
-// second sees past most of a wall that the first has seen.
+// second sees past most of a wall that the first has seen. Its anchor has a unit of its own.
 class StageScene {
  public:
   StageScene(int width_px, int height_px, unsigned seed);
-  // A model of the given surfels that meets `map`.
-  StageScene(const DepthMap& map, const Surfels& surfels, const SurfelMapOptions& options = {});
+  // A model of the given surfels that meets `map`. Anchors are in the world's frame, unless
+  // `S_world_anchor` says where.
+  StageScene(const TrackedMap& map, const Surfels& surfels, const SurfelMapOptions& options = {},
+             const std::vector<Similarity>& S_world_anchor = std::vector<Similarity>(16));
 
-  // Runs the stages of FusionStages up to and with the named one, in order.
-  void RunPrepare() { stages.Prepare(recorder, view, buffers), recorder.Submit(); }
+  // Runs the stages of FusionKernels up to and with the named one, in order.
+  void RunPrepare() { kernels.Prepare(recorder, view, buffers), recorder.Submit(); }
   void RunAssociate();
   void RunIndexMap();
   void RunSelectNew();
@@ -55,16 +60,18 @@ class StageScene {
   std::vector<std::uint32_t> DeviceSelected() const;
 
   ViewParams view;
+  reference::AnchorTransforms anchors;  // as the depth map's camera has them
+  AnchorTable anchor_table;
   PackedDepthMap packed;
   Surfels surfels;  // of the model, as uploaded
   Recorder recorder;
-  FusionStages stages;
+  FusionKernels kernels;
   DepthMapBuffers buffers;
   SurfelStorage storage;
   BlockList all_blocks;
 
  private:
-  void Upload(const DepthMap& map);
+  void Upload(const TrackedMap& map);
 };
 
 // One surfel at a point of the world, seen by one depth map.

@@ -50,8 +50,8 @@ TEST(IndexMap, EqualsReferenceBitForBit) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 3);
     scene.RunIndexMap();
-    const auto expected =
-        reference::DrawIndexMap(scene.view, scene.surfels, scene.DeviceAssociation());
+    const auto expected = reference::DrawIndexMap(scene.view, scene.anchors, scene.surfels,
+                                                  scene.DeviceAssociation());
     EXPECT_EQ(scene.DeviceIndexMap(), expected) << width << "x" << height;
   }
 }
@@ -61,9 +61,9 @@ TEST(IndexMap, IsTheSameInTwoPassesOf32Bits) {
   scene.RunIndexMap();
   const auto in_one_pass = scene.DeviceIndexMap();
   ASSERT_NE(in_one_pass, std::vector<reference::IndexCell>(in_one_pass.size()));
-  const FusionStages without_int64(TestDevice(), false);
-  without_int64.DrawIndexMap(scene.recorder, scene.view, scene.buffers, scene.storage,
-                             scene.all_blocks);
+  const FusionKernels without_int64(TestDevice(), false);
+  without_int64.DrawIndexMap(scene.recorder, scene.view, scene.anchor_table,
+                             scene.buffers.index_map, scene.storage, scene.all_blocks);
   scene.recorder.Submit();
   EXPECT_EQ(scene.DeviceIndexMap(), in_one_pass);
 }

@@ -14,15 +14,15 @@ Surfels RunInsert(StageScene& scene) {
   const std::vector<std::uint32_t> pixels = ListSelected(scene.DeviceSelected());
   scene.buffers.new_pixels.Upload(std::span<const std::uint32_t>(pixels));
   scene.view.num_new = static_cast<std::uint32_t>(pixels.size());
-  scene.storage.Reserve(scene.recorder, scene.storage.size() + scene.view.num_new);
-  scene.stages.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
+  const std::uint32_t end = scene.storage.size() + scene.view.num_new;
+  scene.storage.Reserve(scene.recorder, scene.storage.size() + WholeBlocks(scene.view.num_new));
+  scene.kernels.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
   scene.recorder.Submit();
-  scene.storage.Update(scene.view.num_new, 0);
-  return scene.storage.Download();
+  return scene.storage.Download(0, end);
 }
 
 TEST(Insert, MakesASurfelOfAPixel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.bgr.at<cv::Vec3b>(2, 5) = cv::Vec3b(10, 20, 30);
   map.confidence = cv::Mat(5, 9, CV_32FC1, cv::Scalar(0.5));
   StageScene scene(map, {});
@@ -42,6 +42,21 @@ TEST(Insert, MakesASurfelOfAPixel) {
   EXPECT_EQ(found.history[kPixel][1], 1U);
   EXPECT_EQ(found.history[kPixel][2], 0x30003U);
   EXPECT_EQ(found.history[kPixel][3], 128U << 16 | 3U);
+}
+
+TEST(Insert, FillsUpTheLastBlockWithSlotsThatCountAsRemoved) {
+  StageScene scene(PlaneMap(TestCamera(9, 5), Pose()), {});
+  scene.view.map_index = 3;
+  Surfels rubbish;
+  for (int i = 0; i < 64; ++i) Append(rubbish, OneSurfel({0, 0, 1}, {0, 0, -1}, 1));
+  scene.storage.Upload(rubbish);
+  scene.storage.Upload({});
+  ASSERT_EQ(RunInsert(scene).size(), 45U);
+  const Surfels block = scene.storage.Download(0, 64);
+  for (std::size_t i = 0; i < 64; ++i) {
+    EXPECT_EQ(IsRemoved(block, i), i >= 45);
+    EXPECT_EQ(AnchorOf(block, i), 3U);
+  }
 }
 
 TEST(Insert, EqualsReferenceInTheOrderOfThePixels) {

@@ -39,9 +39,9 @@ class NoMemoryFor {
 };
 
 // A wall 10 su away as a camera at x su to the side sees it.
-DepthMap WallMap(int width_px, int height_px, double x_su, int number) {
-  DepthMap map = PlaneMap(TestCamera(width_px, height_px),
-                          Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
+TrackedMap WallMap(int width_px, int height_px, double x_su, int number) {
+  TrackedMap map = PlaneMap(TestCamera(width_px, height_px),
+                            Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
   map.keyframe_id = map.frame_index = number;
   return map;
 }
@@ -49,7 +49,7 @@ DepthMap WallMap(int width_px, int height_px, double x_su, int number) {
 TEST(Memory, AModelThatCannotGrowBecomesCoarser) {
   constexpr std::size_t kRoom = 65'536;  // what a model has from the start
   const NoMemoryFor more_surfels("fusion/history", kRoom * 16);
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateTrackedModel();
   for (int i = 0; i < 6; ++i) {
     const FusionResult result = map->Integrate(WallMap(320, 220, 11.0 * i, i));
     EXPECT_EQ(result.status, FusionStatus::kFused) << result.reason;
@@ -62,7 +62,7 @@ TEST(Memory, AModelThatCannotGrowBecomesCoarser) {
 }
 
 TEST(Memory, DepthMapsThatCannotBeKeptAreFusedAllTheSame) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateTrackedModel();
   ASSERT_EQ(map->Integrate(WallMap(48, 32, 0, 0)).status, FusionStatus::kFused);
   const NoMemoryFor past_views("fusion/candidate");
   for (int i = 1; i < 4; ++i) {
@@ -76,26 +76,27 @@ TEST(Memory, DepthMapsThatCannotBeKeptAreFusedAllTheSame) {
 TEST(Memory, ACorrectionThatCannotMergeMovesTheModelStill) {
   SurfelMapOptions options;
   options.registration.enabled = false;
-  const auto map = CreateSurfelMap(TestDevice(), options);
-  std::vector<KeyframeCorrection> corrections;
+  const auto map = CreateTrackedModel(options);
+  std::vector<KeyframePose> moved;
   for (int i = 0; i < 6; ++i) {
-    const DepthMap view = WallMap(48, 32, 0.5 * i, i);
+    const TrackedMap view = WallMap(48, 32, 0.5 * i, i);
     (void)map->Integrate(view);
-    const Eigen::Vector3d moved = view.T_world_cam.translation() + Eigen::Vector3d(0.5 * i, 0, 0);
-    corrections.push_back({i, 0, Pose(Eigen::Quaterniond::Identity(), moved), 1});
+    const Eigen::Vector3d place = view.T_world_cam.translation() + Eigen::Vector3d(0.5 * i, 0, 0);
+    moved.push_back({i, 0, Similarity(1, Pose(Eigen::Quaterniond::Identity(), place))});
   }
   const std::int64_t num_before = map->num_surfels();
   const NoMemoryFor merging("fusion/overlap_sums");
-  const CorrectionResult result = map->Correct(corrections);
+  const UpdateResult result = map->Update(moved);
+  EXPECT_TRUE(result.has_moved);
+  (void)map->Export(1);  // merges what came to lie upon each other
   EXPECT_EQ(merging.num_refused(), 1);
-  ASSERT_EQ(result.views.size(), 6U);
-  EXPECT_NEAR(result.views[5].T_world_cam.translation().x(), 5, 1e-6);
-  EXPECT_EQ(result.num_merged, 0);
+  ASSERT_EQ(map->DepthMaps().size(), 6U);
+  EXPECT_NEAR(map->DepthMaps()[5].S_world_kf.pose().translation().x(), 5, 1e-6);
   EXPECT_EQ(map->num_surfels(), num_before);
 }
 
 TEST(Memory, OfKeptMapsIsBounded) {
-  const DepthMap map = WallMap(48, 32, 0, 0);
+  const TrackedMap map = WallMap(48, 32, 0, 0);
   const std::size_t bytes = StoredDepthMap(map).num_bytes();
   EXPECT_EQ(bytes, 48U * 32 * 5);  // depth and colour; normal and confidence would be 3 more
   const auto kept_of = [&](int max_size, std::size_t max_bytes) {
@@ -115,9 +116,9 @@ TEST(Memory, OfKeptMapsIsBounded) {
 TEST(Memory, OfPastViewsIsBounded) {
   PastViews past(3);
   DepthMapBuffers buffers(TestDevice(), 48, 32);
-  for (int i = 0; i < 8; ++i) past.Push(TestDevice(), WallMap(48, 32, 0, i), buffers);
+  for (int i = 0; i < 8; ++i) past.Push(TestDevice(), WallMap(48, 32, 0, i), 0, buffers);
   ASSERT_EQ(past.views().size(), 3U);
-  EXPECT_EQ(past.views().front().view.frame_index, 5);
+  EXPECT_EQ(past.views().front().map.frame_index, 5);
   EXPECT_EQ(past.views().front().buffers.depth.size_bytes() +
                 past.views().front().buffers.candidate.size_bytes(),
             48U * 32 * 20);

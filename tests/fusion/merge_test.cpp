@@ -6,13 +6,15 @@
 #include <cmath>
 
 #include "fusion/fusion_scene.h"
+#include "reference/fusion/view_reference.h"
 
 namespace mono3d {
 namespace {
 
 void RunMerge(StageScene& scene) {
   scene.RunAssociate();
-  scene.stages.Merge(scene.recorder, scene.view, scene.buffers, scene.storage, scene.all_blocks);
+  scene.kernels.Merge(scene.recorder, scene.view, scene.anchor_table, scene.buffers, scene.storage,
+                      scene.all_blocks);
   scene.recorder.Submit();
 }
 
@@ -50,12 +52,24 @@ TEST(Merge, AveragesByWeight) {
   EXPECT_EQ(merged.history[0][3], (512U << 16) | 7U);
 }
 
+TEST(Merge, CountsPerBlockWhatIsConfirmed) {
+  StageScene scene(48, 32, 6);
+  RunMerge(scene);
+  const std::vector<std::uint32_t> association = scene.DeviceAssociation();
+  std::vector<std::uint32_t> expected(scene.storage.anchors().size());
+  for (std::size_t i = 0; i < association.size(); ++i) {
+    expected[i / kSurfelsPerBlock] += IsPixel(association[i]) ? 1 : 0;
+  }
+  EXPECT_EQ(scene.storage.DownloadNumConfirmed(), expected);
+}
+
 TEST(Merge, MovesSurfelsAlongTheirRayOnly) {
   constexpr float kMaxError = 1e-4F;
   StageScene scene(48, 32, 6);
   RunMerge(scene);
   const Surfels merged = scene.storage.Download();
-  const Eigen::Vector3f centre = MovedPose().translation().cast<float>();
+  const Eigen::Vector3f centre =
+      reference::CameraFromAnchor(scene.anchors.front()).PointToAnchor({0, 0, 0});
   std::size_t num_moved = 0;
   for (std::size_t i = 0; i < merged.size(); ++i) {
     const auto& a = scene.surfels.position_radius[i];
@@ -75,8 +89,8 @@ TEST(Merge, EqualsReference) {
     RunMerge(scene);
     const Surfels found = scene.storage.Download();
     Surfels expected = scene.surfels;
-    reference::Merge(scene.view, scene.packed, scene.DeviceCandidates(), scene.DeviceAssociation(),
-                     expected);
+    reference::Merge(scene.view, scene.anchors, scene.packed, scene.DeviceCandidates(),
+                     scene.DeviceAssociation(), expected);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const float depth = std::abs(expected.position_radius[i][2]);
       for (std::size_t k = 0; k < 4; ++k) {

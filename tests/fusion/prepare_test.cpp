@@ -33,8 +33,8 @@ TEST(Prepare, DoesNotSmoothAcrossADepthStep) {
   constexpr float kMaxError = 1e-3F;
   CameraModel camera = TestCamera(32, 16);
   camera.fx = camera.fy = 700;  // pixels so fine that no surface is as steep as the step
-  DepthMap map = PlaneMap(camera, Pose(), Plane{{0, 0, -1}, -20});
-  const DepthMap near = PlaneMap(camera, Pose(), Plane{{0, 0, -1}, -5});
+  TrackedMap map = PlaneMap(camera, Pose(), Plane{{0, 0, -1}, -20});
+  const TrackedMap near = PlaneMap(camera, Pose(), Plane{{0, 0, -1}, -5});
   near.depth.colRange(0, 16).copyTo(map.depth.colRange(0, 16));
   StageScene scene(map, {});
   scene.RunPrepare();
@@ -44,7 +44,7 @@ TEST(Prepare, DoesNotSmoothAcrossADepthStep) {
 }
 
 TEST(Prepare, KeepsTheNormalsOfTheMap) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.normal = cv::Mat(5, 9, CV_32FC3, cv::Scalar(0, 0.6, -0.8));
   map.normal.at<cv::Vec3f>(2, 4) = cv::Vec3f(0, 0, 0);  // this one is to be fitted
   StageScene scene(map, {});
@@ -56,7 +56,7 @@ TEST(Prepare, KeepsTheNormalsOfTheMap) {
 }
 
 TEST(Prepare, LeavesPixelsWithoutEstimateEmpty) {
-  DepthMap map = PlaneMap(TestCamera(4, 1), Pose());
+  TrackedMap map = PlaneMap(TestCamera(4, 1), Pose());
   map.confidence = cv::Mat(1, 4, CV_32FC1, cv::Scalar(0.5));
   map.depth.at<float>(0, 0) = 0;
   map.confidence.at<float>(0, 1) = 0;

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fusion/fusion_scene.h"
-#include "fusion/registration.h"
+#include "fusion/registration/registrar.h"
 #include "fusion/registration_scene.h"
 #include "gpu/test_device.h"
 
@@ -25,7 +25,6 @@ RegisterParams ParamsFor(const ViewParams& view, unsigned level) {
   params.min_normal_cosine = view.min_normal_cosine;
   params.num_surfels = view.num_surfels;
   params.stride = 1;
-  params.depth_scale = 1.01F;
   params.grey_level = level;
   params.grey_gain = 0.9F;
   params.grey_bias = 12;
@@ -46,33 +45,39 @@ std::vector<float> GreyLevel(const cv::Mat& bgr, int level) {
 struct Case {
   explicit Case(unsigned level, unsigned stride)
       : map(Misplaced(HouseView({}, 4), {0.002, -0.003, 0.001}, {0.02, 0.01, -0.03}, 1)),
-        scene(map, Model()),
+        scene(map, Model(), {}, {S_world_anchor()}),
         params(ParamsFor(scene.view, level)) {
     params.stride = stride;
     params.num_blocks = scene.all_blocks.size();
     scene.RunPrepare();
     Registrar registrar(TestDevice());
     registrar.UploadGrey(map);
-    found = registrar.Evaluate(scene.recorder, params, scene.buffers, scene.storage,
-                               scene.all_blocks, nullptr);
-    expected = reference::Register(params, scene.packed, scene.DeviceCandidates(), scene.surfels,
-                                   GreyLevel(map.bgr, static_cast<int>(level)));
+    found = registrar.Evaluate(scene.recorder, params, scene.anchor_table, scene.buffers,
+                               scene.storage, scene.all_blocks, nullptr);
+    expected = reference::Register(params, scene.anchors, scene.packed, scene.DeviceCandidates(),
+                                   scene.surfels, GreyLevel(map.bgr, static_cast<int>(level)));
   }
 
   static Surfels Model() {
-    const DepthMap first = HouseView({}, 0);
+    const TrackedMap first = HouseView({}, 0);
     Surfels model;
-    reference::Integrate(MakeViewParams(first, {}, 0, 0), Pack(first), model);
-    return model;
+    reference::Integrate(MakeViewParams(first, {}, 0, 0), {}, Pack(first), model);
+    return InUnit(model, kAnchorUnitsPerSu);
   }
+  // A percent off: the scale has something to tell.
+  static Similarity S_world_anchor() {
+    return {0.99 / kAnchorUnitsPerSu, HouseView({}, 0).T_world_cam};
+  }
+  static constexpr double kAnchorUnitsPerSu = 1.7;
 
-  DepthMap map;
+  TrackedMap map;
   StageScene scene;
   RegisterParams params;
   RegistrationSystem found;
   RegistrationSystem expected;
 };
 
+// Point-to-plane and photometric terms against differences of the plain reference.
 TEST(Register, EqualsReferenceWithNumericalDerivatives) {
   // Sums of some 10 000 products of single precision against double; a few surfels in a thousand
   // may fall on the other side of a border.
@@ -116,8 +121,9 @@ TEST(Register, LeavesGreyValuesOutWithoutGain) {
   c.params.grey_gain = 0;
   Registrar registrar(TestDevice());
   registrar.UploadGrey(c.map);
-  const auto found = registrar.Evaluate(c.scene.recorder, c.params, c.scene.buffers,
-                                        c.scene.storage, c.scene.all_blocks, nullptr);
+  const auto found =
+      registrar.Evaluate(c.scene.recorder, c.params, c.scene.anchor_table, c.scene.buffers,
+                         c.scene.storage, c.scene.all_blocks, nullptr);
   EXPECT_EQ(found.grey_cost, 0);
   EXPECT_EQ(found.num_grey, c.found.num_grey);  // counted all the same, for the exposure
   EXPECT_LT(found.information(0, 0), c.found.information(0, 0));

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/registration_constraint.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 
+#include "fusion/registration/constraint.h"
 #include "fusion/registration_scene.h"
 #include "fusion/surfel.h"
 #include "gpu/test_device.h"
@@ -18,14 +17,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(AnchorOf, IsTheViewWithMostBlocks) {
-  std::vector<FusedView> views(3);
-  // Four blocks of the first view, two of the second, one of the third.
-  const std::vector<std::uint32_t> first_slots = {0, 4 * kSurfelsPerBlock, 6 * kSurfelsPerBlock};
-  const std::vector<std::uint32_t> seen = {3, 4, 5, 6};
-  EXPECT_EQ(AnchorOf(seen, views, first_slots), 1U);
-  EXPECT_EQ(AnchorOf(std::vector<std::uint32_t>{0, 6}, views, first_slots), 0U);  // the older one
-  EXPECT_EQ(AnchorOf({}, views, first_slots), std::nullopt);
+TEST(MostFrequentAnchor, IsTheOneOfMostBlocks) {
+  const std::vector<std::uint32_t> anchors = {0, 0, 0, 0, 1, 1, 2};  // per block
+  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{3, 4, 5, 6}, anchors), 1U);
+  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{0, 6}, anchors), 0U);  // the older one
+  EXPECT_EQ(MostFrequentAnchor({}, anchors), std::nullopt);
 }
 
 TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
@@ -49,21 +45,22 @@ TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
   EXPECT_EQ(InformationOf({}, 9, options), Matrix7d::Zero());
 }
 
-TEST(MakeConstraint, IsInLengthsAsTheDepthMapsHadThem) {
-  FusedView anchor;
+TEST(MakeConstraint, IsInTheOwnUnitsOfTheKeyframes) {
+  Anchor anchor;
   anchor.keyframe_id = 3;
-  anchor.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0));
-  anchor.depth_scale = 2;  // half as large as the model when it came
-  const RegisteredView view = {Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)), 1.5};
-  const KeyframeConstraint constraint = MakeConstraint(8, 4, view, Matrix7d::Identity(), anchor);
+  // Its own unit is two of the world.
+  const Similarity S_world_anchor(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0)));
+  const Similarity S_world_kf(6, Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)));
+  const KeyframeConstraint constraint =
+      MakeConstraint(8, S_world_kf, Matrix7d::Identity(), {anchor, S_world_anchor});
   EXPECT_EQ(constraint.id, 8);
   EXPECT_EQ(constraint.anchor_id, 3);
-  // Six of the model's su to the left, three of the anchor's.
-  EXPECT_EQ(constraint.T_cam_anchor.translation(), Vector3d(-3, 0, 0));
-  EXPECT_EQ(constraint.scale,
-            3);  // times 4 times 1.5 is the model's su, half of which the anchor's
+  // Six of the world's units to the left, three of the anchor's.
+  EXPECT_LT((constraint.T_cam_anchor.translation() - Vector3d(-3, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(constraint.scale, 3);  // six of the world's units are three of the anchor's
   EXPECT_EQ(constraint.information(0, 0), 1);
-  EXPECT_EQ(constraint.information(3, 3), 4);
+  // One sigma of one unit of the keyframe is one of three of the anchor's.
+  EXPECT_NEAR(constraint.information(3, 3), 1.0 / 9, 1e-12);
 }
 
 // What a model says that knows better: the true pose, as exactly as it says that it is.
@@ -72,16 +69,16 @@ class ModelAgainstTracker : public testing::TestWithParam<double> {};
 TEST_P(ModelAgainstTracker, TellsWhereTheKeyframeIs) {
   HouseScene scene;
   scene.world_scale = GetParam();
-  const auto map = CreateSurfelMap(TestDevice(), {});
-  DepthMap first = HouseView(scene, 0);
+  const auto map = CreateTrackedModel({});
+  TrackedMap first = HouseView(scene, 0);
   first.keyframe_id = 20;
   EXPECT_TRUE(map->Integrate(first).constraints.empty());
-  DepthMap second = HouseView(scene, 3);
+  TrackedMap second = HouseView(scene, 3);
   second.keyframe_id = 21;
   EXPECT_TRUE(map->Integrate(second).constraints.empty());  // the tracker is right
-  const DepthMap truth = HouseView(scene, 5);
-  DepthMap third = Misplaced(truth, Vector3d(0.02, -0.03, 0.02),
-                             scene.world_scale * Vector3d(0.3, -0.2, 0.2), 1.02);
+  const TrackedMap truth = HouseView(scene, 5);
+  TrackedMap third = Misplaced(truth, Vector3d(0.02, -0.03, 0.02),
+                               scene.world_scale * Vector3d(0.3, -0.2, 0.2), 1.02);
   third.keyframe_id = 22;
   const FusionResult result = map->Integrate(third);
   ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;

@@ -99,14 +99,14 @@ Pose PoseOver(double x_su, double y_su) {
   return LookAt({x_su, y_su + kDistance_su, kHeight_su}, {x_su, y_su, 1});
 }
 
-DepthMap HouseView(const HouseScene& scene, double angle_deg) {
+TrackedMap HouseView(const HouseScene& scene, double angle_deg) {
   const double angle = angle_deg * std::numbers::pi / 180;
   const Vector3d eye(kDistance_su * std::sin(angle), kDistance_su * std::cos(angle), kHeight_su);
   return HouseViewFrom(scene, LookAt(eye, {0, 0, 1}));
 }
 
-DepthMap HouseViewFrom(const HouseScene& scene, const Pose& pose) {
-  DepthMap map;
+TrackedMap HouseViewFrom(const HouseScene& scene, const Pose& pose) {
+  TrackedMap map;
   map.camera = HouseCamera();
   map.depth = cv::Mat::zeros(map.camera.height, map.camera.width, CV_32FC1);
   map.bgr = cv::Mat(map.camera.height, map.camera.width, CV_8UC3, cv::Scalar(128, 128, 128));
@@ -128,9 +128,9 @@ DepthMap HouseViewFrom(const HouseScene& scene, const Pose& pose) {
   return map;
 }
 
-DepthMap Misplaced(const DepthMap& map, const Eigen::Vector3d& rotation_rad,
-                   const Eigen::Vector3d& translation_su, double scale) {
-  DepthMap misplaced = map;
+TrackedMap Misplaced(const TrackedMap& map, const Eigen::Vector3d& rotation_rad,
+                     const Eigen::Vector3d& translation_su, double scale) {
+  TrackedMap misplaced = map;
   misplaced.T_world_cam = map.T_world_cam * Pose(RotationExp(rotation_rad), translation_su);
   misplaced.depth = cv::Mat(map.depth / scale);
   misplaced.depth_sigma_per_square_depth = map.depth_sigma_per_square_depth * scale;
@@ -150,10 +150,10 @@ double ImageDistance_px(const Pose& a, const Pose& b, double world_scale) {
   return largest;
 }
 
-double FalseShare(const PointCloud& model, const std::vector<DepthMap>& truth) {
+double FalseShare(const PointCloud& model, const std::vector<TrackedMap>& truth) {
   double num_false = 0;
   double num_seen = 0;
-  for (const DepthMap& view : truth) {
+  for (const TrackedMap& view : truth) {
     const Pose T_cam_world = view.T_world_cam.Inverse();
     for (const auto& point : model.points) {
       const Vector3d p = T_cam_world * point.cast<double>();

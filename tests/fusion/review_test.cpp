@@ -22,8 +22,8 @@ constexpr int kHeight = 64;
 const cv::Rect kFalsePatch(30, 20, 20, 10);
 
 // A wall 10 su away, of which a patch is at another depth, with less confidence.
-DepthMap WallMap(unsigned seed, float patch_depth = 10) {
-  DepthMap map = PlaneMap(TestCamera(kWidth, kHeight), Pose());
+TrackedMap WallMap(unsigned seed, float patch_depth = 10) {
+  TrackedMap map = PlaneMap(TestCamera(kWidth, kHeight), Pose());
   map.depth(kFalsePatch).setTo(patch_depth);
   Disturb(map, 0.001, 0, seed);
   map.confidence = cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(0.75));
@@ -40,7 +40,7 @@ std::size_t CountOffTheWall(const PointCloud& cloud) {
 class SurfelReview : public ::testing::TestWithParam<float> {};
 
 TEST_P(SurfelReview, DoubtsWhatEarlierMapsSpeakAgainst) {
-  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
+  const auto map = CreateTrackedModel(Unregistered());
   (void)map->Integrate(WallMap(1));
   (void)map->Integrate(WallMap(2));
   const FusionResult result = map->Integrate(WallMap(3, GetParam()));
@@ -52,14 +52,14 @@ TEST_P(SurfelReview, DoubtsWhatEarlierMapsSpeakAgainst) {
 }
 
 TEST_P(SurfelReview, RemovesWhatALaterMapSpeaksAgainst) {
-  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
+  const auto map = CreateTrackedModel(Unregistered());
   (void)map->Integrate(WallMap(1, GetParam()));
   (void)map->Integrate(WallMap(2));
   EXPECT_EQ(CountOffTheWall(map->Export(1)), 0U);
 }
 
 TEST_P(SurfelReview, KeepsWhatIsThereWhenOneMapIsWrong) {
-  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
+  const auto map = CreateTrackedModel(Unregistered());
   for (unsigned seed = 1; seed <= 3; ++seed) (void)map->Integrate(WallMap(seed));
   (void)map->Integrate(WallMap(4, GetParam()));
   EXPECT_EQ(map->Export(3).size() - CountOffTheWall(map->Export(3)),
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(BeforeAndBehindTheWall, SurfelReview, ::testing::Values
 TEST(SurfelReview, IsLeftOutWhenAskedFor) {
   SurfelMapOptions options = Unregistered();
   options.num_reviews = 0;
-  const auto map = CreateSurfelMap(TestDevice(), options);
+  const auto map = CreateTrackedModel(options);
   (void)map->Integrate(WallMap(1));
   (void)map->Integrate(WallMap(2));
   EXPECT_EQ(map->Integrate(WallMap(3, 40)).num_removed, 0);
@@ -80,10 +80,10 @@ TEST(SurfelReview, IsLeftOutWhenAskedFor) {
 
 // A house hides what is behind it from some maps: what several have seen stays.
 TEST(SurfelReview, KeepsAHiddenSurfaceThatSeveralMapsHaveSeen) {
-  const auto map = CreateSurfelMap(TestDevice(), Unregistered());
+  const auto map = CreateTrackedModel(Unregistered());
   (void)map->Integrate(WallMap(1));
   (void)map->Integrate(WallMap(2));
-  DepthMap past_a_house = WallMap(3);
+  TrackedMap past_a_house = WallMap(3);
   past_a_house.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -20));
   past_a_house.depth.setTo(15);  // behind the first two cameras
   for (int i = 0; i < 4; ++i) (void)map->Integrate(past_a_house);

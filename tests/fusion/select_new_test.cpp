@@ -18,7 +18,7 @@ TEST(ListSelected, NumbersTheBitsThatAreSet) {
 TEST(ListSelected, TakesNothingForNothing) { EXPECT_TRUE(ListSelected({}).empty()); }
 
 TEST(SelectNew, TakesEveryPixelForAnEmptyModel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.depth.at<float>(0, 3) = 0;
   StageScene scene(map, {});
   scene.RunSelectNew();
@@ -27,7 +27,7 @@ TEST(SelectNew, TakesEveryPixelForAnEmptyModel) {
 
 // The pixels of a 9x5 map of a wall that one surfel covers.
 std::vector<int> CoveredBy(const Surfels& surfel) {
-  DepthMap map = PlaneMap(TestCamera(9, 5), Pose());
+  TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
   map.depth_sigma_per_square_depth = 1.0 / 900;  // infinity is not within three sigmas
   StageScene scene(map, surfel);
   scene.RunSelectNew();
@@ -59,8 +59,9 @@ TEST(SelectNew, EqualsReferenceBitForBit) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 5);
     scene.RunSelectNew();
-    const auto expected = reference::SelectNew(scene.view, scene.packed, scene.DeviceCandidates(),
-                                               scene.DeviceIndexMap(), scene.surfels);
+    const auto expected =
+        reference::SelectNew(scene.view, scene.anchors, scene.packed, scene.DeviceCandidates(),
+                             scene.DeviceIndexMap(), scene.surfels);
     EXPECT_EQ(scene.DeviceSelected(), expected) << width << "x" << height;
     const std::size_t num_selected = ListSelected(expected).size();
     if (width == 96) {

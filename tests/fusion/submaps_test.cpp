@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "fusion/model_parts.h"
 #include "fusion/registration_scene.h"
+#include "fusion/submap.h"
 #include "gpu/test_device.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/similarity.h"
@@ -20,8 +20,8 @@ namespace {
 using Eigen::Vector3d;
 
 // The view of a place on a line along the house; its number is that of the place.
-DepthMap View(int x_su, const HouseScene& scene = {}) {
-  DepthMap map = HouseViewFrom(scene, PoseOver(x_su, 0));
+TrackedMap View(int x_su, const HouseScene& scene = {}) {
+  TrackedMap map = HouseViewFrom(scene, PoseOver(x_su, 0));
   map.keyframe_id = map.frame_index = 100 + x_su;
   map.depth_sigma_per_square_depth /= 5;  // of a baseline of half the distance
   return map;
@@ -32,7 +32,7 @@ Similarity Drift() {
   return {1.02, Pose(RotationExp({0.006, -0.008, 0.01}), Vector3d(0.15, -0.2, 0.1))};
 }
 
-DepthMap Drifted(DepthMap map, const Similarity& drift) {
+TrackedMap Drifted(TrackedMap map, const Similarity& drift) {
   map.T_world_cam = drift * map.T_world_cam;
   map.depth = map.depth * drift.scale();
   map.depth_sigma_per_square_depth /= drift.scale();
@@ -40,8 +40,8 @@ DepthMap Drifted(DepthMap map, const Similarity& drift) {
 }
 
 struct Flight {
-  std::unique_ptr<SurfelMap> model;
-  std::vector<DepthMap> maps;  // of the tracker
+  std::unique_ptr<TrackedModel> model;
+  std::vector<TrackedMap> maps;  // of the tracker
   int num_started = 0;
   int max_submaps = 0;
   std::vector<SubmapJoin> joins;
@@ -52,9 +52,9 @@ struct Flight {
 // them.
 Flight Fly(const Similarity& drift, const HouseScene& scene = {}) {
   Flight flight;
-  flight.model = CreateSurfelMap(TestDevice());
+  flight.model = CreateTrackedModel();
   for (const int x : {-20, -19, -18, 4, 2, 0, -2, -4, -5, -6, -8, -10}) {
-    const DepthMap view = View(x, scene);
+    const TrackedMap view = View(x, scene);
     flight.maps.push_back(x < -15 ? view : Drifted(view, drift));
     const FusionResult result = flight.model->Integrate(flight.maps.back());
     flight.num_started += result.starts_submap ? 1 : 0;
@@ -82,18 +82,18 @@ TEST(Submaps, BecomeOneWhereADepthMapShowsBoth) {
   // A third of the image was enough to go by: what is known to a pixel there is less so elsewhere.
   constexpr double kTolerance_px = 2;
   constexpr double kScaleTolerance = 0.01;
-  ASSERT_GE(join.views.size(), 5U);
   double before_px = 0;
-  for (std::size_t i = 0; i < join.views.size(); ++i) {
-    const MovedView& view = join.views[i];
-    EXPECT_LT(FromTruth_px(view.frame_index, view.T_world_cam), kTolerance_px);
-    if (i < 3) continue;
-    EXPECT_NEAR(view.scale * Drift().scale(), 1, kScaleTolerance);
-    before_px = std::max(before_px, FromTruth_px(view.frame_index, flight.maps[i].T_world_cam));
+  for (const FusedDepthMap& map : flight.model->DepthMaps()) {
+    EXPECT_LT(FromTruth_px(map.frame_index, map.S_world_kf.pose()), kTolerance_px);
+    if (map.frame_index < 85) continue;
+    EXPECT_NEAR(map.S_world_kf.scale() * Drift().scale(), 1, kScaleTolerance);
+    const auto of_tracker =
+        std::ranges::find(flight.maps, map.frame_index, &TrackedMap::frame_index);
+    before_px = std::max(before_px, FromTruth_px(map.frame_index, of_tracker->T_world_cam));
   }
   EXPECT_GT(before_px, 2 * kTolerance_px);
   EXPECT_EQ(flight.last.health.num_submaps, 1);
-  EXPECT_LT(FromTruth_px(90, flight.last.T_world_cam), kTolerance_px);
+  EXPECT_LT(FromTruth_px(90, flight.last.S_world_kf.pose()), kTolerance_px);
   EXPECT_LT(FalseShare(flight.model->Export(1), {View(-19), View(-8), View(0), View(4)}), 0.02);
 }
 
@@ -103,7 +103,7 @@ TEST(Submaps, StayWhereTheTrackerIsRight) {
   EXPECT_EQ(flight.last.health.num_submaps, 1);
   for (const SubmapJoin& join : flight.joins) {
     EXPECT_EQ(join.moved_px, 0);
-    EXPECT_TRUE(join.views.empty());
+    EXPECT_EQ(join.num_merged, 0);
   }
 }
 
@@ -114,63 +114,48 @@ TEST(Submaps, AreNotMovedByAPoseThatNothingHolds) {
   bare.with_texture = false;
   for (const SubmapJoin& join : Fly(Drift(), bare).joins) {
     EXPECT_EQ(join.moved_px, 0);
-    EXPECT_TRUE(join.views.empty());
+    EXPECT_EQ(join.num_merged, 0);
   }
 }
 
 // The tracker closes a loop after all: what the model has moved already must not move twice.
 TEST(Submaps, AreNotMovedTwice) {
   const Flight flight = Fly(Drift());
-  std::vector<KeyframeCorrection> corrections;
-  for (const DepthMap& map : flight.maps) {
+  std::vector<KeyframePose> moved;
+  for (const TrackedMap& map : flight.maps) {
     const bool has_drifted = map.frame_index > 85;
-    corrections.push_back({map.keyframe_id, 0,
-                           PoseOver(static_cast<double>(map.frame_index) - 100, 0),
-                           has_drifted ? 1 / Drift().scale() : 1});
+    moved.push_back({map.keyframe_id, 0,
+                     Similarity(has_drifted ? 1 / Drift().scale() : 1,
+                                PoseOver(static_cast<double>(map.frame_index) - 100, 0))});
   }
-  const CorrectionResult result = flight.model->Correct(corrections);
-  ASSERT_EQ(result.views.size(), flight.maps.size());
-  for (const MovedView& view : result.views) {
-    EXPECT_LT(FromTruth_px(view.frame_index, view.T_world_cam), 1e-6);
+  EXPECT_TRUE(flight.model->Update(moved).has_moved);
+  ASSERT_EQ(flight.model->DepthMaps().size(), flight.maps.size());
+  for (const FusedDepthMap& map : flight.model->DepthMaps()) {
+    EXPECT_LT(FromTruth_px(map.frame_index, map.S_world_kf.pose()), 1e-6);
   }
   const FusionResult next = flight.model->Integrate(View(3));
   EXPECT_EQ(next.status, FusionStatus::kFused);
   EXPECT_FALSE(next.registration.moved);
 }
 
-TEST(Submaps, AreKeptApartByABreak) {
-  FusedView first;
-  first.frame_index = 3;
-  FusedView second;
-  second.frame_index = 9;
-  second.submap = 1;
-  const std::vector<FusedView> between = BreakBetween(first, second);
-  ASSERT_EQ(between.size(), 2 * kDeformationWindow);
-  EXPECT_EQ(between.front().frame_index, 3);
-  EXPECT_EQ(between.back().frame_index, 9);
-  std::vector<FusedView> views = {first};
-  views.insert(views.end(), between.begin(), between.end());
-  EXPECT_EQ(Submaps(views), std::vector<int>{0});  // a break is nobody's view
-  views.push_back(second);
-  EXPECT_EQ(Submaps(views), (std::vector<int>{0, 1}));
+TEST(Submaps, MoveAsAWhole) {
+  const Similarity S_world_kf(1, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 0, 0)));
+  Submap submap(0);
+  submap.Add(3, S_world_kf);
+  const Similarity motion(2, Pose(RotationExp({0, 0, 0.5}), Vector3d(1, 2, 3)));
+  submap.Move(motion);
+  submap.Add(7, S_world_kf);
+  const Vector3d p(0.3, -0.2, 4);
+  EXPECT_LT((submap.S_world_kf(3) * p - motion * (S_world_kf * p)).norm(), 1e-12);
+  EXPECT_LT((submap.S_world_kf(7) * p - S_world_kf * p).norm(), 1e-12);
 
-  const Similarity motion(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3)));
-  const auto motions = MoveSubmap(views, 1, motion);
-  EXPECT_EQ(motions.front().scale(), 1);
-  EXPECT_EQ(motions.back().scale(), 2);
-  EXPECT_EQ(views.front().depth_scale, 1);
-  EXPECT_EQ(views.back().depth_scale, 2);
-  EXPECT_EQ(views.back().T_world_cam.translation(), Vector3d(1, 2, 3));
-}
-
-// Blocks of 64 surfels; depth map 0 has the first 100, of submap 0, depth map 1 the rest.
-TEST(Submaps, HaveTheirBlocks) {
-  std::vector<FusedView> views(2);
-  views[1].submap = 1;
-  const std::vector<std::uint32_t> blocks = {0, 1, 2, 5};
-  const std::vector<std::uint32_t> first_slots = {0, 100};
-  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 0), (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(BlocksOfSubmap(blocks, views, first_slots, 1), (std::vector<std::uint32_t>{1, 2, 5}));
+  Submap other(1);
+  other.Add(5, S_world_kf);
+  submap.TakeOver(other);
+  EXPECT_TRUE(std::ranges::equal(submap.anchors(), std::vector<std::uint32_t>{3, 5, 7}));
+  EXPECT_LT((submap.S_world_kf(5) * p - S_world_kf * p).norm(), 1e-12);
+  submap.RemoveFrom(5);
+  EXPECT_TRUE(std::ranges::equal(submap.anchors(), std::vector<std::uint32_t>{3}));
 }
 
 }  // namespace

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "fusion/surfel_export.h"
-
 #include <gtest/gtest.h>
 
+#include "fusion/export.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
+
+const std::vector<Similarity> kAtTheOrigin(16);
 
 Surfels ThreeSurfels() {
   Surfels surfels;
@@ -34,7 +35,8 @@ Surfels Ninefold(const Surfels& surfels) {
 }
 
 TEST(SurfelExport, FillsEveryField) {
-  const PointCloud cloud = ToPointCloud(Ninefold(ThreeSurfels()), {.min_observations = 2});
+  const PointCloud cloud =
+      ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {.min_observations = 2});
   ASSERT_EQ(cloud.size(), kNine);
   EXPECT_EQ(cloud.points[0], Eigen::Vector3f(1, 2, 3));
   EXPECT_EQ(cloud.normals[0], Eigen::Vector3f(0, 0, -1));
@@ -45,33 +47,35 @@ TEST(SurfelExport, FillsEveryField) {
 }
 
 TEST(SurfelExport, LeavesOutRemovedSurfelsAndThoseOfTooFewMaps) {
-  const PointCloud all = ToPointCloud(Ninefold(ThreeSurfels()), {});
+  const PointCloud all = ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {});
   ASSERT_EQ(all.size(), 2 * kNine);
   EXPECT_EQ(all.points.front().x(), 1);
   EXPECT_EQ(all.points.back().x(), 7);
   EXPECT_EQ(all.confidences.back(), 0.5F);
-  EXPECT_TRUE(ToPointCloud(Ninefold(ThreeSurfels()), {.min_observations = 3}).empty());
+  EXPECT_TRUE(
+      ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {.min_observations = 3}).empty());
 }
 
 TEST(SurfelExport, LeavesOutWhatIsNotSure) {
   // Confidences 1.5 / 4 and 1 / 2.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  const PointCloud sure = ToPointCloud(surfels, {.min_confidence = 0.45});
+  const PointCloud sure = ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0.45});
   ASSERT_EQ(sure.size(), kNine);
   EXPECT_EQ(sure.points[0].x(), 7);
-  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0.35}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0.35}).size(), 2 * kNine);
 }
 
 TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
   Surfels surfels = ThreeSurfels();
   surfels.history[0] = {0, 0x00040001, 0, 127U << 16};  // seen through with 128 of 256
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
-  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 2U);  // whatever its confidence
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0}).size(),
+            2U);  // whatever its confidence
   // By default one observation that expects an error of half a percent is enough.
   surfels.history[0] = {0, 1, 0, 43U << 16};
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), 2 * kNine);
   surfels.history[0][3] = 42U << 16;
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
 }
 
 TEST(SurfelExport, LeavesOutWhatStandsAlone) {
@@ -82,36 +86,36 @@ TEST(SurfelExport, LeavesOutWhatStandsAlone) {
   surfels.position_radius.push_back({1, 1, 5, 1});  // before it
   surfels.normal_weight.assign(10, {0, 0, -1, 10});
   surfels.history.assign(10, {0, 1, 0, 256U << 16});
-  const PointCloud cloud = ToPointCloud(surfels, {});
+  const PointCloud cloud = ToPointCloud(surfels, kAtTheOrigin, {});
   ASSERT_EQ(cloud.size(), 9U);
   for (const Eigen::Vector3f& point : cloud.points) EXPECT_EQ(point.z(), 9);
-  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 10U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0}).size(), 10U);
   // Neighbours that are not exported do not count.
   surfels.history[4][3] = 0;
-  EXPECT_TRUE(ToPointCloud(surfels, {}).empty());
+  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, {}).empty());
 }
 
 TEST(SurfelExport, HoldsAgainstASingleObservationAloneThatItIsHidden) {
   Surfels surfels = ThreeSurfels();
   surfels.history[0] = {0, 0xFF000001, 0, 128U << 16};  // hidden with 256, for it 128
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
   surfels.history[0][1] += 1;  // two agree on it
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), 2 * kNine);
   surfels.history[0][1] += 5U << 16;  // seen through with 160 as well
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), {.min_confidence = 0.01}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {.min_confidence = 0.01}).size(), kNine);
 }
 
 TEST(SurfelExport, ThinsToCellsOfRadii) {
   // The median of radii 0.5 and 0.125 is taken upwards: cells of 20 su hold both.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  EXPECT_EQ(ToPointCloud(surfels, {.voxel_radii = 40}).size(), 1U);
-  EXPECT_EQ(ToPointCloud(surfels, {.voxel_radii = 2}).size(), 2U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.voxel_radii = 40}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.voxel_radii = 2}).size(), 2U);
 }
 
 TEST(SurfelExport, RefusesOptionsOutOfRange) {
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.min_observations = 0}), UsageError);
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.min_confidence = 1}), UsageError);
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), {.voxel_radii = -1}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.min_observations = 0}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.min_confidence = 1}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.voxel_radii = -1}), UsageError);
 }
 
 }  // namespace

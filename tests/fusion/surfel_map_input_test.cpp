@@ -18,12 +18,14 @@ namespace {
 
 using ::testing::HasSubstr;
 
-DepthMap SmallMap() { return PlaneMap(TestCamera(16, 12), Pose()); }
+TrackedMap SmallMap() { return PlaneMap(TestCamera(16, 12), Pose()); }
 
-void ExpectRejectedUntouched(SurfelMap& map, const DepthMap& depth_map, const std::string& reason) {
+void ExpectRejectedUntouched(TrackedModel& map, const TrackedMap& depth_map,
+                             FusionRejection rejection, const std::string& reason) {
   const PointCloud before = map.Export(1);
   const FusionResult result = map.Integrate(depth_map);
   EXPECT_EQ(result.status, FusionStatus::kRejected);
+  EXPECT_EQ(result.rejection, rejection);
   EXPECT_THAT(result.reason, HasSubstr(reason));
   EXPECT_EQ(result.num_merged + result.num_inserted + result.num_removed, 0);
   EXPECT_EQ(result.num_surfels, map.num_surfels());
@@ -33,34 +35,34 @@ void ExpectRejectedUntouched(SurfelMap& map, const DepthMap& depth_map, const st
 }
 
 TEST(SurfelMapInput, RejectsAnEmptyDepthMap) {
-  const auto map = CreateSurfelMap(TestDevice());
-  DepthMap empty = SmallMap();
+  const auto map = CreateTrackedModel();
+  TrackedMap empty = SmallMap();
   empty.depth.setTo(0);
-  ExpectRejectedUntouched(*map, empty, "no estimate");
+  ExpectRejectedUntouched(*map, empty, FusionRejection::kNoEstimate, "no estimate");
   (void)map->Integrate(SmallMap());
-  ExpectRejectedUntouched(*map, empty, "no estimate");
-  DepthMap without_confidence = SmallMap();
+  ExpectRejectedUntouched(*map, empty, FusionRejection::kNoEstimate, "no estimate");
+  TrackedMap without_confidence = SmallMap();
   without_confidence.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0));
-  ExpectRejectedUntouched(*map, without_confidence, "no estimate");
+  ExpectRejectedUntouched(*map, without_confidence, FusionRejection::kNoEstimate, "no estimate");
 }
 
 TEST(SurfelMapInput, MakesNoSurfelsOfAnUncertainBorder) {
-  DepthMap depth_map = SmallMap();
+  TrackedMap depth_map = SmallMap();
   depth_map.uncertain_border_px = 2;
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateTrackedModel();
   EXPECT_EQ(map->Integrate(depth_map).num_inserted, 12 * 8);  // of 16 x 12 pixels
   depth_map.uncertain_border_px = 6;
-  ExpectRejectedUntouched(*map, depth_map, "no estimate");
+  ExpectRejectedUntouched(*map, depth_map, FusionRejection::kNoEstimate, "no estimate");
 }
 
 TEST(SurfelMapInput, AGrazingViewCountsLess) {
-  DepthMap depth_map = SmallMap();
+  TrackedMap depth_map = SmallMap();
   const double angle_rad = 80 * std::numbers::pi / 180;
   const cv::Vec3f normal(0, static_cast<float>(std::sin(angle_rad)),
                          static_cast<float>(-std::cos(angle_rad)));
   depth_map.normal = cv::Mat(12, 16, CV_32FC3, cv::Scalar(normal[0], normal[1], normal[2]));
   depth_map.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0.5));
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateTrackedModel();
   (void)map->Integrate(depth_map);
   const PointCloud model = map->Export(1);
   ASSERT_EQ(model.size(), 16U * 12U);
@@ -76,12 +78,12 @@ TEST(SurfelMapInput, AGrazingViewCountsLess) {
 }
 
 TEST(SurfelMapInput, CountsEstimatesAlikeWithoutConfidence) {
-  DepthMap depth_map = SmallMap();
+  TrackedMap depth_map = SmallMap();
   depth_map.confidence = cv::Mat(12, 16, CV_32FC1, cv::Scalar(0.25));
   for (const bool with_confidence : {true, false}) {
     SurfelMapOptions options;
     options.with_confidence = with_confidence;
-    const auto map = CreateSurfelMap(TestDevice(), options);
+    const auto map = CreateTrackedModel(options);
     (void)map->Integrate(depth_map);
     // s / (s + 1) of a single observation.
     EXPECT_FLOAT_EQ(map->Export(1).confidences.front(), with_confidence ? 0.2F : 0.5F);
@@ -89,32 +91,33 @@ TEST(SurfelMapInput, CountsEstimatesAlikeWithoutConfidence) {
 }
 
 TEST(SurfelMapInput, RejectsADepthMapOfAnotherMap) {
-  const auto map = CreateSurfelMap(TestDevice());
-  DepthMap first = SmallMap();
+  const auto map = CreateTrackedModel();
+  TrackedMap first = SmallMap();
   first.map_id = 4;
   EXPECT_EQ(map->Integrate(first).status, FusionStatus::kFused);
-  DepthMap other = SmallMap();
+  TrackedMap other = SmallMap();
   other.map_id = 5;
-  ExpectRejectedUntouched(*map, other, "map 5");
+  ExpectRejectedUntouched(*map, other, FusionRejection::kOtherMap, "map 5");
 }
 
 TEST(SurfelMapInput, RejectsWhatDoesNotFit) {
   SurfelMapOptions options;
   options.max_surfels = 16 * 12 + 10;
-  const auto map = CreateSurfelMap(TestDevice(), options);
+  const auto map = CreateTrackedModel(options);
   EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
   // The same place again needs no room; a picture of more pixels than the model may hold does,
   // even when it is made eight times coarser.
   EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
-  DepthMap elsewhere = PlaneMap(TestCamera(160, 120), Pose());
+  TrackedMap elsewhere = PlaneMap(TestCamera(160, 120), Pose());
   elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(100, 0, 0));
   const FusionResult result = map->Integrate(elsewhere);
   EXPECT_EQ(result.status, FusionStatus::kRejected);
+  EXPECT_EQ(result.rejection, FusionRejection::kModelFull);
   EXPECT_THAT(result.reason, ::testing::HasSubstr("model is full"));
 }
 
 TEST(SurfelMapInput, FusesMapsOfDifferentSizes) {
-  const auto map = CreateSurfelMap(TestDevice());
+  const auto map = CreateTrackedModel();
   EXPECT_EQ(map->Integrate(SmallMap()).status, FusionStatus::kFused);
   // Half the resolution sees every surfel and adds none.
   const FusionResult coarser = map->Integrate(PlaneMap(TestCamera(8, 6), Pose()));
@@ -125,29 +128,28 @@ TEST(SurfelMapInput, FusesMapsOfDifferentSizes) {
 }
 
 TEST(SurfelMapInput, ThrowsOnAnInvalidDepthMap) {
-  const auto map = CreateSurfelMap(TestDevice());
-  DepthMap wrong_size = SmallMap();
+  const auto map = CreateTrackedModel();
+  TrackedMap wrong_size = SmallMap();
   wrong_size.depth = cv::Mat(3, 3, CV_32FC1, cv::Scalar(1));
   EXPECT_THROW((void)map->Integrate(wrong_size), Error);
-  DepthMap distorted = SmallMap();
+  TrackedMap distorted = SmallMap();
   distorted.camera.distortion[0] = 0.1;
   EXPECT_THROW((void)map->Integrate(distorted), Error);
   DepthMap no_pose = SmallMap();
-  no_pose.T_world_cam = Pose(Eigen::Quaterniond::Identity(),
-                             Eigen::Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0));
-  EXPECT_THROW((void)map->Integrate(no_pose), Error);
+  no_pose.keyframe_id = 77;
+  EXPECT_THROW((void)map->model().Integrate(no_pose, map->Poses()), Error);
   EXPECT_EQ(map->num_surfels(), 0);
 }
 
 TEST(SurfelMapInput, RefusesOptionsOutOfRange) {
   SurfelMapOptions options;
   options.max_surfels = -1;
-  EXPECT_THROW(CreateSurfelMap(TestDevice(), options), UsageError);
+  EXPECT_THROW(CreateTrackedModel(options), UsageError);
 }
 
 TEST(SurfelMapInput, TakesNotANumberForNoEstimate) {
-  const auto map = CreateSurfelMap(TestDevice());
-  DepthMap depth_map = SmallMap();
+  const auto map = CreateTrackedModel();
+  TrackedMap depth_map = SmallMap();
   depth_map.depth.at<float>(0, 0) = std::numeric_limits<float>::quiet_NaN();
   depth_map.depth.at<float>(0, 1) = std::numeric_limits<float>::infinity();
   depth_map.depth.at<float>(0, 2) = -1;
@@ -157,7 +159,7 @@ TEST(SurfelMapInput, TakesNotANumberForNoEstimate) {
 
 TEST(SurfelMapInput, ReportsTimesOfItsStages) {
   StageTimes times;
-  const auto map = CreateSurfelMap(TestDevice(), {}, &times);
+  const auto map = CreateTrackedModel({}, &times);
   (void)map->Integrate(SmallMap());
   (void)map->Integrate(SmallMap());
   std::vector<std::string> stages;

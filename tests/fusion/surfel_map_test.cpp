@@ -18,18 +18,18 @@ constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 
 // Maps of noise in random colours: there is nothing to register.
-std::unique_ptr<SurfelMap> EmptyMap(SurfelMapOptions options = {}) {
+std::unique_ptr<TrackedModel> EmptyMap(SurfelMapOptions options = {}) {
   options.registration.enabled = false;
-  return CreateSurfelMap(TestDevice(), options);
+  return CreateTrackedModel(options);
 }
 
 Pose Sideways(double x_su) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)}; }
 
 // A wall 10 su away with a tenth of a pixel of noise, from a camera at x; `scale` enlarges the
 // world.
-DepthMap WallMap(double x_su, unsigned seed, double scale = 1) {
+TrackedMap WallMap(double x_su, unsigned seed, double scale = 1) {
   constexpr double kNoise = 0.01;  // sigma of inverse depth is half a pixel of 1/96 of it 10 times
-  DepthMap map =
+  TrackedMap map =
       PlaneMap(TestCamera(kWidth, kHeight), Sideways(x_su * scale), Plane{{0, 0, -1}, -10 * scale});
   map.depth_sigma_per_square_depth = 1 / (kWidth * scale);
   Disturb(map, kNoise, 0, seed);
@@ -43,7 +43,7 @@ double MeanObservations(const PointCloud& cloud) {
 
 TEST(SurfelMap, MakesASurfelOfEveryPixelOfTheFirstMap) {
   const auto map = EmptyMap();
-  DepthMap first = WallMap(0, 1);
+  TrackedMap first = WallMap(0, 1);
   first.depth.at<float>(3, 5) = 0;
   const FusionResult result = map->Integrate(first);
   EXPECT_EQ(result.status, FusionStatus::kFused);
@@ -90,7 +90,7 @@ TEST(SurfelMap, AveragesNoiseAway) {
 
 TEST(SurfelMap, RemovesAFalseWallThatIsSeenThrough) {
   const auto map = EmptyMap();
-  DepthMap with_wall = WallMap(0, 1);
+  TrackedMap with_wall = WallMap(0, 1);
   with_wall.depth(cv::Rect(30, 20, 20, 10)).setTo(4);
   (void)map->Integrate(with_wall);
   const FusionResult result = map->Integrate(WallMap(0, 2));
@@ -106,14 +106,14 @@ TEST(SurfelMap, KeepsAWallThatOneMapMisses) {
   const auto map = EmptyMap();
   (void)map->Integrate(WallMap(0, 1));
   (void)map->Integrate(WallMap(0, 2));
-  DepthMap past_it = WallMap(0, 3);
+  TrackedMap past_it = WallMap(0, 3);
   past_it.depth(cv::Rect(30, 20, 20, 10)).setTo(40);
   EXPECT_EQ(map->Integrate(past_it).num_removed, 0);
 }
 
 TEST(SurfelMap, KeepsItsOrderWhenGapsAreClosed) {
   const auto map = EmptyMap();
-  DepthMap mostly_false = WallMap(0, 1);
+  TrackedMap mostly_false = WallMap(0, 1);
   mostly_false.depth(cv::Rect(0, 0, kWidth, kHeight / 2)).setTo(4);
   (void)map->Integrate(mostly_false);
   const PointCloud before = map->Export(1);
@@ -189,11 +189,15 @@ TEST(SurfelMap, EqualsTheReferenceAfterSeveralMaps) {
   constexpr double kMaxDifferingShare = 0.002;  // decisions that rounding tips over
   const auto map = EmptyMap();
   Surfels expected;
+  std::vector<Similarity> S_world_anchor;
   for (unsigned i = 0; i < 3; ++i) {
-    const DepthMap depth_map = WallMap(0.7 * i, i + 1);
+    const TrackedMap depth_map = WallMap(0.7 * i, i + 1);
     (void)map->Integrate(depth_map);
     const auto num_surfels = static_cast<std::uint32_t>(expected.size());
-    reference::Integrate(MakeViewParams(depth_map, {}, num_surfels, i), Pack(depth_map), expected);
+    const Similarity S_world_kf(1, depth_map.T_world_cam);
+    reference::Integrate(MakeViewParams(depth_map, {}, num_surfels, i),
+                         AnchorTransforms(S_world_kf, S_world_anchor), Pack(depth_map), expected);
+    S_world_anchor.push_back(S_world_kf);
   }
   const PointCloud cloud = map->Export(1);
   EXPECT_NEAR(static_cast<double>(cloud.size()), static_cast<double>(expected.size()),

@@ -8,6 +8,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <opencv2/core/utility.hpp>
 #include <random>
 #include <vector>
 
@@ -70,6 +72,19 @@ TEST(EstimateFundamental, RecoversTheMotionOverReliefWithNoiseAndOutliers) {
                [](const Pose& motion) { return motion; });
 }
 
+TEST(TwoViewModels, AreFoundAmongSixtyPerCentOfOutliers) {
+  std::mt19937 random(SeedFromTestName());
+  for (int i = 0; i < 10; ++i) {
+    TwoViewWorldOptions options{.num_points = 200, .noise_px = 0.5, .num_outliers = 120};
+    const auto F = EstimateFundamental(MakeTwoViewWorld(options, random).pairs, {});
+    options.planar = true;
+    const auto H = EstimateHomography(MakeTwoViewWorld(options, random).pairs, {});
+    ASSERT_TRUE(H && F);
+    EXPECT_GE(CountInliers(*F, 120, 200), 68);  // 85 % of 80: fewer pairs determine it less well
+    EXPECT_GE(CountInliers(*H, 120, 200), 76);  // 95 %
+  }
+}
+
 TEST(TwoViewModels, ScoreTellsAPlaneFromRelief) {
   std::mt19937 random(SeedFromTestName());
   for (const bool planar : {true, false}) {
@@ -92,6 +107,47 @@ TEST(TwoViewModels, AreTheSameForTheSameSeed) {
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->matrix, second->matrix);
   EXPECT_EQ(first->is_inlier, second->is_inlier);
+}
+
+TEST(TwoViewModels, AreTheSameWithAnyNumberOfThreads) {
+  std::mt19937 random(SeedFromTestName());
+  const TwoViewWorld world = MakeTwoViewWorld(kNoisy, random);
+  const auto several = EstimateFundamental(world.pairs, {});
+  const int num_threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const auto one = EstimateFundamental(world.pairs, {});
+  cv::setNumThreads(num_threads);
+  ASSERT_TRUE(one && several);
+  EXPECT_EQ(one->matrix, several->matrix);
+}
+
+// Pairs that determine no model, or more than one: whatever comes of them is finite.
+TEST(TwoViewModels, OfDegeneratePairsAreFiniteOrNone) {
+  std::mt19937 random(SeedFromTestName());
+  const auto draw = [&] {
+    return Eigen::Vector2d(Uniform(random, 0, 767), Uniform(random, 0, 447));
+  };
+  std::vector<PointPair> point, line, standing, chance, twice;
+  const Eigen::Vector2d fixed = draw();
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2d a = draw();
+    point.push_back({fixed, fixed});
+    line.push_back({{10.0 * i, 5.0 * i}, {10.0 * i + 7, 5.0 * i + 3}});
+    standing.push_back({a, a});
+    chance.push_back({a, draw()});
+    twice.push_back({{i % 2 * 100.0, 50}, {i % 2 * 110.0, 60}});
+  }
+  for (const auto& pairs : {point, line, standing, chance, twice}) {
+    for (const auto& model : {EstimateHomography(pairs, {}), EstimateFundamental(pairs, {})}) {
+      if (!model) continue;
+      EXPECT_TRUE(model->matrix.allFinite());
+      EXPECT_TRUE(std::isfinite(model->score));
+      EXPECT_EQ(model->is_inlier.size(), pairs.size());
+    }
+  }
+  const auto identity = EstimateHomography(standing, {});
+  ASSERT_TRUE(identity);
+  EXPECT_EQ(identity->num_inliers, 60);
 }
 
 TEST(TwoViewModels, RefuseFewerThanEightPairs) {

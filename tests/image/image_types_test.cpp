@@ -29,6 +29,7 @@ ImageBundle TestBundle() {
   ImageBundle bundle;
   bundle.keyframes.resize(kBundleSize);
   for (Keyframe& keyframe : bundle.keyframes) keyframe.frame = TestFrame();
+  bundle.T_ref_cam.resize(kBundleSize);
   return bundle;
 }
 
@@ -72,6 +73,7 @@ TEST(ImageBundle, HasAnOddNumberOfImagesFromThreeToNine) {
   for (std::size_t num_images = 0; num_images < 12; ++num_images) {
     ImageBundle bundle = TestBundle();
     bundle.keyframes.resize(num_images, bundle.keyframes[0]);
+    bundle.T_ref_cam.resize(num_images);
     if (num_images == 3 || num_images == 5 || num_images == 7 || num_images == 9) {
       EXPECT_NO_THROW(Validate(bundle));
       EXPECT_EQ(2 * bundle.reference_index() + 1, num_images);
@@ -92,7 +94,7 @@ TEST(ImageBundle, RefusesPosesThatAreNoRigidMotions) {
                            Pose(Eigen::Quaterniond(nan, 0, 0, 1), origin),
                            Pose(Eigen::Quaterniond(0, 0, 0, 0), origin)}) {
     ImageBundle bundle = TestBundle();
-    bundle.keyframes[3].T_world_cam = pose;
+    bundle.T_ref_cam[3] = pose;
     EXPECT_THAT([&] { Validate(bundle); },
                 ThrowsMessage<Error>(HasSubstr("a.jpg: pose is no rigid motion (expected a unit "
                                                "quaternion and a finite translation, found ")));
@@ -105,15 +107,16 @@ TEST(ImageBundle, RefusesACameraWithoutFocalLength) {
   EXPECT_THAT([&] { Validate(bundle); }, ThrowsMessage<Error>(HasSubstr("focal length fx")));
 }
 
-TEST(ImageBundle, RefusesImagesOfTwoSizesOrTwoMaps) {
+TEST(ImageBundle, RefusesImagesOfTwoSizesOrWithoutAPose) {
   ImageBundle sizes = TestBundle();
   sizes.keyframes[1].frame.bgr = cv::Mat(2, 3, CV_8UC3);
   sizes.keyframes[1].frame.camera = TestCamera().Resized(3, 2);
   EXPECT_THAT([&] { Validate(sizes); },
               ThrowsMessage<Error>(HasSubstr("images of a bundle differ in size")));
-  ImageBundle maps = TestBundle();
-  maps.keyframes[4].map_id = 1;
-  EXPECT_THAT([&] { Validate(maps); }, ThrowsMessage<Error>(HasSubstr("different maps")));
+  ImageBundle poses = TestBundle();
+  poses.T_ref_cam.pop_back();
+  EXPECT_THAT([&] { Validate(poses); },
+              ThrowsMessage<Error>(HasSubstr("wrong number of poses in a bundle")));
 }
 
 TEST(DepthMap, BecomesAPointCloudInTheWorld) {
@@ -122,13 +125,13 @@ TEST(DepthMap, BecomesAPointCloudInTheWorld) {
   map.normal = cv::Mat(4, 6, CV_32FC3, cv::Scalar(0, 0, -1));
   map.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3));
   // The camera looks along the world's x: a quarter turn about y.
-  map.T_world_cam = Pose(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY())),
+  const Pose T_world_cam(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY())),
                          Eigen::Vector3d(100, 0, 0));
   EXPECT_EQ(CountEstimates(map), 1);
-  const PointCloud cloud = ToPointCloud(map);
+  const PointCloud cloud = ToPointCloud(map, {2, T_world_cam});
   ASSERT_EQ(cloud.size(), 1U);
-  // p_cam = 10 * ((5 - 2.5) / 5, (1 - 1.5) / 5, 1) = (5, -1, 10)
-  EXPECT_TRUE(cloud.points[0].isApprox(Eigen::Vector3f(110, -1, -5), 1e-6F))
+  // p_cam = 10 * ((5 - 2.5) / 5, (1 - 1.5) / 5, 1) = (5, -1, 10), in a unit of 2
+  EXPECT_TRUE(cloud.points[0].isApprox(Eigen::Vector3f(120, -2, -10), 1e-6F))
       << cloud.points[0].transpose();
   EXPECT_TRUE(cloud.normals[0].isApprox(Eigen::Vector3f(-1, 0, 0), 1e-6F));
   EXPECT_EQ(cloud.colours[0], (std::array<std::uint8_t, 3>{3, 2, 1}));

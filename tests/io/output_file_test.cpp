@@ -70,6 +70,27 @@ TEST_F(OutputFile, NamesTheFileWhenItGrowsBeyondTheQuota) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
+TEST_F(OutputFile, FailsAsInputOrOutput) {
+  try {
+    WriteFileAtomically(folder_ / "none" / "a.txt", "x");
+    FAIL() << "wrote into a folder that is not there";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kIo);
+  }
+}
+
+// Two processes that write the same file, each beside the other's.
+TEST_F(OutputFile, MayBeWrittenTwiceAtOnceWithSuffixesOfTheirOwn) {
+  AtomicFile first(folder_ / "cache.bin", ".1.partial");
+  AtomicFile second(folder_ / "cache.bin", ".2.partial");
+  first.Write("first");
+  second.Write("the second");
+  second.Commit();
+  EXPECT_EQ(ReadText(folder_ / "cache.bin"), "the second");
+  first.Commit();
+  EXPECT_EQ(ReadText(folder_ / "cache.bin"), "first");
+}
+
 TEST_F(OutputFile, RefusesAFolderThatIsNotThere) {
   EXPECT_THAT([&] { WriteFileAtomically(folder_ / "none" / "a.txt", "x"); },
               ThrowsMessage<Error>(HasSubstr("cannot create the file: No such file")));

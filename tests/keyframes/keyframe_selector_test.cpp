@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -21,19 +22,53 @@ using testing::ThrowsMessage;
 
 constexpr double kMedianDepth_su = 3;
 
-// A camera that has moved sideways by a share of the depth and turned about its vertical axis.
-Keyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg = 0,
-                      double scale = 1) {
+// A keyframe and where the tracker has it: a camera that has moved sideways by a share of the depth
+// and turned about its vertical axis. Lengths are in units of 1 / `scale`.
+struct PosedKeyframe {
   Keyframe keyframe;
-  keyframe.id = id;
-  keyframe.frame.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(0));
+  KeyframePose pose;
+};
+
+PosedKeyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg = 0,
+                           double scale = 1) {
+  PosedKeyframe posed;
+  posed.keyframe.id = id;
+  posed.keyframe.frame.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(0));
   const double angle_rad = rotation_deg * std::numbers::pi / 180;
-  keyframe.T_world_cam = Pose(RotationExp(Eigen::Vector3d(0, angle_rad, 0)),
-                              Eigen::Vector3d(scale * baseline_ratio * kMedianDepth_su, 0, 0));
+  posed.pose.keyframe_id = id;
+  posed.pose.S_world_kf =
+      Similarity(1, Pose(RotationExp(Eigen::Vector3d(0, angle_rad, 0)),
+                         Eigen::Vector3d(scale * baseline_ratio * kMedianDepth_su, 0, 0)));
   const auto depth_su = static_cast<float>(scale * kMedianDepth_su);
-  keyframe.sparse_depths_su = {0.5F * depth_su, depth_su, 2 * depth_su};
-  return keyframe;
+  posed.keyframe.sparse_depths_su = {0.5F * depth_su, depth_su, 2 * depth_su};
+  return posed;
 }
+
+// A selector beside a tracker: hands each keyframe over with the poses of all.
+class TrackedSelector {
+ public:
+  explicit TrackedSelector(const KeyframeSelectorOptions& options = {})
+      : selector_(CreateKeyframeSelector(options)) {}
+
+  std::optional<ImageBundle> Add(const PosedKeyframe& posed) {
+    poses_.push_back(posed.pose);
+    return selector_->Add(posed.keyframe, KeyframePoses(poses_.size(), poses_));
+  }
+
+  // The world of all keyframes so far.
+  void Move(const Similarity& S_new_old) {
+    for (KeyframePose& pose : poses_) pose.S_world_kf = S_new_old * pose.S_world_kf;
+  }
+  void SetMap(int map_id) {
+    for (KeyframePose& pose : poses_) pose.map_id = map_id;
+  }
+
+  KeyframeSelector* operator->() { return selector_.get(); }
+
+ private:
+  std::unique_ptr<KeyframeSelector> selector_;
+  std::vector<KeyframePose> poses_;
+};
 
 std::vector<std::int64_t> Ids(const ImageBundle& bundle) {
   std::vector<std::int64_t> ids;
@@ -44,9 +79,9 @@ std::vector<std::int64_t> Ids(const ImageBundle& bundle) {
 using IdList = std::vector<std::int64_t>;
 
 TEST(KeyframeSelector, MakesABundleOfFiveWithTheReferenceInTheMiddle) {
-  const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
-  const auto bundle = selector->Add(MakeKeyframe(4, 0.05 * 4));
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  const auto bundle = selector.Add(MakeKeyframe(4, 0.05 * 4));
   ASSERT_TRUE(bundle);
   EXPECT_EQ(Ids(*bundle), (IdList{0, 1, 2, 3, 4}));
   EXPECT_EQ(bundle->reference().id, 2);
@@ -58,12 +93,12 @@ TEST(KeyframeSelector, MakesBundlesOfThreeToNineImages) {
   for (const int num_images : {3, 5, 7, 9}) {
     KeyframeSelectorOptions options;
     options.num_images = num_images;
-    const auto selector = CreateKeyframeSelector(options);
+    TrackedSelector selector(options);
     for (int i = 0; i + 1 < num_images; ++i) {
-      EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i, 4.0 * i)));
+      EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i, 4.0 * i)));
     }
-    const auto bundle = selector->Add(
-        MakeKeyframe(num_images - 1, 0.05 * (num_images - 1), 4.0 * (num_images - 1)));
+    const auto bundle =
+        selector.Add(MakeKeyframe(num_images - 1, 0.05 * (num_images - 1), 4.0 * (num_images - 1)));
     ASSERT_TRUE(bundle) << num_images;
     EXPECT_EQ(bundle->keyframes.size(), static_cast<std::size_t>(num_images));
     EXPECT_EQ(bundle->keyframes.front().id, 0);
@@ -71,21 +106,21 @@ TEST(KeyframeSelector, MakesBundlesOfThreeToNineImages) {
     EXPECT_EQ(bundle->reference().id, num_images / 2);
     // A gap that a pair of neighbours may not have cuts the larger bundle as it does the smaller.
     const int beyond = num_images;
-    EXPECT_FALSE(selector->Add(MakeKeyframe(beyond, 0.05 * beyond + 0.2, 4.0 * beyond)));
+    EXPECT_FALSE(selector.Add(MakeKeyframe(beyond, 0.05 * beyond + 0.2, 4.0 * beyond)));
   }
 }
 
 TEST(KeyframeSelector, TakesTheWidestStepsThatTheLimitsAllow) {
-  const auto selector = CreateKeyframeSelector();
+  TrackedSelector selector;
   std::optional<ImageBundle> first;
-  for (int i = 0; i <= 12 && !first; ++i) first = selector->Add(MakeKeyframe(i, 0.03 * i));
+  for (int i = 0; i <= 12 && !first; ++i) first = selector.Add(MakeKeyframe(i, 0.03 * i));
   ASSERT_TRUE(first);
   // At 0.03 a step, two steps (0.06) are within 0.0875 and three are not; but the window is only
   // five long when the first chain closes, so it takes the single steps that are there.
   EXPECT_EQ(first->keyframes.size(), kBundleSize);
   std::optional<ImageBundle> last;
   for (int i = static_cast<int>(first->keyframes.back().id) + 1; i < 30; ++i) {
-    if (auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) last = bundle;
+    if (auto bundle = selector.Add(MakeKeyframe(i, 0.03 * i))) last = bundle;
   }
   ASSERT_TRUE(last);
   for (std::size_t i = 1; i < kBundleSize; ++i) {
@@ -94,10 +129,10 @@ TEST(KeyframeSelector, TakesTheWidestStepsThatTheLimitsAllow) {
 }
 
 TEST(KeyframeSelector, NeverUsesAReferenceTwice) {
-  const auto selector = CreateKeyframeSelector();
+  TrackedSelector selector;
   IdList references;
   for (int i = 0; i < 40; ++i) {
-    if (const auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) {
+    if (const auto bundle = selector.Add(MakeKeyframe(i, 0.03 * i))) {
       references.push_back(bundle->reference().id);
     }
   }
@@ -108,43 +143,43 @@ TEST(KeyframeSelector, NeverUsesAReferenceTwice) {
 }
 
 TEST(KeyframeSelector, PassesOverKeyframesWithoutBaseline) {
-  const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.0001 * i)));
+  TrackedSelector selector;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.0001 * i)));
 }
 
 TEST(KeyframeSelector, DoesNotBridgeARotationAboveTheLimit) {
-  const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
-  EXPECT_FALSE(selector->Add(MakeKeyframe(4, 0.20, 6)));
-  for (int i = 5; i < 8; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i, 6)));
-  const auto bundle = selector->Add(MakeKeyframe(8, 0.40, 6));
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  EXPECT_FALSE(selector.Add(MakeKeyframe(4, 0.20, 6)));
+  for (int i = 5; i < 8; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i, 6)));
+  const auto bundle = selector.Add(MakeKeyframe(8, 0.40, 6));
   ASSERT_TRUE(bundle);
   EXPECT_EQ(Ids(*bundle), (IdList{4, 5, 6, 7, 8}));
 }
 
 TEST(KeyframeSelector, StartsAfreshWithANewMap) {
-  const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
-  Keyframe other_map = MakeKeyframe(4, 0.20);
-  other_map.map_id = 1;
-  EXPECT_FALSE(selector->Add(other_map));
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  PosedKeyframe other_map = MakeKeyframe(4, 0.20);
+  other_map.pose.map_id = 1;
+  EXPECT_FALSE(selector.Add(other_map));
 }
 
 TEST(KeyframeSelector, IgnoresKeyframesThatCannotBeJudged) {
-  const auto selector = CreateKeyframeSelector();
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
-  Keyframe blind = MakeKeyframe(4, 0.20);
-  blind.sparse_depths_su.clear();
-  EXPECT_FALSE(selector->Add(blind));
-  EXPECT_TRUE(selector->Add(MakeKeyframe(5, 0.21)));
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  PosedKeyframe blind = MakeKeyframe(4, 0.20);
+  blind.keyframe.sparse_depths_su.clear();
+  EXPECT_FALSE(selector.Add(blind));
+  EXPECT_TRUE(selector.Add(MakeKeyframe(5, 0.21)));
 }
 
 TEST(KeyframeSelector, DoesNotDependOnScale) {
-  const auto small = CreateKeyframeSelector();
-  const auto large = CreateKeyframeSelector();
+  TrackedSelector small;
+  TrackedSelector large;
   for (int i = 0; i < 40; ++i) {
-    const auto a = small->Add(MakeKeyframe(i, 0.027 * i, 0.9 * i));
-    const auto b = large->Add(MakeKeyframe(i, 0.027 * i, 0.9 * i, 1000));
+    const auto a = small.Add(MakeKeyframe(i, 0.027 * i, 0.9 * i));
+    const auto b = large.Add(MakeKeyframe(i, 0.027 * i, 0.9 * i, 1000));
     ASSERT_EQ(a.has_value(), b.has_value());
     if (a) {
       EXPECT_EQ(Ids(*a), Ids(*b));
@@ -152,25 +187,42 @@ TEST(KeyframeSelector, DoesNotDependOnScale) {
   }
 }
 
-// The world shrinks to half and moves: the bundle is the one that the corrected keyframes make.
-TEST(KeyframeSelector, MovesWaitingKeyframesWhenTheyAreCorrected) {
-  const auto selector = CreateKeyframeSelector();
-  std::vector<KeyframeCorrection> corrections;
+TEST(KeyframeSelector, PassesOverAKeyframeWithoutAPose) {
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  EXPECT_FALSE(selector->Add(MakeKeyframe(4, 0.20).keyframe, KeyframePoses()));
+  EXPECT_TRUE(selector.Add(MakeKeyframe(5, 0.21)));
+}
+
+// The world shrinks to half and moves: the bundle is the one that the moved keyframes make, in the
+// reference's own unit, which has not changed.
+TEST(KeyframeSelector, TakesWaitingKeyframesWhereTheTrackerHasThemNow) {
+  TrackedSelector selector;
   const Pose moved(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 7, 0));
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_FALSE(selector->Add(MakeKeyframe(i, 0.05 * i)));
-    corrections.push_back({i, 0, moved * MakeKeyframe(i, 0.05 * i, 0, 0.5).T_world_cam, 0.5});
-  }
-  corrections.push_back({9, 0, Pose(), 9});  // not one of those that wait
-  selector->Correct(corrections);
-  Keyframe last = MakeKeyframe(4, 0.05 * 4, 0, 0.5);
-  last.T_world_cam = moved * last.T_world_cam;
-  const auto bundle = selector->Add(last);
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  selector.Move(Similarity(0.5, moved));
+  PosedKeyframe last = MakeKeyframe(4, 0.05 * 4, 0, 0.5);
+  last.pose.S_world_kf = Similarity(1, moved) * last.pose.S_world_kf;
+  const auto bundle = selector.Add(last);
   ASSERT_TRUE(bundle);
   EXPECT_EQ(Ids(*bundle), (IdList{0, 1, 2, 3, 4}));
-  EXPECT_NEAR(bundle->reference().T_world_cam.translation().x(), 0.05 * kMedianDepth_su, 1e-9);
-  EXPECT_NEAR(bundle->reference().T_world_cam.translation().y(), 7, 1e-9);
-  EXPECT_NEAR(bundle->reference().sparse_depths_su[1], 0.5 * kMedianDepth_su, 1e-5);
+  ASSERT_EQ(bundle->T_ref_cam.size(), kBundleSize);
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Vector3d expected(0.05 * (i - 2) * kMedianDepth_su, 0, 0);
+    const Pose& T_ref_cam = bundle->T_ref_cam[static_cast<std::size_t>(i)];
+    EXPECT_LT((T_ref_cam.translation() - expected).norm(), 1e-9);
+  }
+  EXPECT_EQ(bundle->reference().sparse_depths_su[1], static_cast<float>(kMedianDepth_su));
+}
+
+// Their map was joined with another one while they waited.
+TEST(KeyframeSelector, KeepsWaitingKeyframesThatCameToAnotherMapTogether) {
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));
+  selector.SetMap(3);
+  PosedKeyframe last = MakeKeyframe(4, 0.20);
+  last.pose.map_id = 3;
+  EXPECT_TRUE(selector.Add(last));
 }
 
 TEST(KeyframeSelectorOptions, RefusesANumberOfImagesThatIsNotThreeFiveSevenOrNine) {
@@ -195,10 +247,10 @@ TEST(KeyframeSelectorOptions, RefusesLimitsThatContradictEachOther) {
 double LastStep(bool adapt_baseline) {
   KeyframeSelectorOptions options;
   options.adapt_baseline = adapt_baseline;
-  const auto selector = CreateKeyframeSelector(options);
+  TrackedSelector selector(options);
   double step = 0;
   for (int i = 0; i < 40; ++i) {
-    const auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i));
+    const auto bundle = selector.Add(MakeKeyframe(i, 0.03 * i));
     if (!bundle) continue;
     const IdList ids = Ids(*bundle);
     step = 0.03 * static_cast<double>(ids[1] - ids[0]);
@@ -214,12 +266,12 @@ TEST(KeyframeSelector, MakesNarrowerBundlesAfterMapsFullOfHoles) {
 }
 
 TEST(KeyframeSelector, PassesOverWhatItHasNotChosen) {
-  const auto selector = CreateKeyframeSelector();
+  TrackedSelector selector;
   for (int i = 0; i < 10; ++i)
     selector->ReportDepthQuality({.reference_id = i, .density = 0, .confidence = 0});
   std::optional<ImageBundle> last;
   for (int i = 0; i < 12; ++i) {
-    if (auto bundle = selector->Add(MakeKeyframe(i, 0.03 * i))) last = std::move(bundle);
+    if (auto bundle = selector.Add(MakeKeyframe(i, 0.03 * i))) last = std::move(bundle);
   }
   ASSERT_TRUE(last);
   EXPECT_EQ(Ids(*last)[1] - Ids(*last)[0], 2);  // as wide as allowed

@@ -13,6 +13,7 @@
 
 #include "fusion/registration_scene.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/keyframe_table.h"
 #include "pipeline/scripted_stages.h"
 
 namespace mono3d {
@@ -23,7 +24,7 @@ using Eigen::Vector3d;
 TEST(Constraints, TellTheTrackerWhereTheModelHasItsKeyframes) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 6; ++i) {
-    const DepthMap view = HouseView({}, 3 * i);
+    const TrackedMap view = HouseView({}, 3 * i);
     const bool is_wrong = i == 3;
     script.push_back(
         {is_wrong ? Misplaced(view, {0.02, -0.03, 0.02}, {0.3, -0.2, 0.2}, 1) : view, {}});
@@ -52,32 +53,33 @@ class ListeningTracker final : public Tracker {
     result.status = TrackingStatus::kTracking;
     result.T_world_cam =
         Pose(Eigen::Quaterniond::Identity(), Vector3d(static_cast<double>(frame.index), 0, 0));
+    keyframes_.Set(frame.index, 0, *result.T_world_cam);
     // The world around the first keyframe becomes twice as large before its depth map is made.
-    if (frame.index == 1) result.corrections = {{0, 0, Pose(), 2}};
-    result.finalised_keyframes = {{frame.index, 0, frame, *result.T_world_cam, {1}}};
+    if (frame.index == 1) keyframes_.Set(0, 0, Similarity(2, Pose()));
+    result.finalised_keyframes = {{frame.index, frame, {1}}};
     return result;
   }
+  KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
   void Constrain(std::span<const KeyframeConstraint> constraints) override {
     heard_->insert(heard_->end(), constraints.begin(), constraints.end());
   }
   std::vector<Keyframe> Finish() override { return {}; }
   std::vector<TrajectoryEntry> Trajectory() const override { return {}; }
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return {}; }
-  PointCloud MapPoints(int) const override { return {}; }
 
  private:
   std::vector<KeyframeConstraint>* heard_;
+  KeyframeTable keyframes_;
 };
 
 // Each keyframe is a bundle of its own, once the next one has come.
 class DelayingSelector final : public KeyframeSelector {
  public:
-  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
     const std::optional<Keyframe> before = std::exchange(last_, keyframe);
     if (!before) return std::nullopt;
-    return ImageBundle{{*before}};
+    return ImageBundle{{*before}, {}};
   }
-  void Correct(std::span<const KeyframeCorrection>) override {}
 
  private:
   std::optional<Keyframe> last_;
@@ -95,7 +97,7 @@ class PlainDepth final : public DepthEstimator {
 
 class TalkingSurfelMap final : public SurfelMap {
  public:
-  FusionResult Integrate(const DepthMap& map) override {
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses&) override {
     FusionResult result;
     result.status = FusionStatus::kFused;
     if (map.keyframe_id == 0) return result;
@@ -106,20 +108,23 @@ class TalkingSurfelMap final : public SurfelMap {
     result.constraints = {constraint};
     return result;
   }
-  CorrectionResult Correct(std::span<const KeyframeCorrection>) override { return {}; }
+  UpdateResult Update(const KeyframePoses&) override { return {}; }
+  std::vector<FusedDepthMap> DepthMaps() const override { return {}; }
   PointCloud Export(const SurfelExportOptions&) const override { return {}; }
   std::int64_t num_surfels() const override { return 0; }
 };
 
 TEST(Constraints, ReachTheTrackerInBothModes) {
-  for (const PipelineMode mode : {PipelineMode::kSequential, PipelineMode::kLive}) {
+  for (const bool is_live : {false, true}) {
+    PipelineOptions options;
+    options.is_live = is_live;
     std::vector<KeyframeConstraint> heard;
     PipelineStages stages;
     stages.tracker = std::make_unique<ListeningTracker>(&heard);
     stages.keyframe_selector = std::make_unique<DelayingSelector>();
     stages.depth_estimator = std::make_unique<PlainDepth>();
     stages.create_surfel_map = [] { return std::make_unique<TalkingSurfelMap>(); };
-    Pipeline pipeline(std::move(stages), {}, {}, mode);
+    Pipeline pipeline(std::move(stages), {}, options);
     for (int i = 0; i < 5; ++i) {
       Frame frame;
       frame.index = i;
@@ -129,13 +134,12 @@ TEST(Constraints, ReachTheTrackerInBothModes) {
     ASSERT_FALSE(heard.empty());
     EXPECT_EQ(result.counts.num_constraints, static_cast<std::int64_t>(heard.size()));
     EXPECT_EQ(heard.back().id, 3);
-    if (mode == PipelineMode::kLive) continue;  // the first bundle may have been dropped
+    if (is_live) continue;  // the first bundle may have been dropped
     EXPECT_EQ(heard.size(), 3U);
-    // The tracker handed out the first keyframe when the world around it was half as large.
-    EXPECT_EQ(heard.back().T_cam_anchor.translation(), Vector3d(-3, 0, 0));
-    EXPECT_EQ(heard.back().scale, 0.5);
-    EXPECT_EQ(heard.back().information(0, 0), 1);
-    EXPECT_EQ(heard.back().information(3, 3), 4);
+    // In the keyframes' own units, whatever the scale of the world around them.
+    EXPECT_EQ(heard.back().T_cam_anchor.translation(), Vector3d(-6, 0, 0));
+    EXPECT_EQ(heard.back().scale, 1);
+    EXPECT_EQ(heard.back().information(3, 3), 1);
   }
 }
 

@@ -40,9 +40,9 @@ class FailureRun : public testing::Test {
   std::filesystem::path folder_;
 };
 
-// A tracker that has gone astray: all its poses moved by the same motion, farther than a
+// A tracker that has drifted: all its poses moved by the same motion, farther than a
 // registration can find back.
-DepthMap Astray(DepthMap map) {
+TrackedMap Astray(TrackedMap map) {
   const Pose moved(RotationExp({0.1, 0.15, 0.05}), Vector3d(3, 1, -2));
   map.T_world_cam = moved * map.T_world_cam;
   return map;
@@ -50,7 +50,7 @@ DepthMap Astray(DepthMap map) {
 
 double FalseShareAt(const ScriptedRun& run, const std::vector<double>& angles_deg,
                     const HouseScene& scene = {}) {
-  std::vector<DepthMap> truth;
+  std::vector<TrackedMap> truth;
   for (const double angle_deg : angles_deg) truth.push_back(HouseView(scene, angle_deg));
   return FalseShare(run.reconstruction.maps.at(0).model, truth);
 }
@@ -71,7 +71,7 @@ std::vector<std::string> StatesOf(const ScriptedRun& run) {
 TEST_F(FailureRun, OneWrongPose) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 9; ++i) {
-    const DepthMap view = HouseView({}, 3 * i);
+    const TrackedMap view = HouseView({}, 3 * i);
     script.push_back({i == 4 ? Astray(view) : view, {}});
   }
   const ScriptedRun run = Run(script);
@@ -90,7 +90,7 @@ TEST_F(FailureRun, OneWrongPose) {
 TEST_F(FailureRun, FiveWrongPosesInARow) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 20; ++i) {
-    const DepthMap view = HouseView({}, 3 * i);
+    const TrackedMap view = HouseView({}, 3 * i);
     script.push_back({i >= 4 && i < 9 ? Astray(view) : view, {}});
   }
   const ScriptedRun run = Run(script);
@@ -115,13 +115,13 @@ TEST_F(FailureRun, FiveWrongPosesInARow) {
 TEST_F(FailureRun, NoDepthForLongAndThenLittleOverlap) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 20; ++i) {
-    DepthMap view = HouseViewFrom({}, PoseOver(i < 3 ? -20 + i : i < 12 ? -12 : 13 - i, 0));
+    TrackedMap view = HouseViewFrom({}, PoseOver(i < 3 ? -20 + i : i < 12 ? -12 : 13 - i, 0));
     if (i >= 3 && i < 12) view.depth.release();
     script.push_back({view, {}});
   }
   const ScriptedRun run = Run(script);
-  const std::vector<DepthMap> truth = {HouseViewFrom({}, PoseOver(-19, 0)),
-                                       HouseViewFrom({}, PoseOver(0, 0))};
+  const std::vector<TrackedMap> truth = {HouseViewFrom({}, PoseOver(-19, 0)),
+                                         HouseViewFrom({}, PoseOver(0, 0))};
   EXPECT_LT(FalseShare(run.reconstruction.maps.at(0).model, truth), kMaxFalseShare);
   EXPECT_EQ(run.json["counts"]["rejected_bundles"]["no texture"], 9);
   EXPECT_EQ(run.json["counts"]["fused"], 11);
@@ -134,7 +134,7 @@ TEST_F(FailureRun, NoDepthForLongAndThenNoOverlap) {
   const Similarity drift(1.02, Pose(RotationExp({0.006, -0.008, 0.01}), Vector3d(0.15, -0.2, 0.1)));
   std::vector<ScriptedFrame> script;
   for (const int x : {-20, -19, -18, -14, 6, 4, 2, 0, -2, -4, -6, -8, -10}) {
-    DepthMap view = HouseViewFrom({}, PoseOver(x, 0));
+    TrackedMap view = HouseViewFrom({}, PoseOver(x, 0));
     view.depth_sigma_per_square_depth /= 5;  // of a baseline of half the distance
     if (x == -14) view.depth.release();
     if (x > -14) {
@@ -160,8 +160,8 @@ TEST_F(FailureRun, NoDepthForLongAndThenNoOverlap) {
     EXPECT_LT(ImageDistance_px(entry.T_world_cam, truth),
               0.5 * ImageDistance_px(of_tracker, truth));
   }
-  const std::vector<DepthMap> truth = {HouseViewFrom({}, PoseOver(-19, 0)),
-                                       HouseViewFrom({}, PoseOver(0, 0))};
+  const std::vector<TrackedMap> truth = {HouseViewFrom({}, PoseOver(-19, 0)),
+                                         HouseViewFrom({}, PoseOver(0, 0))};
   EXPECT_LT(FalseShare(run.reconstruction.maps.at(0).model, truth), kMaxFalseShare);
 }
 
@@ -170,7 +170,7 @@ TEST_F(FailureRun, FlatGroundWithAWrongPose) {
   flat.with_house = false;
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 9; ++i) {
-    const DepthMap view = HouseView(flat, 3 * i);
+    const TrackedMap view = HouseView(flat, 3 * i);
     script.push_back({i == 4 ? Misplaced(view, {0, 0, 0}, {0.3, -0.2, 0.2}, 1) : view, {}});
   }
   const ScriptedRun run = Run(script);
@@ -194,7 +194,7 @@ TEST_F(FailureRun, TwoMapsBecomeOne) {
   std::vector<ScriptedFrame> script;
   std::vector<ScriptedFrame> alone;  // all in one map from the beginning
   for (int i = 0; i < 10; ++i) {
-    DepthMap view = HouseView({}, i < 5 ? 4 * i : 4 * (i - 3));  // seen twice: 8, 12 and 16
+    TrackedMap view = HouseView({}, i < 5 ? 4 * i : 4 * (i - 3));  // seen twice: 8, 12 and 16
     alone.push_back({view, {}});
     if (i >= 5 && i < 9) {
       view.map_id = 1;
@@ -206,7 +206,7 @@ TEST_F(FailureRun, TwoMapsBecomeOne) {
   }
   for (int i = 0; i < 9; ++i) {
     const Pose truth = alone[static_cast<std::size_t>(i)].map.T_world_cam;
-    script.back().corrections.push_back({i, 0, truth, i < 5 ? 1 : 1 / other_world.scale()});
+    script.back().moved.push_back({i, 0, Similarity(i < 5 ? 1 : 1 / other_world.scale(), truth)});
   }
   const ScriptedRun run = Run(script);
   ASSERT_EQ(run.reconstruction.maps.size(), 1U);

@@ -7,14 +7,14 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/gate.h"
+#include "pipeline/keyframe_table.h"
 
 namespace mono3d {
 namespace {
@@ -25,13 +25,13 @@ using testing::ThrowsMessage;
 
 Pose At(double x, double y = 0) { return {Eigen::Quaterniond::Identity(), {x, y, 0}}; }
 
-// All keyframes so far are moved to y = 1, and their lengths doubled, each time.
+// All keyframes so far are moved to y = 1, and the world's lengths around them doubled, each time.
 struct Correction {
   std::vector<std::int64_t> at;  // frames, which are no keyframes; -1: in the end
   int into = 0;                  // the map that they belong to from then on
 };
 
-// Every frame is a keyframe, which settles at once; it is at x = index.
+// Every frame is a keyframe, which is final at once; it is at x = index.
 class StraightTracker final : public Tracker {
  public:
   explicit StraightTracker(Correction correction) : correction_(std::move(correction)) {}
@@ -39,82 +39,54 @@ class StraightTracker final : public Tracker {
     TrackingResult result;
     result.status = TrackingStatus::kTracking;
     const bool is_correction =
-        std::count(correction_.at.begin(), correction_.at.end(), frame.index);
-    if (is_correction) result.corrections = Corrected();
+        std::count(correction_.at.begin(), correction_.at.end(), frame.index) > 0;
+    if (is_correction) Correct();
     result.map_id = map_id_;
     result.T_world_cam = At(static_cast<double>(frame.index), scale_ > 1 ? 1 : 0);
-    entries_.push_back({frame.index, frame.timestamp_s, map_id_, *result.T_world_cam});
+    keyframes_.Set(frame.index, map_id_, Similarity(scale_, *result.T_world_cam));
     if (is_correction) return result;
-    result.finalised_keyframes = {{frame.index, map_id_, frame, *result.T_world_cam, {1}}};
+    result.finalised_keyframes = {{frame.index, frame, {1}}};
     return result;
   }
-  std::vector<KeyframeCorrection> WaitForMapping() override {
-    const bool is_correction = correction_.at == std::vector<std::int64_t>{-1};
-    return is_correction ? Corrected() : std::vector<KeyframeCorrection>{};
+  KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
+  void WaitForMapping() override {
+    if (correction_.at == std::vector<std::int64_t>{-1}) Correct();
   }
   std::vector<Keyframe> Finish() override { return {}; }
-  std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
-  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
 
  private:
-  std::vector<KeyframeCorrection> Corrected() {
+  void Correct() {
     map_id_ = correction_.into;
     scale_ *= 2;
-    std::vector<KeyframeCorrection> corrections;
-    for (TrajectoryEntry& entry : entries_) {
-      entry.map_id = map_id_;
-      entry.T_world_cam = At(static_cast<double>(entry.frame_index), 1);
-      corrections.push_back({entry.frame_index, map_id_, entry.T_world_cam, scale_});
+    for (const KeyframePose& pose : Poses()->poses()) {
+      const Pose moved = At(static_cast<double>(pose.keyframe_id), 1);
+      keyframes_.Set(pose.keyframe_id, map_id_, Similarity(scale_, moved));
     }
-    return corrections;
   }
   Correction correction_;
   int map_id_ = 0;
   double scale_ = 1;
-  std::vector<TrajectoryEntry> entries_;
+  KeyframeTable keyframes_;
 };
 
-// Each keyframe is a bundle of its own.
+// Each keyframe is a bundle of its own, with the newest one before it.
 class EverySelector final : public KeyframeSelector {
  public:
-  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
-    return ImageBundle{{keyframe}};
-  }
-  void Correct(std::span<const KeyframeCorrection>) override {}
-};
-
-// What happens in the other thread, and when it may go on.
-class Gate {
- public:
-  // In the other thread: says that it is here, and waits until it may go on.
-  void Pass() {
-    std::unique_lock lock(mutex_);
-    ++num_arrived_;
-    changed_.notify_all();
-    changed_.wait(lock, [&] { return is_open_; });
-  }
-  void WaitForArrival() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return num_arrived_ > 0; });
-  }
-  void Open() {
-    const std::lock_guard lock(mutex_);
-    is_open_ = true;
-    changed_.notify_all();
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
+    const Keyframe before = std::exchange(before_, keyframe);
+    return ImageBundle{{before.id < keyframe.id ? before : keyframe, keyframe, keyframe}, {}};
   }
 
  private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  int num_arrived_ = 0;
-  bool is_open_ = false;
+  Keyframe before_;
 };
 
 // Touched by the other thread until Finish has returned.
 struct Record {
   Gate gate;
-  std::vector<Keyframe> references;  // of the bundles, as they came to the depth stage
+  std::vector<ImageBundle> bundles;  // as they came to the depth stage
   std::vector<std::string> model;    // what was done to it, in order
 };
 
@@ -124,13 +96,11 @@ class GatedDepthEstimator final : public DepthEstimator {
   DepthResult Estimate(const ImageBundle& bundle) override {
     log_->gate.Pass();
     const Keyframe& reference = bundle.reference();
-    log_->references.push_back(reference);
+    log_->bundles.push_back(bundle);
     DepthResult result;
     result.status = DepthStatus::kEstimated;
     result.map.frame_index = reference.frame.index;
     result.map.keyframe_id = reference.id;
-    result.map.map_id = reference.map_id;
-    result.map.T_world_cam = reference.T_world_cam;
     return result;
   }
 
@@ -138,33 +108,52 @@ class GatedDepthEstimator final : public DepthEstimator {
   Record* log_;
 };
 
+// Its depth maps go where their keyframes are.
 class LoggingSurfelMap final : public SurfelMap {
  public:
   explicit LoggingSurfelMap(Record* log) : log_(log) {}
-  FusionResult Integrate(const DepthMap& map) override {
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override {
     log_->model.push_back("fuse " + std::to_string(map.frame_index));
     FusionResult result;
     result.status = FusionStatus::kFused;
-    result.T_world_cam = map.T_world_cam;
-    cloud_.points.emplace_back(map.T_world_cam.translation().cast<float>());
+    result.S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+    maps_.push_back({map.frame_index, map.timestamp_s, map.keyframe_id, result.S_world_kf});
     return result;
   }
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override {
-    std::string text = "correct";
-    for (const KeyframeCorrection& correction : corrections) {
-      text += " " + std::to_string(correction.id) + " by " +
-              std::to_string(static_cast<int>(correction.scale));
+  UpdateResult Update(const KeyframePoses& poses) override {
+    std::string text = "move";
+    for (FusedDepthMap& map : maps_) {
+      const Similarity& S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+      const double ratio = S_world_kf.scale() / map.S_world_kf.scale();
+      if (ratio == 1) continue;
+      text +=
+          " " + std::to_string(map.frame_index) + " by " + std::to_string(static_cast<int>(ratio));
+      map.S_world_kf = S_world_kf;
     }
-    log_->model.push_back(text);
-    return {};
+    const bool has_moved = text != "move";
+    if (has_moved) log_->model.push_back(text);
+    return {.has_moved = has_moved};
   }
-  PointCloud Export(const SurfelExportOptions&) const override { return cloud_; }
-  std::int64_t num_surfels() const override { return static_cast<std::int64_t>(cloud_.size()); }
+  std::vector<FusedDepthMap> DepthMaps() const override { return maps_; }
+  PointCloud Export(const SurfelExportOptions&) const override {
+    PointCloud cloud;
+    for (const FusedDepthMap& map : maps_) {
+      cloud.points.emplace_back(map.S_world_kf.pose().translation().cast<float>());
+    }
+    return cloud;
+  }
+  std::int64_t num_surfels() const override { return static_cast<std::int64_t>(maps_.size()); }
 
  private:
   Record* log_;
-  PointCloud cloud_;
+  std::vector<FusedDepthMap> maps_;
 };
+
+const PipelineOptions kLive = [] {
+  PipelineOptions options;
+  options.is_live = true;
+  return options;
+}();
 
 PipelineStages Stages(Record* log, Correction correction = {}) {
   PipelineStages stages;
@@ -192,7 +181,7 @@ void ProcessWhileDepthIsBusy(Pipeline& pipeline, Record& log, std::int64_t num_f
 
 TEST(LivePipeline, DropsTheBundlesThatABusyDepthStageCannotTakeButTheNewest) {
   Record log;
-  Pipeline pipeline(Stages(&log), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 6);
   const Reconstruction result = pipeline.Finish();
   EXPECT_THAT(log.model, ElementsAre("fuse 0", "fuse 5"));
@@ -206,21 +195,28 @@ TEST(LivePipeline, DropsTheBundlesThatABusyDepthStageCannotTakeButTheNewest) {
   EXPECT_EQ(result.maps[0].model.size(), 2U);
 }
 
-TEST(LivePipeline, MovesABundleThatWaitsAfterTheModel) {
+// In its reference's own unit, a bundle is what it was, wherever the world of its map has gone.
+TEST(LivePipeline, ABundleThatWaitsTakesTheLatestPosesAfterTheModel) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{2}, 0}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2}, 0}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   const Reconstruction result = pipeline.Finish();
   EXPECT_EQ(result.counts.num_corrections, 1);
-  EXPECT_THAT(log.model, ElementsAre("fuse 0", "correct 0 by 2", "fuse 1"));
-  ASSERT_EQ(log.references.size(), 2U);
-  EXPECT_EQ(log.references[1].T_world_cam.translation().y(), 1);
-  EXPECT_EQ(log.references[1].sparse_depths_su, std::vector<float>{2});
+  EXPECT_THAT(log.model, ElementsAre("fuse 0", "move 0 by 2", "fuse 1"));
+  ASSERT_EQ(log.bundles.size(), 2U);
+  // One su of the world towards keyframe 0 is half a unit of keyframe 1 from then on.
+  ASSERT_EQ(log.bundles[1].T_ref_cam.size(), 3U);
+  EXPECT_EQ(log.bundles[1].T_ref_cam[0].translation(), Eigen::Vector3d(-0.5, 0, 0));
+  EXPECT_EQ(log.bundles[1].reference().sparse_depths_su, std::vector<float>{1});
+  ASSERT_EQ(result.maps.size(), 1U);
+  for (const TrajectoryEntry& entry : result.maps[0].model_trajectory) {
+    EXPECT_EQ(entry.T_world_cam.translation().y(), 1);
+  }
 }
 
 // The frames of a flight that is corrected twice: keyframe 1 waits during the first correction and
 // is in the model during the second.
-TEST(LivePipeline, TellsTheModelOfScalesSinceItHasTheDepthMap) {
+TEST(LivePipeline, MovesADepthMapFromWhereItWasFused) {
   Record log;
   Gate fused;
   fused.Open();
@@ -228,22 +224,60 @@ TEST(LivePipeline, TellsTheModelOfScalesSinceItHasTheDepthMap) {
   observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
     if (map.frame_index == 1) fused.Pass();
   };
-  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), observer, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), observer, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   fused.WaitForArrival();
   pipeline.Process(FrameOf(3));
   static_cast<void>(pipeline.Finish());
-  EXPECT_THAT(log.model,
-              ElementsAre("fuse 0", "correct 0 by 2", "fuse 1", "correct 0 by 4 1 by 2"));
+  EXPECT_THAT(log.model, ElementsAre("fuse 0", "move 0 by 2", "fuse 1", "move 0 by 2 1 by 2"));
+}
+
+// Of two corrections that come while the depth stage works, the model needs the latter alone.
+TEST(LivePipeline, TheLatestPosesReplaceThoseThatWait) {
+  Record log;
+  Pipeline pipeline(Stages(&log, {{2, 3}, 0}), {}, kLive);
+  ProcessWhileDepthIsBusy(pipeline, log, 4);
+  const Reconstruction result = pipeline.Finish();
+  EXPECT_THAT(log.model, ElementsAre("fuse 0", "move 0 by 4", "fuse 1"));
+  EXPECT_EQ(result.counts.num_corrections, 1);
+}
+
+// Keyframes 0 and 1 wait in a bundle when keyframe 0 goes to a map of its own.
+TEST(LivePipeline, LeavesOutABundleWhoseKeyframesAreNoLongerOfOneMap) {
+  class SplittingTracker final : public Tracker {
+   public:
+    TrackingResult Track(const Frame& frame) override {
+      if (frame.index == 2) keyframes_.Set(0, 5, Pose());
+      keyframes_.Set(frame.index, 0, At(static_cast<double>(frame.index)));
+      TrackingResult result;
+      if (frame.index < 2) result.finalised_keyframes = {{frame.index, frame, {1}}};
+      return result;
+    }
+    KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
+    std::vector<Keyframe> Finish() override { return {}; }
+    std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
+    std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
+
+   private:
+    KeyframeTable keyframes_;
+  };
+  Record log;
+  PipelineStages stages = Stages(&log);
+  stages.tracker = std::make_unique<SplittingTracker>();
+  Pipeline pipeline(std::move(stages), {}, kLive);
+  ProcessWhileDepthIsBusy(pipeline, log, 3);
+  const Reconstruction result = pipeline.Finish();
+  EXPECT_EQ(result.counts.num_depth_maps, 1);
+  EXPECT_EQ(result.counts.rejected_bundles,
+            (std::map<std::string, std::int64_t>{{"its keyframes are not of one map", 1}}));
 }
 
 TEST(LivePipeline, MakesOneModelOfMapsThatAreJoinedMeanwhile) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{2}, 7}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{2}, 7}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 4);
   const Reconstruction result = pipeline.Finish();
   EXPECT_THAT(log.model, ElementsAre("fuse 0", "fuse 3"));
-  EXPECT_EQ(log.references[1].map_id, 7);
   ASSERT_EQ(result.maps.size(), 1U);
   EXPECT_EQ(result.maps[0].map_id, 7);
   EXPECT_EQ(result.maps[0].model.size(), 2U);
@@ -253,7 +287,7 @@ TEST(LivePipeline, MakesOneModelOfMapsThatAreJoinedMeanwhile) {
 
 TEST(LivePipeline, FinishHandsTheLastCorrectionsDown) {
   Record log;
-  Pipeline pipeline(Stages(&log, {{-1}, 7}), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log, {{-1}, 7}), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   const Reconstruction result = pipeline.Finish();
   ASSERT_EQ(result.maps.size(), 1U);
@@ -271,7 +305,7 @@ TEST(LivePipeline, HandsOnWhatTheOtherThreadThrowsAndKeepsWhatThereWas) {
   observer.on_depth_map = [](const DepthMap& map, const FusionResult&) {
     if (map.frame_index > 0) throw Error("no space left");
   };
-  Pipeline pipeline(Stages(&log), observer, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), observer, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
   EXPECT_THAT([&] { static_cast<void>(pipeline.Finish()); },
               ThrowsMessage<Error>(HasSubstr("no space left")));
@@ -284,7 +318,7 @@ TEST(LivePipeline, HandsOnWhatTheOtherThreadThrowsAndKeepsWhatThereWas) {
 
 TEST(LivePipeline, EndsInTheMiddleOfItsWork) {
   Record log;
-  Pipeline pipeline(Stages(&log), {}, {}, PipelineMode::kLive);
+  Pipeline pipeline(Stages(&log), {}, kLive);
   ProcessWhileDepthIsBusy(pipeline, log, 3);
 }
 

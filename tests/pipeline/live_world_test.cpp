@@ -7,10 +7,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <numbers>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "mono3d/geometry/similarity.h"
@@ -39,35 +42,36 @@ class PoseDepthEstimator final : public DepthEstimator {
     result.status = DepthStatus::kEstimated;
     result.map.frame_index = reference.frame.index;
     result.map.keyframe_id = reference.id;
-    result.map.map_id = reference.map_id;
-    result.map.T_world_cam = reference.T_world_cam;
     return result;
   }
 };
 
 class PoseSurfelMap final : public SurfelMap {
  public:
-  FusionResult Integrate(const DepthMap& map) override {
-    frames_[map.keyframe_id] = map.frame_index;
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override {
     FusionResult result;
     result.status = FusionStatus::kFused;
-    result.T_world_cam = map.T_world_cam;
+    result.S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+    maps_.push_back({map.frame_index, map.timestamp_s, map.keyframe_id, result.S_world_kf});
     return result;
   }
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override {
-    CorrectionResult result;
-    for (const KeyframeCorrection& correction : corrections) {
-      const auto known = frames_.find(correction.id);
-      if (known == frames_.end()) continue;
-      result.views.push_back({known->second, correction.T_world_cam, correction.scale});
+  UpdateResult Update(const KeyframePoses& poses) override {
+    UpdateResult result;
+    for (FusedDepthMap& map : maps_) {
+      const Similarity& S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+      const Eigen::Vector3d motion =
+          S_world_kf.pose().translation() - map.S_world_kf.pose().translation();
+      if (motion.norm() > 0) result.has_moved = true;
+      map.S_world_kf = S_world_kf;
     }
     return result;
   }
+  std::vector<FusedDepthMap> DepthMaps() const override { return maps_; }
   PointCloud Export(const SurfelExportOptions&) const override { return {}; }
   std::int64_t num_surfels() const override { return 0; }
 
  private:
-  std::map<std::int64_t, std::int64_t> frames_;  // by keyframe
+  std::vector<FusedDepthMap> maps_;
 };
 
 struct Film {
@@ -75,21 +79,40 @@ struct Film {
   std::vector<Pose> T_world_cam;
 };
 
+// What a viewer sees at any moment.
+void ExpectConsistent(const PipelineSnapshot& now) {
+  EXPECT_LE(now.counts.num_tracked, now.counts.num_frames);
+  EXPECT_LE(now.counts.num_fused, now.counts.num_bundles);
+  if (!now.pose) return;
+  EXPECT_EQ(now.pose->frame_index, now.frame_index);
+  EXPECT_TRUE(now.pose->T_world_cam.Matrix().allFinite());
+}
+
 Reconstruction ReconstructLive(const Film& film) {
   PipelineOptions options;
-  options.tracking.mode = "live";
+  options.is_live = true;
   PipelineStages stages;
+  options.tracking.mode = "live";  // as CreateStages has it
   stages.tracker = CreateTracker(options.tracking);
   stages.keyframe_selector = CreateKeyframeSelector(options.keyframes);
   stages.depth_estimator = std::make_unique<PoseDepthEstimator>();
   stages.create_surfel_map = [] { return std::make_unique<PoseSurfelMap>(); };
-  Pipeline pipeline(std::move(stages), {}, {}, PipelineMode::kLive);
+  options.live = {.max_delay_s = 3600, .max_waiting_mb = 1e6};  // however slow the machine is
+  Pipeline pipeline(std::move(stages), {}, options);
+  pipeline.Start();
+  std::atomic<bool> is_over = false;
+  std::thread viewer([&] {
+    while (!is_over) ExpectConsistent(pipeline.Snapshot());
+  });
   for (std::size_t i = 0; i < film.images.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];
-    pipeline.Process(frame);
+    (void)pipeline.Push(std::move(frame));
   }
-  return pipeline.Finish();
+  Reconstruction result = pipeline.Stop();
+  is_over = true;
+  viewer.join();
+  return result;
 }
 
 void ExpectTruth(const std::vector<TrajectoryEntry>& trajectory, const Film& film) {

@@ -12,15 +12,16 @@
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "pipeline/keyframe_table.h"
 
 namespace mono3d {
 namespace {
 
 // Stages that do as little as the interfaces allow, so that the chain alone is under test.
 
-// Frame i is at x = i; at frame 8 keyframe 1 is raised; frames 10 to 12 are lost; 13 begins map 1,
-// and 12 gets its pose then. A keyframe settles one frame late.
-class FakeTracker final : public Tracker {
+// Frame i is keyframe i at x = i; at frame 8 keyframe 1 is raised; frames 10 to 12 are lost; 13
+// begins map 1, and 12 gets its pose then. A keyframe is final one frame late.
+class FakeTracker : public Tracker {
  public:
   TrackingResult Track(const Frame& frame) override {
     TrackingResult result;
@@ -34,44 +35,45 @@ class FakeTracker final : public Tracker {
     result.map_id = frame.index > 12 ? 1 : 0;
     const Eigen::Vector3d position_su(static_cast<double>(frame.index), 0, 0);
     result.T_world_cam = Pose(Eigen::Quaterniond::Identity(), position_su);
-    entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
+    keyframes_.Set(frame.index, result.map_id, *result.T_world_cam);
     if (frame.index == 8) {
-      const Pose raised(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 0, 50));
-      result.corrections = {{1, 0, raised, 1}};
+      keyframes_.Set(1, 0, Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 0, 50)));
     }
     if (frame.index == 13) {
-      result.recovered = {{12, frame.timestamp_s - 1, 1, *result.T_world_cam}};
-      entries_.insert(entries_.end() - 1, result.recovered.front());
+      result.recovered = {{12, frame.timestamp_s - 1, 13, Pose()}};
+      keyframes_.Set(12, 1, *result.T_world_cam);
     }
     if (pending_) result.finalised_keyframes.push_back(*std::exchange(pending_, std::nullopt));
-    pending_ = Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}};
+    pending_ = Keyframe{frame.index, frame, {1}};
     return result;
   }
+  KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
   std::vector<Keyframe> Finish() override {
     return pending_ ? std::vector<Keyframe>{*pending_} : std::vector<Keyframe>{};
   }
-  std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
-  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
+
+ protected:
+  KeyframeTable keyframes_;
 
  private:
-  std::vector<TrajectoryEntry> entries_;
   std::optional<Keyframe> pending_;
 };
 
 // Each keyframe is a bundle of its own.
 class FakeSelector final : public KeyframeSelector {
  public:
-  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
-    return ImageBundle{{keyframe}};
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
+    return ImageBundle{{keyframe}, {}};
   }
-  void Correct(std::span<const KeyframeCorrection>) override {}
 };
 
 // Every third bundle has no depth in it.
 class FakeDepthEstimator final : public DepthEstimator {
  public:
   DepthResult Estimate(const ImageBundle& bundle) override {
+    EXPECT_EQ(bundle.T_ref_cam.size(), 1U);
     DepthResult result;
     const Keyframe& reference = bundle.reference();
     if (reference.id % 3 == 0) {
@@ -81,8 +83,6 @@ class FakeDepthEstimator final : public DepthEstimator {
     result.status = DepthStatus::kEstimated;
     result.map.keyframe_id = reference.id;
     result.map.frame_index = reference.frame.index;
-    result.map.map_id = reference.map_id;
-    result.map.T_world_cam = reference.T_world_cam;
     return result;
   }
 };
@@ -98,7 +98,7 @@ struct MapLog {
 class FakeSurfelMap final : public SurfelMap {
  public:
   explicit FakeSurfelMap(MapLog* log) : log_(log) { ++log_->num_maps; }
-  FusionResult Integrate(const DepthMap& map) override {
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) override {
     FusionResult result;
     if (map.frame_index == log_->frame_without_memory) throw std::bad_alloc();
     if (map.frame_index == 4) {
@@ -106,18 +106,24 @@ class FakeSurfelMap final : public SurfelMap {
       return result;
     }
     result.status = FusionStatus::kFused;
-    result.T_world_cam = map.T_world_cam;
-    cloud_.points.emplace_back(map.T_world_cam.translation().cast<float>());
+    result.S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+    maps_.push_back({map.frame_index, map.timestamp_s, map.keyframe_id, result.S_world_kf});
+    cloud_.points.emplace_back(result.S_world_kf.pose().translation().cast<float>());
     return result;
   }
-  // Moves its depth maps as they are told to.
-  CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) override {
-    CorrectionResult result;
-    for (const KeyframeCorrection& correction : corrections) {
-      result.views.push_back({correction.id, correction.T_world_cam, 1});
+  // Its depth maps go where their keyframes are.
+  UpdateResult Update(const KeyframePoses& poses) override {
+    UpdateResult result;
+    for (FusedDepthMap& map : maps_) {
+      const Similarity& S_world_kf = poses.At(map.keyframe_id).S_world_kf;
+      const Eigen::Vector3d& before = map.S_world_kf.pose().translation();
+      if (S_world_kf.pose().translation() == before) continue;
+      result.has_moved = true;
+      map.S_world_kf = S_world_kf;
     }
     return result;
   }
+  std::vector<FusedDepthMap> DepthMaps() const override { return maps_; }
   PointCloud Export(const SurfelExportOptions& options) const override {
     log_->min_observations.push_back(options.min_observations);
     if (!log_->has_memory_to_export) throw std::bad_alloc();
@@ -127,6 +133,7 @@ class FakeSurfelMap final : public SurfelMap {
 
  private:
   MapLog* log_;
+  std::vector<FusedDepthMap> maps_;
   PointCloud cloud_;
 };
 
@@ -179,7 +186,7 @@ TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
   EXPECT_EQ(counts.rejected_depth_maps, (std::map<std::string, std::int64_t>{{"no overlap", 1}}));
 }
 
-TEST(Pipeline, HandsCorrectionsDownAndMovesTheTrajectoryOfTheModel) {
+TEST(Pipeline, TheTrajectoryOfTheModelFollowsItsKeyframes) {
   MapLog log;
   FakeSource source(16);
   const Reconstruction result = Pipeline(FakeStages(&log)).Run(source);
@@ -211,41 +218,19 @@ TEST(Pipeline, KeepsTheMapsOfTheTrackerApartAndTheLongestFirst) {
 }
 
 // The same flight, but frame 15 sees that map 1 is map 0, moved by 100 in y.
-class JoiningTracker final : public Tracker {
+class JoiningTracker final : public FakeTracker {
  public:
   TrackingResult Track(const Frame& frame) override {
-    TrackingResult result = tracker_.Track(frame);
-    if (frame.index < 15) {
-      for (const Keyframe& keyframe : result.finalised_keyframes) keyframes_.push_back(keyframe);
-      return result;
-    }
+    TrackingResult result = FakeTracker::Track(frame);
+    if (frame.index < 15) return result;
+    const Pose moved(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 100, 0));
+    keyframes_.Join(1, 0, Similarity(1, moved));
     result.map_id = 0;
+    result.T_world_cam = moved * *result.T_world_cam;
     result.finalised_keyframes.clear();
-    for (const Keyframe& keyframe : keyframes_) {
-      result.corrections.push_back(
-          {keyframe.id, 0, InMap0(keyframe.map_id, keyframe.T_world_cam), 1});
-    }
     return result;
   }
   std::vector<Keyframe> Finish() override { return {}; }
-  std::vector<TrajectoryEntry> Trajectory() const override {
-    std::vector<TrajectoryEntry> entries = tracker_.Trajectory();
-    for (TrajectoryEntry& entry : entries) {
-      entry.T_world_cam = InMap0(entry.map_id, entry.T_world_cam);
-      entry.map_id = 0;
-    }
-    return entries;
-  }
-  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
-  PointCloud MapPoints(int) const override { return {}; }
-
- private:
-  static Pose InMap0(int map_id, const Pose& T_world_cam) {
-    return {T_world_cam.rotation(),
-            T_world_cam.translation() + map_id * Eigen::Vector3d(0, 100, 0)};
-  }
-  FakeTracker tracker_;
-  std::vector<Keyframe> keyframes_;
 };
 
 TEST(Pipeline, MakesOneModelOfMapsThatWereJoined) {
@@ -269,7 +254,9 @@ TEST(Pipeline, MakesOneModelOfMapsThatWereJoined) {
 TEST(Pipeline, DoesNotAskForMoreObservationsThanThereAreMaps) {
   MapLog log;
   FakeSource source(3);  // one map fused of frame 1, one of frame 2
-  Pipeline pipeline(FakeStages(&log), {}, {.min_observations = 5});
+  PipelineOptions options;
+  options.surfel_export.min_observations = 5;
+  Pipeline pipeline(FakeStages(&log), {}, options);
   const Reconstruction result = pipeline.Run(source);
   EXPECT_EQ(log.min_observations, std::vector<int>{2});
 }
@@ -364,7 +351,7 @@ TEST(Pipeline, WithoutFramesThereIsNoMap) {
   EXPECT_TRUE(Pipeline(FakeStages(&log)).Run(source).maps.empty());
 }
 
-TEST(PipelineOptions, ListsEveryRoomsOptionsUnderItsName) {
+TEST(PipelineOptions, ListsTheOptionsOfEveryModuleUnderItsName) {
   PipelineOptions options;
   bool has_keyframes = false;
   for (const OptionField& field : ListOptions(options)) {

@@ -9,11 +9,14 @@
 
 #include "gpu/test_device.h"
 #include "mono3d/pipeline/run_writer.h"
+#include "pipeline/keyframe_table.h"
 
 namespace mono3d {
 namespace {
 
 using Script = std::vector<ScriptedFrame>;
+
+constexpr double kFrameInterval_s = 0.1;
 
 class ScriptedTracker final : public Tracker {
  public:
@@ -26,38 +29,35 @@ class ScriptedTracker final : public Tracker {
     result.status = TrackingStatus::kTracking;
     result.map_id = now.map.map_id;
     result.T_world_cam = now.map.T_world_cam;
-    result.corrections = now.corrections;
-    for (const KeyframeCorrection& correction : now.corrections) {
-      TrajectoryEntry& entry = entries_.at(static_cast<std::size_t>(correction.id));
-      entry.map_id = correction.map_id;
-      entry.T_world_cam = correction.T_world_cam;
+    for (const KeyframePose& pose : now.moved) {
+      keyframes_.Set(pose.keyframe_id, pose.map_id, pose.S_world_kf);
     }
-    entries_.push_back({frame.index, frame.timestamp_s, result.map_id, *result.T_world_cam});
-    result.finalised_keyframes = {
-        Keyframe{frame.index, result.map_id, frame, *result.T_world_cam, {1}}};
+    keyframes_.Set(frame.index, result.map_id, *result.T_world_cam);
+    result.finalised_keyframes = {Keyframe{frame.index, frame, {1}}};
     return result;
   }
+  KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
   void Constrain(std::span<const KeyframeConstraint> constraints) override {
     constraints_->insert(constraints_->end(), constraints.begin(), constraints.end());
   }
   std::vector<Keyframe> Finish() override { return {}; }
-  std::vector<TrajectoryEntry> Trajectory() const override { return entries_; }
-  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return entries_; }
-  PointCloud MapPoints(int) const override { return {}; }
+  std::vector<TrajectoryEntry> Trajectory() const override {
+    return keyframes_.Entries(kFrameInterval_s);
+  }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
 
  private:
   const Script& script_;
   std::vector<KeyframeConstraint>* constraints_;
-  std::vector<TrajectoryEntry> entries_;
+  KeyframeTable keyframes_;
 };
 
 // Each keyframe is a bundle of its own.
 class EverySelector final : public KeyframeSelector {
  public:
-  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
-    return ImageBundle{{keyframe}};
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
+    return ImageBundle{{keyframe}, {}};
   }
-  void Correct(std::span<const KeyframeCorrection>) override {}
 };
 
 class ScriptedDepth final : public DepthEstimator {
@@ -93,12 +93,13 @@ ScriptedRun RunScript(const Script& script, const std::filesystem::path& folder,
   stages.keyframe_selector = std::make_unique<EverySelector>();
   stages.depth_estimator = std::make_unique<ScriptedDepth>(script);
   stages.create_surfel_map = [&] { return CreateSurfelMap(TestDevice(), options); };
-  // What any depth map has seen.
-  Pipeline pipeline(std::move(stages), {}, {.min_observations = 1, .min_confidence = 0});
+  PipelineOptions pipeline_options;
+  pipeline_options.surfel_export = {.min_observations = 1, .min_confidence = 0};  // all surfels
+  Pipeline pipeline(std::move(stages), {}, pipeline_options);
   for (std::size_t i = 0; i < script.size(); ++i) {
     Frame frame;
     frame.index = static_cast<std::int64_t>(i);
-    frame.timestamp_s = 0.1 * static_cast<double>(i);
+    frame.timestamp_s = kFrameInterval_s * static_cast<double>(i);
     pipeline.Process(frame);
   }
   run.reconstruction = pipeline.Finish();

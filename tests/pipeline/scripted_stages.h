@@ -10,16 +10,17 @@
 #include <string>
 #include <vector>
 
+#include "fusion/tracked_model.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/pipeline/pipeline.h"
 
 namespace mono3d {
 
 // What happens at each frame of a run: the depth map of the keyframe that it is, as the tracker has
-// its pose; or none, where `map` has no depth. Before that the corrections.
+// its pose; or none, where `map` has no depth. Before that the tracker moves earlier keyframes.
 struct ScriptedFrame {
-  DepthMap map;
-  std::vector<KeyframeCorrection> corrections;
+  TrackedMap map;
+  std::vector<KeyframePose> moved;
 };
 
 // A run of the chain over a script, with a surfel model of its own kind behind it, written to

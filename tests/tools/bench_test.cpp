@@ -248,11 +248,11 @@ TEST(DepthBench, MeasuresTheStagesOfAMap) {
                               (folder / "depth.json").string();
   const CommandResult result = RunCommand(command, folder);
   EXPECT_EQ(result.exit_status, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("192 x 112"), HasSubstr("depth/local_sweep"),
+  EXPECT_THAT(result.output, AllOf(HasSubstr("192 x 112"), HasSubstr("depth/fine_sweep"),
                                    HasSubstr("times the CPU of OpenCV's StereoSGBM")));
   const Json json = Json::parse(std::ifstream(folder / "depth.json"));
   EXPECT_GT(json.at("map_cpu").at("least_ms").get<double>(), 0);
-  EXPECT_TRUE(json.at("stages").contains("depth/local_sgm"));
+  EXPECT_TRUE(json.at("stages").contains("depth/fine_sgm"));
 
   const CommandResult too_far = RunCommand(command + " --step 30", folder);
   EXPECT_EQ(too_far.exit_status, 1);
@@ -274,7 +274,7 @@ TEST(FusionBench, MeasuresAMapACorrectionAndACoarserModel) {
   const CommandResult result = RunCommand(command + " --surfels 10000", folder);
   EXPECT_EQ(result.exit_status, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("96 x 64"), HasSubstr("fusion/associate"),
-                                   HasSubstr("fusion/deform"), HasSubstr("becomes coarser")));
+                                   HasSubstr("Merging after the correction"), HasSubstr("becomes coarser")));
   const Json json = Json::parse(std::ifstream(folder / "fusion.json"));
   EXPECT_NEAR(json.at("surfels").get<double>(), 10'000, 500);
   EXPECT_EQ(json.at("refused_maps"), 0);

@@ -10,7 +10,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <set>
-#include <variant>
+#include <utility>
+#include <vector>
 
 #include "bench/recorded_fusion.h"
 #include "mono3d/core/error.h"
@@ -20,7 +21,18 @@ namespace {
 
 constexpr double kFigureRounding = 1e-9;
 
-DepthMap WallMap(std::int64_t keyframe, double x_su) {
+constexpr int kNumKeyframes = 300;
+
+KeyframePoses PosesWith(std::int64_t keyframe, double x_su) {
+  std::vector<KeyframePose> poses(kNumKeyframes);
+  for (int i = 0; i < kNumKeyframes; ++i) poses[static_cast<std::size_t>(i)].keyframe_id = i;
+  poses[static_cast<std::size_t>(keyframe)].S_world_kf =
+      Similarity(1, Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0)));
+  return {1, std::move(poses)};
+}
+
+// Its keyframe is at x, all others at 0.
+FusionEvent WallMap(std::int64_t keyframe, double x_su) {
   DepthMap map;
   map.camera.width = 48;
   map.camera.height = 32;
@@ -28,11 +40,10 @@ DepthMap WallMap(std::int64_t keyframe, double x_su) {
   map.camera.cx = 23.5;
   map.camera.cy = 15.5;
   map.depth = cv::Mat(32, 48, CV_32FC1, cv::Scalar(10));
-  map.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x_su, 0, 0));
   map.keyframe_id = map.frame_index = keyframe;
   map.timestamp_s = static_cast<double>(keyframe);
   map.depth_sigma_per_square_depth = 0.01;
-  return map;
+  return {PosesWith(keyframe, x_su), map};
 }
 
 TEST(FusionVariants, AreValidAndNoTwoHaveOneName) {
@@ -57,32 +68,25 @@ TEST(FusionFigures, AreMeansButForTheCounts) {
 
 TEST(RecordedFusion, PoseErrorsAreOfTheSizeAskedForAndAlwaysTheSame) {
   std::vector<FusionEvent> events;
-  constexpr int kNumMaps = 300;
-  for (int i = 0; i < kNumMaps; ++i) events.emplace_back(WallMap(i, 0));
-  KeyframeCorrection correction;
-  correction.id = 7;
-  events.emplace_back(std::vector<KeyframeCorrection>{correction});
+  for (int i = 0; i < kNumKeyframes; ++i) events.push_back(WallMap(i, 0));
+  events.push_back({PosesWith(0, 0), {}});
   const std::vector<FusionEvent> worse = WithPoseErrors(events, 0.005);
   double squares = 0;
-  for (int i = 0; i < kNumMaps; ++i) {
-    const auto& map = std::get<DepthMap>(worse[static_cast<std::size_t>(i)]);
-    squares += map.T_world_cam.translation().squaredNorm();
-    EXPECT_TRUE(map.T_world_cam.rotation().isApprox(Eigen::Quaterniond::Identity()));
+  for (int i = 0; i < kNumKeyframes; ++i) {
+    const Pose& pose = worse[static_cast<std::size_t>(i)].poses.At(i).T_world_cam();
+    squares += pose.translation().squaredNorm();
+    EXPECT_TRUE(pose.rotation().isApprox(Eigen::Quaterniond::Identity()));
   }
   // 0.5 % of 10 su; the mean of 900 squares scatters by 5 %, its root by half of that.
-  EXPECT_NEAR(std::sqrt(squares / kNumMaps), 0.05, 0.05 * 0.1);
-  const auto& corrected = std::get<std::vector<KeyframeCorrection>>(worse.back());
-  EXPECT_EQ(corrected.front().T_world_cam.translation(),
-            std::get<DepthMap>(worse[7]).T_world_cam.translation())
-      << "a correction is off as its depth map is";
+  EXPECT_NEAR(std::sqrt(squares / kNumKeyframes), 0.05, 0.05 * 0.1);
+  EXPECT_EQ(worse.back().poses.At(7).T_world_cam().translation(),
+            worse[7].poses.At(7).T_world_cam().translation())
+      << "a keyframe is off alike whenever it is told of";
 }
 
-TEST(RecordedFusion, IsFusedAgainWithItsCorrections) {
+TEST(RecordedFusion, IsFusedAgainWithItsPoses) {
   std::vector<FusionEvent> events = {WallMap(0, 0), WallMap(1, 0.5)};
-  KeyframeCorrection moved;
-  moved.id = 1;
-  moved.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.75, 0, 0));
-  events.emplace_back(std::vector<KeyframeCorrection>{moved});
+  events.push_back({PosesWith(1, 0.75), {}});
   const auto device = OpenDevice();
   const auto model = CreateSurfelMap(device);
   const FusedRun run = FuseAgain(events, *model, {});

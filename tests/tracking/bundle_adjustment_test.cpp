@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/bundle_adjustment.h"
+#include "tracking/optimisation/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "tracking/dense_bundle.h"
-#include "tracking/scale_gauge.h"
+#include "tracking/optimisation/dense_schur_solver.h"
+#include "tracking/optimisation/scale_gauge.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
 namespace {
 
 struct BundleWorld {
-  BundleProblem problem;
+  BundleAdjustmentProblem problem;
   std::vector<Pose> truth;
   std::size_t num_outliers = 0;  // the first observations
 };
@@ -24,7 +24,7 @@ struct BundleWorld {
 // Six views along a line over 80 points; all but the first two views are disturbed.
 BundleWorld MakeWorld(double scale, std::mt19937& random) {
   BundleWorld world;
-  BundleProblem& problem = world.problem;
+  BundleAdjustmentProblem& problem = world.problem;
   problem.camera = SmallCamera();
   for (int i = 0; i < 6; ++i) {
     const Pose truth(RotationExp({0, -0.02 * i, 0}), scale * Eigen::Vector3d(-0.8 * i, 0, 0.1 * i));
@@ -57,10 +57,10 @@ BundleWorld MakeWorld(double scale, std::mt19937& random) {
   return world;
 }
 
-TEST(AdjustBundle, LowersTheErrorToTheNoise) {
+TEST(SolveBundleAdjustment, LowersTheErrorToTheNoise) {
   std::mt19937 random(SeedFromTestName());
   BundleWorld world = MakeWorld(1, random);
-  const BundleReport report = AdjustBundle(world.problem);
+  const BundleAdjustmentReport report = SolveBundleAdjustment(world.problem);
   EXPECT_LT(report.final_cost, 0.2 * report.initial_cost);
   for (std::size_t i = 0; i < world.truth.size(); ++i) {
     const Pose error = world.problem.T_cam_world[i] * world.truth[i].Inverse();
@@ -76,14 +76,14 @@ TEST(HoldDistance, GivesTheScaleThatThePixelsLeaveOpen) {
   BundleWorld world = MakeWorld(1, random);
   world.problem.is_fixed[1] = 0;
   const double distance = world.problem.T_cam_world[1].Inverse().translation().norm();
-  BundleProblem without = world.problem;
+  BundleAdjustmentProblem without = world.problem;
   world.problem.constraints = {HoldDistance(world.problem, 1, 0)};
-  const BundleReport report = AdjustBundle(world.problem, {20, 20, 1e-8});
+  const BundleAdjustmentReport report = SolveBundleAdjustment(world.problem, {20, 20, 1e-8});
   const double held = world.problem.T_cam_world[1].Inverse().translation().norm();
   constexpr double kTolerance = 1e-3;  // the direction turns by a fiftieth
   EXPECT_NEAR(held, distance, kTolerance * distance);
   // It costs nothing: the pixels are met as well as without.
-  const BundleReport report_without = AdjustBundle(without, {20, 20, 1e-8});
+  const BundleAdjustmentReport report_without = SolveBundleAdjustment(without, {20, 20, 1e-8});
   EXPECT_NEAR(report.final_cost, report_without.final_cost, 0.01 * report_without.final_cost);
   const double free = without.T_cam_world[1].Inverse().translation().norm();
   EXPECT_GT(std::abs(free - distance), 5 * kTolerance * distance);
@@ -92,7 +92,7 @@ TEST(HoldDistance, GivesTheScaleThatThePixelsLeaveOpen) {
 TEST(RestoreDepths, UndoesAScalingOfTheWorld) {
   std::mt19937 random(SeedFromTestName());
   const BundleWorld world = MakeWorld(1, random);
-  BundleProblem scaled = world.problem;
+  BundleAdjustmentProblem scaled = world.problem;
   const Eigen::Vector3d centre = scaled.T_cam_world[0].Inverse().translation();
   constexpr double kFactor = 1.7;
   for (Eigen::Vector3d& p : scaled.p_world) p = centre + kFactor * (p - centre);
@@ -110,45 +110,45 @@ TEST(RestoreDepths, UndoesAScalingOfTheWorld) {
   }
 }
 
-TEST(AdjustBundle, NamesTheOutliers) {
+TEST(SolveBundleAdjustment, NamesTheOutliers) {
   std::mt19937 random(SeedFromTestName());
   BundleWorld world = MakeWorld(1, random);
-  const BundleReport report = AdjustBundle(world.problem);
+  const BundleAdjustmentReport report = SolveBundleAdjustment(world.problem);
   std::size_t num_named = 0;
   for (const char is_outlier : report.is_outlier) num_named += is_outlier != 0 ? 1U : 0U;
   for (std::size_t i = 0; i < world.num_outliers; ++i) EXPECT_NE(report.is_outlier[7 * i], 0) << i;
   EXPECT_LE(num_named, world.num_outliers + 5);  // at 3 sigma of the noise hardly any other
 }
 
-TEST(AdjustBundle, LeavesFixedViewsAlone) {
+TEST(SolveBundleAdjustment, LeavesFixedViewsAlone) {
   std::mt19937 random(SeedFromTestName());
   BundleWorld world = MakeWorld(1, random);
-  AdjustBundle(world.problem);
+  SolveBundleAdjustment(world.problem);
   for (const std::size_t i : {0U, 1U}) {
     EXPECT_EQ((world.problem.T_cam_world[i].Matrix() - world.truth[i].Matrix()).norm(), 0);
   }
 }
 
-TEST(AdjustBundle, GivesTheSameBitsTwice) {
+TEST(SolveBundleAdjustment, GivesTheSameBitsTwice) {
   const auto run = [] {
     std::mt19937 random(SeedFromTestName());
     BundleWorld world = MakeWorld(1, random);
-    AdjustBundle(world.problem);
+    SolveBundleAdjustment(world.problem);
     return world.problem;
   };
-  const BundleProblem first = run();
-  const BundleProblem second = run();
+  const BundleAdjustmentProblem first = run();
+  const BundleAdjustmentProblem second = run();
   EXPECT_EQ(first.p_world, second.p_world);
   for (std::size_t i = 0; i < first.T_cam_world.size(); ++i) {
     EXPECT_EQ(first.T_cam_world[i].Matrix(), second.T_cam_world[i].Matrix());
   }
 }
 
-TEST(AdjustBundle, IsTheSameAtAThousandTimesTheScale) {
+TEST(SolveBundleAdjustment, IsTheSameAtAThousandTimesTheScale) {
   const auto run = [](double scale) {
     std::mt19937 random(SeedFromTestName());
     BundleWorld world = MakeWorld(scale, random);
-    const BundleReport report = AdjustBundle(world.problem);
+    const BundleAdjustmentReport report = SolveBundleAdjustment(world.problem);
     return std::pair(Eigen::Vector3d(world.problem.T_cam_world[5].translation() / scale),
                      report.is_outlier);
   };
@@ -158,11 +158,11 @@ TEST(AdjustBundle, IsTheSameAtAThousandTimesTheScale) {
   EXPECT_EQ(small.second, large.second);
 }
 
-TEST(AdjustBundle, ReportsPointsBehindACameraAsOutliers) {
+TEST(SolveBundleAdjustment, ReportsPointsBehindACameraAsOutliers) {
   std::mt19937 random(SeedFromTestName());
   BundleWorld world = MakeWorld(1, random);
   world.problem.p_world[3] = Eigen::Vector3d(0, 0, -5);
-  const BundleReport report = AdjustBundle(world.problem);
+  const BundleAdjustmentReport report = SolveBundleAdjustment(world.problem);
   for (std::size_t i = 0; i < world.problem.observations.size(); ++i) {
     if (world.problem.observations[i].point == 3) {
       EXPECT_NE(report.is_outlier[i], 0);
@@ -171,9 +171,9 @@ TEST(AdjustBundle, ReportsPointsBehindACameraAsOutliers) {
   EXPECT_LT(report.final_cost, report.initial_cost);
 }
 
-double SquaredError(const BundleProblem& problem) {
+double SquaredError(const BundleAdjustmentProblem& problem) {
   double sum = 0;
-  for (const BundleObservation& o : problem.observations) {
+  for (const BundleAdjustmentObservation& o : problem.observations) {
     const Eigen::Vector3d p_cam = problem.T_cam_world[o.view] * problem.p_world[o.point];
     sum += (problem.camera.Project(p_cam) - o.pixel).squaredNorm();
   }
@@ -182,15 +182,15 @@ double SquaredError(const BundleProblem& problem) {
 
 TEST(MinimiseDensely, EndsWhereNoStepLowersTheCost) {
   std::mt19937 random(SeedFromTestName());
-  BundleProblem problem = MakeWorld(1, random).problem;
+  BundleAdjustmentProblem problem = MakeWorld(1, random).problem;
   const std::vector<char> none(problem.observations.size(), 0);
   MinimiseDensely(problem, none, false, 50, {.min_gain = 1e-12});
   const double cost = SquaredError(problem);
-  const auto moved_cost = [&](std::size_t view, const Eigen::Vector3d& turn,
+  const auto moved_cost = [&](std::size_t view, const Eigen::Vector3d& lock,
                               const Eigen::Vector3d& shift) {
-    BundleProblem moved = problem;
+    BundleAdjustmentProblem moved = problem;
     Pose& T = moved.T_cam_world[view];
-    T = Pose(RotationExp(turn) * T.rotation(), T.translation() + shift);
+    T = Pose(RotationExp(lock) * T.rotation(), T.translation() + shift);
     return SquaredError(moved);
   };
   for (int axis = 0; axis < 3; ++axis) {
@@ -200,7 +200,7 @@ TEST(MinimiseDensely, EndsWhereNoStepLowersTheCost) {
         EXPECT_GT(moved_cost(view, sign * 1e-3 * unit, {0, 0, 0}), cost);
         EXPECT_GT(moved_cost(view, {0, 0, 0}, sign * 1e-2 * unit), cost);
       }
-      BundleProblem moved = problem;
+      BundleAdjustmentProblem moved = problem;
       moved.p_world[11] += sign * 0.1 * unit;
       EXPECT_GT(SquaredError(moved), cost);
     }
@@ -209,11 +209,11 @@ TEST(MinimiseDensely, EndsWhereNoStepLowersTheCost) {
 
 TEST(MinimiseDensely, LeavesFixedViewsAndWhatIsUnseenAlone) {
   std::mt19937 random(SeedFromTestName());
-  BundleProblem problem = MakeWorld(1, random).problem;
+  BundleAdjustmentProblem problem = MakeWorld(1, random).problem;
   problem.p_world.emplace_back(1, 2, 3);
   problem.T_cam_world.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(3, 2, 1));
   problem.is_fixed.push_back(0);
-  const BundleProblem before = problem;
+  const BundleAdjustmentProblem before = problem;
   MinimiseDensely(problem, std::vector<char>(problem.observations.size(), 0), true, 5, {});
   EXPECT_EQ(problem.T_cam_world[0].Matrix(), before.T_cam_world[0].Matrix());
   EXPECT_EQ(problem.T_cam_world[1].Matrix(), before.T_cam_world[1].Matrix());
@@ -223,17 +223,17 @@ TEST(MinimiseDensely, LeavesFixedViewsAndWhatIsUnseenAlone) {
 }
 
 // Enough free views for the sparse solver: it must come to the same result as the dense one.
-TEST(AdjustBundle, GivesTheSameWithManyViewsAsWithFew) {
+TEST(SolveBundleAdjustment, GivesTheSameWithManyViewsAsWithFew) {
   std::mt19937 random(SeedFromTestName());
-  BundleProblem few = MakeWorld(1, random).problem;
-  BundleProblem many = few;
+  BundleAdjustmentProblem few = MakeWorld(1, random).problem;
+  BundleAdjustmentProblem many = few;
   for (int i = 0; i < 200; ++i) {  // views that see nothing only make it large
     many.T_cam_world.emplace_back();
     many.is_fixed.push_back(0);
   }
   constexpr int kSteps = 50;
-  AdjustBundle(few, {kSteps, kSteps, 1e-8});
-  AdjustBundle(many, {kSteps, kSteps, 1e-8});
+  SolveBundleAdjustment(few, {kSteps, kSteps, 1e-8});
+  SolveBundleAdjustment(many, {kSteps, kSteps, 1e-8});
   for (std::size_t i = 0; i < few.T_cam_world.size(); ++i) {
     const Pose difference = few.T_cam_world[i] * many.T_cam_world[i].Inverse();
     // Both stop shortly before the very minimum.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/descriptor.h"
+#include "tracking/features/descriptor.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "tracking/tracking_world.h"
+#include "reference/random.h"
 
 namespace mono3d::tracking {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/image_shift.h"
+#include "tracking/features/image_shift.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/keyframe_insertion.h"
+#include "tracking/mapping/keyframe_insertion.h"
 
 #include <gtest/gtest.h>
 

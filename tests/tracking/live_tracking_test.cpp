@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -68,7 +69,10 @@ TEST(LiveTracking, IsAccurateEachTime) {
     for (const Frame& frame : Village().frames) {
       num_keyframes += tracker->Track(frame).finalised_keyframes.size();
     }
-    EXPECT_TRUE(tracker->WaitForMapping().empty());  // no loop, no other map
+    tracker->WaitForMapping();
+    for (const KeyframePose& keyframe : tracker->Poses()->poses()) {
+      EXPECT_EQ(keyframe.S_world_kf.scale(), 1);  // no loop, no other map
+    }
     num_keyframes += tracker->Finish().size();
     const std::vector<TrajectoryEntry> trajectory = tracker->Trajectory();
     EXPECT_EQ(trajectory.size(), Village().frames.size());
@@ -106,21 +110,23 @@ TEST(LiveTracking, JoinsTwoMapsWhenTheyMeet) {
   for (std::size_t i = 59; i > 8; i -= 2) film.push_back(i);
   std::set<int> maps_used;
   std::set<std::int64_t> finalised;
-  std::set<std::int64_t> corrected;
+  KeyframePosesPtr before;  // with two maps
   for (std::size_t i = 0; i < film.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     if (film[i] != kBlack) frame.bgr = Field().frames[film[i]].bgr;
     const TrackingResult result = tracker->Track(frame);
     if (result.T_world_cam) maps_used.insert(result.map_id);
+    if (result.T_world_cam && result.map_id == 1) before = tracker->Poses();
     for (const Keyframe& keyframe : result.finalised_keyframes) finalised.insert(keyframe.id);
-    for (const KeyframeCorrection& correction : result.corrections) corrected.insert(correction.id);
   }
-  for (const KeyframeCorrection& correction : tracker->WaitForMapping()) {
-    EXPECT_EQ(correction.map_id, 0);
-    corrected.insert(correction.id);
-  }
-  EXPECT_EQ(corrected, finalised);
+  tracker->WaitForMapping();
   static_cast<void>(tracker->Finish());
+  const KeyframePosesPtr after = tracker->Poses();
+  ASSERT_NE(before, nullptr);
+  ASSERT_EQ(FindMapJoins(*before, *after).size(), 1U);
+  EXPECT_EQ(FindMapJoins(*before, *after)[0].from, 1);
+  EXPECT_EQ(FindMapJoins(*before, *after)[0].into, 0);
+  for (const std::int64_t id : finalised) EXPECT_EQ(after->At(id).map_id, 0);
   EXPECT_EQ(maps_used.count(1), 1U);
   for (const TrajectoryEntry& entry : tracker->Trajectory()) EXPECT_EQ(entry.map_id, 0);
 }
@@ -130,11 +136,9 @@ TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
   const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
   std::optional<Keyframe> anchor;
   std::size_t num_told = 0;
-  std::size_t num_corrections = 0;
   for (const Frame& frame : Village().frames) {
     const TrackingResult result = tracker->Track(frame);
     EXPECT_TRUE(result.T_world_cam.has_value() || num_told == 0) << result.reason;
-    num_corrections += result.corrections.empty() ? 0U : 1U;
     for (const Keyframe& keyframe : result.finalised_keyframes) {
       if (!anchor) anchor = keyframe;
       if (keyframe.id < anchor->id + 3) continue;
@@ -143,17 +147,25 @@ TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
       KeyframeConstraint constraint;
       constraint.id = keyframe.id;
       constraint.anchor_id = anchor->id;
-      constraint.T_cam_anchor = error * keyframe.T_world_cam.Inverse() * anchor->T_world_cam;
+      const KeyframePosesPtr poses = tracker->Poses();
+      const Similarity S_anchor_kf =
+          poses->At(anchor->id).S_world_kf.Inverse() * poses->At(keyframe.id).S_world_kf;
+      constraint.T_cam_anchor = error * S_anchor_kf.pose().Inverse();
+      constraint.scale = S_anchor_kf.scale();
       constraint.information.setIdentity();
       constraint.information *= 1e8;  // one sigma is a thirtieth of a pixel
       tracker->Constrain(std::vector<KeyframeConstraint>{constraint});
       ++num_told;
     }
   }
-  num_corrections += tracker->WaitForMapping().empty() ? 0U : 1U;
+  tracker->WaitForMapping();
   static_cast<void>(tracker->Finish());
   EXPECT_GT(num_told, 0U);
-  EXPECT_GT(num_corrections, 0U);
+  // Nothing else changes lengths here, see IsAccurateEachTime.
+  const KeyframePosesPtr poses = tracker->Poses();
+  EXPECT_TRUE(
+      std::any_of(poses->poses().begin(), poses->poses().end(),
+                  [](const KeyframePose& keyframe) { return keyframe.S_world_kf.scale() != 1; }));
   EXPECT_EQ(tracker->Trajectory().size(), Village().frames.size());
 }
 
@@ -168,33 +180,33 @@ TEST(MappingThread, MapsKeyframesInOrderThenAdjustsUntilItIsDone) {
   int num_adjustments = 0;
   MappingThread* self = nullptr;
   MappingThread thread({.map_keyframe =
-                            [&](KeyframeId keyframe, MappingTurn& turn) {
+                            [&](KeyframeId keyframe, MappingLock& lock) {
                               mapped.push_back(keyframe);
-                              turn.Breathe();
+                              lock.Yield();
                               if (keyframe == 3) self->RequestAdjustment();
                             },
                         .adjust_all =
-                            [&](MappingTurn&) {
+                            [&](MappingLock&) {
                               ++num_adjustments;
                               return num_adjustments == 2;  // interrupted once
                             }});
-  TrackingTurn turn(thread.turns());
+  TrackingLock lock(thread.mutex());
   self = &thread;
   for (const KeyframeId keyframe : {1U, 2U, 3U}) {
     thread.Add(keyframe);
-    thread.WaitForRoom(turn);
+    thread.WaitForRoom(lock);
   }
-  thread.Wait(turn);
+  thread.Wait(lock);
   EXPECT_THAT(mapped, ElementsAre(1U, 2U, 3U));
   EXPECT_EQ(num_adjustments, 2);
 }
 
 TEST(MappingThread, HandsOnWhatItsWorkThrows) {
-  MappingThread thread({.map_keyframe = [](KeyframeId, MappingTurn&) { throw Error("no room"); },
-                        .adjust_all = [](MappingTurn&) { return true; }});
-  TrackingTurn turn(thread.turns());
+  MappingThread thread({.map_keyframe = [](KeyframeId, MappingLock&) { throw Error("no room"); },
+                        .adjust_all = [](MappingLock&) { return true; }});
+  TrackingLock lock(thread.mutex());
   thread.Add(1);
-  EXPECT_THAT([&] { thread.Wait(turn); }, ThrowsMessage<Error>(HasSubstr("no room")));
+  EXPECT_THAT([&] { thread.Wait(lock); }, ThrowsMessage<Error>(HasSubstr("no room")));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/map_joining.h"
+#include "tracking/places/map_joining.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracking/frame_tracking.h"
-#include "tracking/place_matching.h"
+#include "tracking/places/place_matching.h"
+#include "tracking/places/relocaliser.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -43,7 +43,7 @@ const Similarity& Turn() {
 TEST(Append, NumbersAndMovesWhatTheOtherMapHolds) {
   Map map = SmallMap(0);
   Map other = SmallMap(1);
-  const MapPoint before = other.point(0);
+  const MapPoint before = other.point(PointId{0});
   map.Append(std::move(other), Turn());
   EXPECT_TRUE(other.keyframes().empty());  // NOLINT(bugprone-use-after-move): as documented
   ASSERT_EQ(map.keyframes().size(), 6U);
@@ -52,23 +52,23 @@ TEST(Append, NumbersAndMovesWhatTheOtherMapHolds) {
   EXPECT_LT((map.keyframe(5).view.Centre() - Eigen::Vector3d(100, 2, 0)).norm(), kTolerance);
   EXPECT_LT((map.T_cam_world(4).Inverse().translation() - Eigen::Vector3d(100, 1, 0)).norm(),
             kTolerance);  // the culled one, by its anchor
-  EXPECT_LT((map.point(1).p_world - Eigen::Vector3d(100, 0, 20)).norm(), kTolerance);
+  EXPECT_LT((map.point(PointId{1}).p_world - Eigen::Vector3d(100, 0, 20)).norm(), kTolerance);
   EXPECT_EQ(map.keyframe(5).view.points[0], PointId{1});
-  ASSERT_EQ(map.point(1).observations.size(), 2U);
-  EXPECT_EQ(map.point(1).observations[0].keyframe, 3U);
+  ASSERT_EQ(map.point(PointId{1}).observations.size(), 2U);
+  EXPECT_EQ(map.point(PointId{1}).observations[0].keyframe, 3U);
   EXPECT_EQ(map.keyframe(4).anchor, 3U);
   EXPECT_DOUBLE_EQ(map.keyframe(3).scale, 2);
   EXPECT_DOUBLE_EQ(map.keyframe(0).scale, 1);
-  EXPECT_DOUBLE_EQ(map.point(1).max_distance, 2 * before.max_distance);
+  EXPECT_DOUBLE_EQ(map.point(PointId{1}).max_distance, 2 * before.max_distance);
 }
 
 TEST(Append, LeavesEveryImageAsItWas) {
   Map map = SmallMap(0);
   map.Append(SmallMap(1), Turn());
   for (const KeyframeId keyframe : {3, 5}) {
-    const Eigen::Vector3d p_cam = map.T_cam_world(keyframe) * map.point(1).p_world;
+    const Eigen::Vector3d p_cam = map.T_cam_world(keyframe) * map.point(PointId{1}).p_world;
     const Eigen::Vector3d expected =
-        2 * (SmallMap(1).T_cam_world(keyframe - 3) * SmallMap(1).point(0).p_world);
+        2 * (SmallMap(1).T_cam_world(keyframe - 3) * SmallMap(1).point(PointId{0}).p_world);
     EXPECT_LT((p_cam - expected).norm(), kTolerance);
   }
 }
@@ -97,7 +97,7 @@ TEST(MatchPlace, IsNoneWhereTheFinePoseHasTooFewPoints) {
     own_map.AddObservation(own_map.AddPoint(10 * SmallCamera().Unproject(pixels[i])), {0, i});
   }
   View view = own_map.keyframe(0).view;
-  const int num_inliers = Relocalise(old_map, 0, view, 1).num_inliers;
+  const int num_inliers = FindPoseByKeyframe(old_map, 0, view, 1).num_inliers;
   ASSERT_GE(num_inliers, kMinVotes);
   ASSERT_LT(num_inliers, 20);
   // A proposal that the view has taken over, in place of its 25 own points.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/map.h"
+#include "tracking/map/map.h"
 
 #include <gtest/gtest.h>
 
@@ -42,32 +42,34 @@ TEST(Map, DropsAPointWithOneObservationLeft) {
   Map map = ThreeKeyframes();
   const PointId point = AddSeen(map, 0, {0, 1, 2});
   map.RemoveObservation(point, {1, 0});
-  EXPECT_TRUE(map.point(point).alive);
+  EXPECT_TRUE(map.IsAlive(point));
   map.RemoveObservation(point, {0, 0});
-  EXPECT_FALSE(map.point(point).alive);
+  EXPECT_FALSE(map.IsAlive(point));
   EXPECT_FALSE(map.keyframe(2).view.points[0].has_value());
 }
 
-TEST(Map, GivesANumberToANewPointOnlyOnceNobodyHoldsIt) {
+TEST(Map, TellsANewPointFromTheRemovedOneInItsPlace) {
   Map map = ThreeKeyframes();
   const PointId kept = AddSeen(map, 0, {0, 1});
   const PointId gone = AddSeen(map, 1, {0, 1});
-  View previous = MakeView(SmallCamera(), {{50, 50}, {100, 50}});
-  previous.points = {kept, gone};
   map.RemovePoint(gone);
   map.RemovePoint(gone);  // is not there any more
-  map.ReuseReleased();
-  EXPECT_NE(AddSeen(map, 1, {0, 1}), gone);  // `previous` may still hold it
-  map.ReleaseRemoved(&previous);
-  EXPECT_EQ(previous.points[0], kept);
-  EXPECT_FALSE(previous.points[1].has_value());
-  EXPECT_NE(AddSeen(map, 2, {0, 1}), gone);  // and so may the mapping
-  map.ReuseReleased();
-  const PointId reused = AddSeen(map, 3, {0, 1});
-  EXPECT_EQ(reused, gone);
-  EXPECT_TRUE(map.point(reused).alive);
+  EXPECT_FALSE(map.IsAlive(gone));
+  const PointId reused = AddSeen(map, 2, {0, 1});
+  EXPECT_EQ(reused.index, gone.index);
+  EXPECT_NE(reused, gone);
+  EXPECT_FALSE(map.IsAlive(gone));
+  EXPECT_TRUE(map.IsAlive(reused));
   EXPECT_EQ(map.point(reused).observations.size(), 2U);
-  EXPECT_NE(AddSeen(map, 1, {2}), gone);  // once only
+  map.RemovePoint(gone);  // is another one by now
+  EXPECT_TRUE(map.IsAlive(reused));
+  EXPECT_NE(AddSeen(map, 3, {0, 1}).index, gone.index);  // a place is given away once
+  EXPECT_EQ(map.PointIds().size(), 3U);
+  EXPECT_EQ(map.PointIds()[0], kept);
+  EXPECT_EQ(map.PointIds()[1], reused);
+  // Who still holds the old one counts it for nothing.
+  EXPECT_EQ(map.KeyframesSeeing({kept, reused}).size(), 2U);
+  EXPECT_TRUE(map.KeyframesSeeing({gone}).empty());
 }
 
 TEST(Map, MergesTheObservationsOfTwoPoints) {
@@ -75,7 +77,7 @@ TEST(Map, MergesTheObservationsOfTwoPoints) {
   const PointId kept = AddSeen(map, 0, {0, 1});
   const PointId gone = AddSeen(map, 3, {1, 2});
   map.MergePoints(gone, kept);
-  EXPECT_FALSE(map.point(gone).alive);
+  EXPECT_FALSE(map.IsAlive(gone));
   EXPECT_EQ(map.point(kept).observations.size(), 3U);
   EXPECT_EQ(map.FeatureOf(kept, 1), 0U);  // it had one there already
   EXPECT_EQ(map.FeatureOf(kept, 2), 3U);
@@ -112,9 +114,9 @@ TEST(Map, KeepsNoMemoryForWhatIsGone) {
   map.RemoveKeyframe(1, 0);  // one observation is too few
   EXPECT_EQ(map.keyframe(1).view.features.capacity(), 0U);
   EXPECT_EQ(map.keyframe(1).view.points.capacity(), 0U);
-  ASSERT_FALSE(map.point(point).alive);
-  EXPECT_EQ(map.point(point).observations.capacity(), 0U);
-  EXPECT_FALSE(map.point(point).patch.has_value());
+  ASSERT_FALSE(map.IsAlive(point));
+  EXPECT_EQ(map.points()[point.index].observations.capacity(), 0U);
+  EXPECT_FALSE(map.points()[point.index].patch.has_value());
 }
 
 TEST(Map, RescalesAllLengths) {

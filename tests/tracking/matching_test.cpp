@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/matching.h"
+#include "tracking/features/matching.h"
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <random>
 
+#include "tracking/features/feature_grid.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -20,11 +22,13 @@ std::vector<Eigen::Vector2d> RandomPixels(int count, std::mt19937& random) {
   return pixels;
 }
 
+PointId PointOf(std::size_t feature) { return {static_cast<std::uint32_t>(feature + 100), 0}; }
+
 // The features of a view, expected `shift` away from where they are.
 std::vector<ProjectedPoint> Expect(const View& view, const Eigen::Vector2d& shift) {
   std::vector<ProjectedPoint> projected;
   for (std::size_t i = 0; i < view.features.size(); ++i) {
-    projected.push_back({i + 100, view.features[i].pixel + shift, 5, 0, 1,
+    projected.push_back({PointOf(i), view.features[i].pixel + shift, 5, 0, 1,
                          view.features[i].descriptor, view.features[i].angle_deg});
   }
   return projected;
@@ -38,11 +42,11 @@ TEST(MatchProjected, FindsEachPointWithinItsWindow) {
   const auto near = MatchProjected(Expect(view, {4, -4}), view, {});
   ASSERT_EQ(near.size(), 200U);
   for (const PointMatch& match : near) {
-    EXPECT_EQ(match.point, match.feature + 100);
+    EXPECT_EQ(match.point, PointOf(match.feature));
     EXPECT_EQ(match.distance, 0);
   }
   for (const PointMatch& match : MatchProjected(Expect(view, {6, 0}), view, {})) {
-    EXPECT_NE(match.point, match.feature + 100);  // out of its window
+    EXPECT_NE(match.point, PointOf(match.feature));  // out of its window
   }
 }
 
@@ -50,13 +54,13 @@ TEST(MatchProjected, GivesAFeatureToItsMostSimilarPoint) {
   View view = MakeView(SmallCamera(), {{100, 100}});
   std::vector<ProjectedPoint> projected = Expect(view, {0, 0});
   projected.push_back(projected[0]);
-  projected[0].point = 1;
+  projected[0].point = {1};
   projected[0].descriptor[0] ^= 0xff;  // eight bits off
-  projected[1].point = 2;
+  projected[1].point = {2};
   const auto matches = MatchProjected(projected, view, {});
   ASSERT_EQ(matches.size(), 1U);
-  EXPECT_EQ(matches[0].point, 2U);
-  view.points[0] = 7;
+  EXPECT_EQ(matches[0].point, PointId{2});
+  view.points[0] = PointId{7};
   EXPECT_TRUE(MatchProjected(projected, view, {}).empty());
   EXPECT_EQ(MatchProjected(projected, view, {.take_occupied = true}).size(), 1U);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/patch_alignment.h"
+#include "tracking/alignment/patch_alignment.h"
 
 #include <gtest/gtest.h>
 
@@ -118,8 +118,8 @@ TEST(TakePatch, CopiesTheSquareAroundThePoint) {
 
 // Of a plane in camera a: where camera b sees what is at pixel `p` of camera a.
 Eigen::Vector2d Transfer(const CameraModel& camera, const Pose& T_b_a, const Eigen::Vector2d& at,
-                         double z, const Eigen::Vector2d& slope, const Eigen::Vector2d& p) {
-  const double inverse_z = (1 + slope.dot(p - at)) / z;
+                         double z, const Eigen::Vector2d& normal, const Eigen::Vector2d& p) {
+  const double inverse_z = (1 + normal.dot(p - at)) / z;
   return camera.Project(T_b_a * (camera.Unproject(p) / inverse_z));
 }
 
@@ -128,12 +128,12 @@ TEST(WarpPatch, IsTheDerivativeOfTheTransferOverThePlane) {
   const Pose T_b_a(RotationExp({0.05, -0.2, 0.3}), {0.5, -0.2, 0.3});
   const Eigen::Vector2d pixel(120, 90);
   const double z = 4;
-  const Eigen::Vector2d facing = FacingSlope(camera, pixel);
-  for (const Eigen::Vector2d& slope : {facing, Eigen::Vector2d(0.002, -0.001)}) {
-    const auto warp = WarpPatch(camera, T_b_a, pixel, z, slope);
+  const Eigen::Vector2d facing = FacingNormal(camera, pixel);
+  for (const Eigen::Vector2d& normal : {facing, Eigen::Vector2d(0.002, -0.001)}) {
+    const auto warp = WarpPatch(camera, T_b_a, pixel, z, normal);
     ASSERT_TRUE(warp.has_value());
     const auto transfer = [&](const Eigen::Vector2d& p) {
-      return Transfer(camera, T_b_a, pixel, z, slope, p);
+      return Transfer(camera, T_b_a, pixel, z, normal, p);
     };
     constexpr double kStep = 1e-3;
     for (int axis = 0; axis < 2; ++axis) {
@@ -143,9 +143,9 @@ TEST(WarpPatch, IsTheDerivativeOfTheTransferOverThePlane) {
       EXPECT_LT((warp->by_pixel.col(axis) - by_pixel).norm(), 1e-6);
     }
     const Eigen::Vector2d change(1e-3, -2e-3);
-    const auto other = WarpPatch(camera, T_b_a, pixel, z, slope + change);
+    const auto other = WarpPatch(camera, T_b_a, pixel, z, normal + change);
     ASSERT_TRUE(other.has_value());
-    EXPECT_LT((other->by_pixel - warp->by_pixel - warp->by_slope * change.transpose()).norm(),
+    EXPECT_LT((other->by_pixel - warp->by_pixel - warp->by_normal * change.transpose()).norm(),
               1e-12);
   }
 }
@@ -153,7 +153,7 @@ TEST(WarpPatch, IsTheDerivativeOfTheTransferOverThePlane) {
 TEST(WarpPatch, HalvesThePatchAtTwiceTheDistance) {
   const CameraModel camera = SmallCamera();
   const Eigen::Vector2d centre(camera.cx, camera.cy);
-  const Eigen::Vector2d facing = FacingSlope(camera, centre);
+  const Eigen::Vector2d facing = FacingNormal(camera, centre);
   const auto warp =
       WarpPatch(camera, Pose(Eigen::Quaterniond::Identity(), {0, 0, 4}), centre, 4, facing);
   ASSERT_TRUE(warp.has_value());
@@ -169,7 +169,7 @@ struct LeaningWaves {
   Pose T_b_a{RotationExp({0, -0.15, 0}), {0.6, 0.1, 0}};
   Eigen::Vector2d at{190.3, 110.6};
   double z = 4;
-  Eigen::Vector2d slope{0.004, -0.002};
+  Eigen::Vector2d normal{0.004, -0.002};
   Octaves in_a;
   Octaves in_b;
 
@@ -192,12 +192,13 @@ struct LeaningWaves {
 
   // Where camera a sees what is at this pixel of camera b.
   Eigen::Vector2d ToA(const Eigen::Vector2d& pixel_b) const {
-    const Eigen::Vector3d normal(
-        slope.x() * camera.fx, slope.y() * camera.fy,
-        1 + slope.x() * (camera.cx - at.x()) + slope.y() * (camera.cy - at.y()));  // normal . p = z
+    const Eigen::Vector3d plane_normal(
+        normal.x() * camera.fx, normal.y() * camera.fy,
+        1 + normal.x() * (camera.cx - at.x()) +
+            normal.y() * (camera.cy - at.y()));  // plane_normal . p = z
     const Pose T_a_b = T_b_a.Inverse();
     const Eigen::Vector3d ray = T_a_b.rotation() * camera.Unproject(pixel_b);
-    const double along = (z - normal.dot(T_a_b.translation())) / normal.dot(ray);
+    const double along = (z - plane_normal.dot(T_a_b.translation())) / plane_normal.dot(ray);
     return camera.Project(T_a_b.translation() + along * ray);
   }
   static std::uint8_t Grey(const Eigen::Vector2d& p) {
@@ -205,7 +206,7 @@ struct LeaningWaves {
                                                  30 * std::cos(0.3 * p.x() - 0.6 * p.y()) +
                                                  20 * std::sin(0.004 * p.x() * p.y())));
   }
-  Eigen::Vector2d InB() const { return Transfer(camera, T_b_a, at, z, slope, at); }
+  Eigen::Vector2d InB() const { return Transfer(camera, T_b_a, at, z, normal, at); }
   PatchWarp Warp(const Eigen::Vector2d& with) const {
     return WarpPatch(camera, T_b_a, at, z, with).value();
   }
@@ -215,47 +216,47 @@ TEST(AlignPatch, IsOffWhereTheSurfaceLeansOtherwise) {
   const LeaningWaves world;
   const auto patch = TakePatch(world.in_a, world.at, 0);
   ASSERT_TRUE(patch.has_value());
-  const auto error_with = [&](const Eigen::Vector2d& slope) {
+  const auto error_with = [&](const Eigen::Vector2d& normal) {
     const auto found =
-        AlignPatch(*patch, world.Warp(slope).by_pixel, world.in_b, world.InB() + kStart);
+        AlignPatch(*patch, world.Warp(normal).by_pixel, world.in_b, world.InB() + kStart);
     return found ? (found->pixel - world.InB()).norm() : HUGE_VAL;
   };
-  EXPECT_LT(error_with(world.slope), kMaxError_px);
-  EXPECT_GT(error_with(FacingSlope(world.camera, world.at)), 2 * kMaxError_px);
+  EXPECT_LT(error_with(world.normal), kMaxError_px);
+  EXPECT_GT(error_with(FacingNormal(world.camera, world.at)), 2 * kMaxError_px);
 }
 
-TEST(MeasureSlope, TellsHowTheSurfaceLeans) {
+TEST(MeasureNormal, TellsHowTheSurfaceLeans) {
   const LeaningWaves world;
   auto patch = TakePatch(world.in_a, world.at, 0);
   ASSERT_TRUE(patch.has_value());
-  patch->slope = UnknownSlope(world.camera, world.at);
-  const double before = (patch->slope.value - world.slope).norm();
+  patch->normal = UnknownNormal(world.camera, world.at);
+  const double before = (patch->normal.value - world.normal).norm();
   // Linear in what it does not know yet: twice gets there. The place may be off meanwhile.
   for (int i = 0; i < 2; ++i) {
-    const auto evidence = MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_b,
-                                       world.InB() + Eigen::Vector2d(0.1, -0.1));
+    const auto evidence = MeasureNormal(*patch, world.Warp(patch->normal.value), world.in_b,
+                                        world.InB() + Eigen::Vector2d(0.1, -0.1));
     ASSERT_TRUE(evidence.has_value());
-    // Across the parallax it hardly tells anything, along it a lot; both are of the slope.
+    // Across the parallax it hardly tells anything, along it a lot; both are of the normal.
     EXPECT_GT(evidence->information.eigenvalues().real().minCoeff(), 0);
-    patch->slope.value = evidence->information.inverse() * evidence->weighted_slope;
+    patch->normal.value = evidence->information.inverse() * evidence->weighted_normal;
   }
-  EXPECT_LT((patch->slope.value - world.slope).norm(), 0.1 * before);
+  EXPECT_LT((patch->normal.value - world.normal).norm(), 0.1 * before);
 }
 
-TEST(MeasureSlope, SaysNothingWithoutParallaxOrTexture) {
+TEST(MeasureNormal, SaysNothingWithoutParallaxOrTexture) {
   LeaningWaves world;
   auto patch = TakePatch(world.in_a, world.at, 0);
   ASSERT_TRUE(patch.has_value());
-  patch->slope = UnknownSlope(world.camera, world.at);
-  const double prior = patch->slope.information.norm();
+  patch->normal = UnknownNormal(world.camera, world.at);
+  const double prior = patch->normal.information.norm();
   world.T_b_a = Pose();
-  const auto still = MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_a, world.at);
+  const auto still = MeasureNormal(*patch, world.Warp(patch->normal.value), world.in_a, world.at);
   ASSERT_TRUE(still.has_value());
   EXPECT_LT(still->information.norm(), 1e-9 * prior);
   const Octaves grey = BuildOctaves(cv::Mat(224, 384, CV_8UC1, cv::Scalar(90)));
-  EXPECT_FALSE(MeasureSlope(*patch, world.Warp(patch->slope.value), grey, world.at).has_value());
+  EXPECT_FALSE(MeasureNormal(*patch, world.Warp(patch->normal.value), grey, world.at).has_value());
   EXPECT_FALSE(
-      MeasureSlope(*patch, world.Warp(patch->slope.value), world.in_a, {2, 100}).has_value());
+      MeasureNormal(*patch, world.Warp(patch->normal.value), world.in_a, {2, 100}).has_value());
 }
 
 TEST(AlignPatch, KnowsHowSureItIs) {

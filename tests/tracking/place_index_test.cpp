@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/place_index.h"
+#include "tracking/places/place_index.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "tracking/tracking_world.h"
+#include "reference/random.h"
 
 namespace mono3d::tracking {
 namespace {

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "mono3d/core/error.h"
+#include "tracking/places/relocaliser.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/point_culling.h"
+#include "tracking/mapping/point_culling.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ constexpr int kMany = 40;  // keyframes, more than any single flight past a plac
 // which is to be culled or not, and others, which all keyframes show, so that they hang together.
 class PointCulling : public testing::Test {
  protected:
-  static constexpr PointId kTested = 0;
+  static constexpr PointId kTested{0};
 
   PointCulling() {
     for (int x = -2; x <= 2; ++x) points_.emplace_back(x, 0.5 * (x % 2), 10);
@@ -26,7 +26,7 @@ class PointCulling : public testing::Test {
     for (const Eigen::Vector3d& p : points_) {
       const PointId id = map_.AddPoint(p);
       for (KeyframeId keyframe = 0; keyframe < 3; ++keyframe) {
-        map_.AddObservation(id, {keyframe, id});
+        map_.AddObservation(id, {keyframe, id.index});
       }
       map_.UpdatePoint(id);
     }
@@ -45,9 +45,9 @@ class PointCulling : public testing::Test {
   // A keyframe that shows the others, and the tested one if so asked; then culls.
   void Visit(const Pose& T_cam_world, bool shows_tested) {
     const KeyframeId keyframe = AddKeyframe(T_cam_world);
-    for (PointId id = 0; id < points_.size(); ++id) {
-      if (id == kTested && !(shows_tested && map_.point(id).alive)) continue;
-      map_.AddObservation(id, {keyframe, id});
+    for (const PointId id : map_.PointIds()) {
+      if (id == kTested && !shows_tested) continue;
+      map_.AddObservation(id, {keyframe, id.index});
       map_.UpdatePoint(id);
     }
     CountShown(map_, keyframe);
@@ -55,9 +55,9 @@ class PointCulling : public testing::Test {
   }
 
   bool IsInView(const Pose& T_cam_world) const {
-    return SmallCamera().Contains(SmallCamera().Project(T_cam_world * points_[kTested]));
+    return SmallCamera().Contains(SmallCamera().Project(T_cam_world * points_[kTested.index]));
   }
-  bool TestedIsAlive() const { return map_.point(kTested).alive; }
+  bool TestedIsAlive() const { return map_.IsAlive(kTested); }
 
   std::vector<Eigen::Vector3d> points_;
   Map map_{0, SmallCamera(), FeatureOptions{}};
@@ -66,7 +66,7 @@ class PointCulling : public testing::Test {
 TEST_F(PointCulling, TakesPointsThatManyKeyframesDoNotShowButNotTheOthers) {
   for (int i = 0; i < kMany; ++i) Visit(Pose(), false);
   EXPECT_FALSE(TestedIsAlive());
-  for (PointId id = 1; id < points_.size(); ++id) EXPECT_TRUE(map_.point(id).alive) << id;
+  EXPECT_EQ(map_.PointIds().size(), points_.size() - 1);
 }
 
 TEST_F(PointCulling, LeavesPointsAloneThatASingleFlightPastDoesNotShowAgain) {
@@ -110,11 +110,11 @@ TEST_F(PointCulling, TakesNewPointsThatFewerThanThreeKeyframesSee) {
   map_.AddObservation(seen_twice, {second, 1});
   map_.AddObservation(seen_twice, {third, 1});
   CullPoints(map_);
-  EXPECT_TRUE(map_.point(seen_twice).alive);
+  EXPECT_TRUE(map_.IsAlive(seen_twice));
   AddKeyframe(Pose());
   AddKeyframe(Pose());
   CullPoints(map_);
-  EXPECT_FALSE(map_.point(seen_twice).alive);
+  EXPECT_FALSE(map_.IsAlive(seen_twice));
   EXPECT_TRUE(TestedIsAlive());
 }
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/pose_constraint.h"
+#include "tracking/optimisation/pose_constraint.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
 #include "reference/random.h"
-#include "tracking/bundle_adjustment.h"
-#include "tracking/dense_bundle.h"
+#include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -91,13 +90,13 @@ TEST(PoseInformation, IsThatOfThePoseWhateverTheScale) {
 
 // Three views in a row, of which the second sees points with both others, but these none together.
 struct ThreeViews {
-  BundleProblem problem;
+  BundleAdjustmentProblem problem;
   std::vector<Pose> truth;
 };
 
 ThreeViews MakeThreeViews(std::mt19937& random) {
   ThreeViews world;
-  BundleProblem& problem = world.problem;
+  BundleAdjustmentProblem& problem = world.problem;
   problem.camera = SmallCamera();
   for (int i = 0; i < 3; ++i) {
     world.truth.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-3 * i, 0, 0));
@@ -127,47 +126,47 @@ PoseConstraint Between(const ThreeViews& world, const Pose& error) {
   return {2, 0, error * (world.truth[2] * world.truth[0].Inverse()), root.asDiagonal()};
 }
 
-double ErrorOf(const ThreeViews& world, const BundleProblem& problem) {
+double ErrorOf(const ThreeViews& world, const BundleAdjustmentProblem& problem) {
   const Pose error = problem.T_cam_world[2] * world.truth[2].Inverse();
   return error.translation().norm() + 10 * error.RotationAngle();
 }
 
-TEST(AdjustBundle, FollowsAConstraint) {
+TEST(SolveBundleAdjustment, FollowsAConstraint) {
   std::mt19937 random(SeedFromTestName());
   const ThreeViews world = MakeThreeViews(random);
-  BundleProblem without = world.problem;
-  AdjustBundle(without, {20, 20, 1e-8});
-  BundleProblem with = world.problem;
+  BundleAdjustmentProblem without = world.problem;
+  SolveBundleAdjustment(without, {20, 20, 1e-8});
+  BundleAdjustmentProblem with = world.problem;
   with.constraints = {Between(world, Pose())};
-  AdjustBundle(with, {20, 20, 1e-8});
+  SolveBundleAdjustment(with, {20, 20, 1e-8});
   EXPECT_LT(ErrorOf(world, with), 0.2 * ErrorOf(world, without));
 }
 
-TEST(AdjustBundle, HardlyHeedsAConstraintThatContradictsThePoints) {
+TEST(SolveBundleAdjustment, HardlyHeedsAConstraintThatContradictsThePoints) {
   std::mt19937 random(SeedFromTestName());
   const ThreeViews world = MakeThreeViews(random);
-  BundleProblem without = world.problem;
-  AdjustBundle(without, {20, 20, 1e-8});
-  BundleProblem with = world.problem;
+  BundleAdjustmentProblem without = world.problem;
+  SolveBundleAdjustment(without, {20, 20, 1e-8});
+  BundleAdjustmentProblem with = world.problem;
   // The directions of translation are known from the points: sideways by a fifth of the depth.
   with.constraints = {Between(world, Pose(RotationExp({0.1, 0, 0}), {0, 2, 0}))};
-  AdjustBundle(with, {20, 20, 1e-8});
+  SolveBundleAdjustment(with, {20, 20, 1e-8});
   EXPECT_LT(ErrorOf(world, with), 1.2 * ErrorOf(world, without));
 }
 
 // The sparse solver, for which 200 views are that see nothing, comes to the same.
-TEST(AdjustBundle, TakesConstraintsWithManyViewsAsWithFew) {
+TEST(SolveBundleAdjustment, TakesConstraintsWithManyViewsAsWithFew) {
   std::mt19937 random(SeedFromTestName());
-  BundleProblem few = MakeThreeViews(random).problem;
+  BundleAdjustmentProblem few = MakeThreeViews(random).problem;
   few.constraints = {
       {2, 1, Pose(RotationExp({0.01, 0, 0}), {-3.2, 0.1, 0}), 100 * Matrix6d::Identity()}};
-  BundleProblem many = few;
+  BundleAdjustmentProblem many = few;
   for (int i = 0; i < 200; ++i) {
     many.T_cam_world.emplace_back();
     many.is_fixed.push_back(0);
   }
-  AdjustBundle(few, {50, 50, 1e-10});
-  AdjustBundle(many, {50, 50, 1e-10});
+  SolveBundleAdjustment(few, {50, 50, 1e-10});
+  SolveBundleAdjustment(many, {50, 50, 1e-10});
   for (std::size_t i = 0; i < few.T_cam_world.size(); ++i) {
     const Pose difference = few.T_cam_world[i] * many.T_cam_world[i].Inverse();
     EXPECT_LT(difference.translation().norm(), 1e-2) << i;

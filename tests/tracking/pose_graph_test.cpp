@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/pose_graph.h"
+#include "tracking/optimisation/pose_graph.h"
 
 #include <gtest/gtest.h>
 

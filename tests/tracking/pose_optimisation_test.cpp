@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/pose_optimisation.h"
+#include "tracking/optimisation/pose_optimisation.h"
 
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/image/keyframe.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {

@@ -48,6 +48,7 @@ struct Film {
 
 struct Tracked {
   std::vector<TrackingResult> results;
+  std::vector<KeyframePosesPtr> poses;  // after each frame
   std::vector<TrajectoryEntry> trajectory;
   std::vector<Keyframe> keyframes;
 };
@@ -59,6 +60,7 @@ Tracked TrackFilm(const Film& film) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];
     run.results.push_back(tracker->Track(frame));
+    run.poses.push_back(tracker->Poses());
     const auto& finalised = run.results.back().finalised_keyframes;
     run.keyframes.insert(run.keyframes.end(), finalised.begin(), finalised.end());
   }
@@ -174,28 +176,32 @@ TEST(TrackerFaults, TwoMapsBecomeOneWhenTheyMeet) {
   for (std::size_t i = 59; i > kAt - 4; i -= 2) film.Add(i);
   const Tracked run = TrackFilm(film);
   std::set<int> maps_used;
-  const TrackingResult* joining = nullptr;
-  for (const TrackingResult& result : run.results) {
+  std::size_t joining = 0;  // the frame after which there is one map
+  for (std::size_t i = 0; i < run.results.size(); ++i) {
+    const TrackingResult& result = run.results[i];
     if (result.status == TrackingStatus::kTracking) maps_used.insert(result.map_id);
-    if (!result.corrections.empty()) joining = &result;
+    if (i > 0 && !FindMapJoins(*run.poses[i - 1], *run.poses[i]).empty()) joining = i;
   }
   EXPECT_EQ(maps_used, (std::set<int>{0, 1}));
-  ASSERT_NE(joining, nullptr);
-  EXPECT_EQ(joining->map_id, 0);
-  // Every keyframe handed out until then is told where it is now, those of the second map too.
-  std::set<std::int64_t> corrected;
-  for (const KeyframeCorrection& correction : joining->corrections) {
-    EXPECT_EQ(correction.map_id, 0);
-    EXPECT_GT(correction.scale, 0);
-    corrected.insert(correction.id);
-  }
+  ASSERT_GT(joining, 0U);
+  EXPECT_EQ(run.results[joining].map_id, 0);
+  // It is told of every keyframe handed out until then where it is now, of the second map too.
+  const KeyframePoses& before = *run.poses[joining - 1];
+  const KeyframePoses& after = *run.poses[joining];
   int num_of_second = 0;
-  for (const Keyframe& keyframe : run.keyframes) {
-    if (keyframe.map_id != 1) continue;
-    ++num_of_second;
-    EXPECT_EQ(corrected.count(keyframe.id), 1U);
+  for (std::size_t i = 0; i < joining; ++i) {
+    for (const Keyframe& keyframe : run.results[i].finalised_keyframes) {
+      EXPECT_EQ(after.At(keyframe.id).map_id, 0);
+      if (before.At(keyframe.id).map_id == 0) continue;
+      ++num_of_second;
+      EXPECT_EQ(before.At(keyframe.id).S_world_kf.scale(), 1);
+      EXPECT_NE(after.At(keyframe.id).S_world_kf.scale(), 1);
+    }
   }
   EXPECT_GT(num_of_second, 0);
+  const MapJoin join = FindMapJoins(before, after).at(0);
+  EXPECT_EQ(join.from, 1);
+  EXPECT_EQ(join.into, 0);
   ExpectOneGoodMap(run, film, film.images.size() - 12);
 }
 

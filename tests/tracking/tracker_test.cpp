@@ -10,6 +10,7 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/image/keyframe.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -36,7 +37,8 @@ struct Tracked {
   std::vector<Keyframe> keyframes;
   std::vector<TrajectoryEntry> trajectory;
   std::vector<TrajectoryEntry> keyframe_trajectory;
-  PointCloud points;
+  KeyframePosesPtr poses;
+  SparseModel sparse;
 };
 
 Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options = {}) {
@@ -50,7 +52,8 @@ Tracked TrackAll(const std::vector<Frame>& frames, const TrackerOptions& options
   for (Keyframe& keyframe : tracker->Finish()) run.keyframes.push_back(std::move(keyframe));
   run.trajectory = tracker->Trajectory();
   run.keyframe_trajectory = tracker->KeyframeTrajectory();
-  run.points = tracker->MapPoints(0);
+  run.poses = tracker->Poses();
+  run.sparse = tracker->Sparse(0);
   return run;
 }
 
@@ -78,8 +81,7 @@ TEST(Tracker, FollowsAFlightOverHouses) {
   EXPECT_EQ(run.trajectory.size(), Village().frames.size());
   for (const TrajectoryEntry& entry : run.trajectory) EXPECT_EQ(entry.map_id, 0);
   EXPECT_LT(RelativeError(run.trajectory, Village()), kMaxRelativeError);
-  EXPECT_GT(run.points.size(), 300U);
-  EXPECT_EQ(run.points.observations.size(), run.points.size());
+  EXPECT_GT(run.sparse.points.size(), 300U);
 }
 
 TEST(Tracker, FollowsAFlightOverAPlane) {
@@ -98,7 +100,10 @@ TEST(Tracker, GivesTheSameBitsTwice) {
   for (std::size_t i = 0; i < first.trajectory.size(); ++i) {
     EXPECT_EQ(first.trajectory[i].T_world_cam.Matrix(), second.trajectory[i].T_world_cam.Matrix());
   }
-  EXPECT_EQ(first.points.points, second.points.points);
+  ASSERT_EQ(first.sparse.points.size(), second.sparse.points.size());
+  for (std::size_t i = 0; i < first.sparse.points.size(); ++i) {
+    EXPECT_EQ(first.sparse.points[i].p_world, second.sparse.points[i].p_world);
+  }
 }
 
 TEST(Tracker, StartsWithMedianDepthOne) {
@@ -118,11 +123,12 @@ TEST(Tracker, HandsOutEachKeyframeOnceFinalisedInOrder) {
   for (std::size_t i = 0; i < run.keyframes.size(); ++i) {
     const Keyframe& keyframe = run.keyframes[i];
     EXPECT_EQ(keyframe.id, static_cast<std::int64_t>(i));
-    EXPECT_EQ(keyframe.map_id, 0);
+    EXPECT_EQ(run.poses->At(keyframe.id).map_id, 0);
     EXPECT_NO_THROW(Validate(keyframe.frame));
     EXPECT_GT(keyframe.sparse_depths_su.size(), 50U);
     if (i < 2) continue;  // the start waits for its parallax
-    const Pose step = run.keyframes[i - 1].T_world_cam.Inverse() * keyframe.T_world_cam;
+    const Pose step = run.poses->At(run.keyframes[i - 1].id).T_world_cam().Inverse() *
+                      run.poses->At(keyframe.id).T_world_cam();
     const double share = step.translation().norm() / Median(keyframe.sparse_depths_su);
     EXPECT_LT(step.RotationAngle() * 180 / std::numbers::pi, 5);
     EXPECT_LT(share, 0.1);
@@ -149,6 +155,7 @@ TEST(Tracker, SaysWhyItDoesNotStart) {
   const TrackingResult black = tracker->Track(BlackFrame(0));
   EXPECT_EQ(black.status, TrackingStatus::kNotInitialised);
   EXPECT_EQ(black.reason, "0 features, 100 needed");
+  EXPECT_EQ(black.loss, TrackingLoss::kTooFewFeatures);
   EXPECT_FALSE(black.T_world_cam.has_value());
   Frame still = Village().frames[0];
   for (int i = 1; i < 4; ++i) {
@@ -162,7 +169,7 @@ TEST(Tracker, SaysWhyItDoesNotStart) {
   }
   EXPECT_THAT(tracker->Trajectory(), IsEmpty());
   EXPECT_THAT(tracker->Finish(), IsEmpty());
-  EXPECT_TRUE(tracker->MapPoints(0).empty());
+  EXPECT_THAT(tracker->Sparse(0).points, IsEmpty());
 }
 
 // A narrow search loses the first views before there is parallax enough.
@@ -177,9 +184,9 @@ TEST(Tracker, TracksTheFramesBeforeItsStartBackwards) {
   const Tracked run = TrackAll(Village().frames, LateStart());
   std::size_t num_recovered = 0;
   for (const TrackingResult& result : run.results) {
-    for (const TrajectoryEntry& entry : result.recovered) {
-      EXPECT_FALSE(run.results[static_cast<std::size_t>(entry.frame_index)].T_world_cam);
-      EXPECT_EQ(entry.map_id, result.map_id);
+    for (const FramePose& pose : result.recovered) {
+      EXPECT_FALSE(run.results[static_cast<std::size_t>(pose.frame_index)].T_world_cam);
+      EXPECT_EQ(run.poses->At(pose.keyframe_id).map_id, result.map_id);
       ++num_recovered;
     }
   }
@@ -212,6 +219,7 @@ TEST(Tracker, FindsItsPoseAgainAfterAShortLoss) {
   for (const std::size_t i : {14U, 15U, 16U}) {
     EXPECT_EQ(run.results[i].status, TrackingStatus::kLost);
     EXPECT_THAT(run.results[i].reason, HasSubstr("map points found again, 30 needed"));
+    EXPECT_EQ(run.results[i].loss, TrackingLoss::kTooFewMapPoints);
     EXPECT_FALSE(run.results[i].T_world_cam.has_value());
   }
   EXPECT_EQ(run.results[17].status, TrackingStatus::kTracking);
@@ -257,8 +265,8 @@ TEST(Tracker, StartsANewMapInAnotherPlaceAfterALongLoss) {
   EXPECT_EQ(run.results[21].status, TrackingStatus::kNotInitialised);
   EXPECT_EQ(run.results.back().status, TrackingStatus::kTracking);
   EXPECT_EQ(run.results.back().map_id, 1);
-  EXPECT_EQ(run.keyframes.front().map_id, 0);
-  EXPECT_EQ(run.keyframes.back().map_id, 1);
+  EXPECT_EQ(run.poses->At(run.keyframes.front().id).map_id, 0);
+  EXPECT_EQ(run.poses->At(run.keyframes.back().id).map_id, 1);
   for (std::size_t i = 1; i < run.keyframes.size(); ++i) {
     EXPECT_EQ(run.keyframes[i].id, run.keyframes[i - 1].id + 1);  // counted over all maps
   }

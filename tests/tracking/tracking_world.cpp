@@ -7,6 +7,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "tracking/features/feature_grid.h"
+
 namespace mono3d::tracking {
 namespace {
 

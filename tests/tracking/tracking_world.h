@@ -11,7 +11,7 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "reference/random.h"
-#include "tracking/map.h"
+#include "tracking/map/map.h"
 
 namespace mono3d::tracking {
 

@@ -60,9 +60,11 @@ AblationFigures CompareWithTruth(const DepthMap& map, const DepthTruth& truth) {
 }
 
 ImageBundle Middle(const ImageBundle& bundle, std::size_t num_images) {
-  const auto first = bundle.keyframes.begin() +
-                     static_cast<std::ptrdiff_t>((bundle.keyframes.size() - num_images) / 2);
-  return {{first, first + static_cast<std::ptrdiff_t>(num_images)}};
+  const auto first = static_cast<std::ptrdiff_t>((bundle.keyframes.size() - num_images) / 2);
+  const auto end = first + static_cast<std::ptrdiff_t>(num_images);
+  const auto keyframes = bundle.keyframes.begin();
+  const auto poses = bundle.T_ref_cam.begin();
+  return {{keyframes + first, keyframes + end}, {poses + first, poses + end}};
 }
 
 // Over the bundles of one sequence.

@@ -13,8 +13,8 @@
 
 namespace mono3d::tools {
 
-// What each part of the depth stage buys: bundles of sequences with true depth at given poses, each
-// estimated with the default options and with one part after the other left out or exchanged.
+// Ablation of the depth stage: bundles of sequences with true depth and true poses are estimated
+// with the default options, and again with one part after the other left out or exchanged.
 struct AblationOptions {
   std::vector<std::string> folders;  // images/, camera.yaml, groundtruth.txt, depth/
   int num_bundles = 3;               // of each sequence, spread over it

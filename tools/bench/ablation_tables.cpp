@@ -39,7 +39,7 @@ Json ToJson(const AblationFigures& figures) {
 
 std::vector<Table> ToTables(const AblationResult& result) {
   Table means;
-  means.title = "What each part of the depth stage buys, on " + result.device;
+  means.title = "Ablation of the depth stage, on " + result.device;
   means.columns = {"",        "L1-rel",           "delta 1.01",      "delta 1.05",
                    "density", "normals, degrees", "L1-rel, slanted", "removed / oracle",
                    "CPU ms"};

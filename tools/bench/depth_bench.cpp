@@ -47,14 +47,16 @@ ImageBundle ReadBundle(const DepthBenchOptions& options) {
   source_options.resize = options.resize;
   ImageBundle bundle;
   std::vector<std::string> chosen;
+  std::vector<Pose> T_world_cam;
   for (int i = -reach; i <= reach; i += options.step) {
     const auto index = static_cast<std::size_t>(reference + i);
     chosen.push_back(images[index]);
     Keyframe keyframe;
     keyframe.id = static_cast<std::int64_t>(bundle.keyframes.size());
-    keyframe.T_world_cam = poses[index].T_world_cam;
+    T_world_cam.push_back(poses[index].T_world_cam);
     bundle.keyframes.push_back(keyframe);
   }
+  SetPoses(T_world_cam, bundle);
   const auto source =
       OpenFrameSource(chosen, ReadCameraFile((folder / "camera.yaml").string()), source_options);
   for (Keyframe& keyframe : bundle.keyframes) keyframe.frame = source->Next().value();

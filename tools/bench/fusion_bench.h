@@ -43,10 +43,12 @@ struct FusionBenchResult {
   double export_cpu_ms = 0;
   // A whole loop is closed: 5 degrees and 3 % of scale between its ends.
   std::int64_t num_corrected = 0;  // surfels before
-  std::int64_t num_merged = 0;
   double correction_cpu_ms = 0;
   double correction_wall_ms = 0;
-  std::vector<StageSpread> correction;
+  // What it leaves to be merged, all at once, as an export does it.
+  std::int64_t num_merged = 0;
+  double merging_cpu_ms = 0;
+  std::vector<StageSpread> merging;
   // A map for which the model, full, becomes coarser.
   std::int64_t num_full = 0;    // surfels before
   std::int64_t num_coarse = 0;  // and after, with the map

@@ -79,15 +79,16 @@ std::vector<bool> Holes(const CameraModel& camera, std::mt19937& random) {
 
 }  // namespace
 
-DepthMap WavyGroundMap(int width_px, int height_px, int index) {
-  DepthMap map;
+PosedDepthMap WavyGroundMap(int width_px, int height_px, int index) {
+  PosedDepthMap posed;
+  DepthMap& map = posed.map;
   CameraModel& camera = map.camera;
   camera.width = width_px;
   camera.height = height_px;
   camera.fx = camera.fy = kFocalPerWidth * width_px;
   camera.cx = 0.5 * (width_px - 1);
   camera.cy = 0.5 * (height_px - 1);
-  map.T_world_cam = FlightPose(camera, index);
+  posed.T_world_cam = FlightPose(camera, index);
   map.keyframe_id = map.frame_index = index;
   map.depth = cv::Mat::zeros(height_px, width_px, CV_32FC1);
   map.normal = cv::Mat::zeros(height_px, width_px, CV_32FC3);
@@ -99,12 +100,12 @@ DepthMap WavyGroundMap(int width_px, int height_px, int index) {
   const std::vector<bool> holes = Holes(camera, random);
   const int hole_columns = width_px / kHoleSize_px + 1;
   std::normal_distribution<double> noise(0, kNoise_px * map.depth_sigma_per_square_depth);
-  const Eigen::Matrix3d R = map.T_world_cam.rotation().toRotationMatrix();
+  const Eigen::Matrix3d R = posed.T_world_cam.rotation().toRotationMatrix();
   for (int y = 0; y < height_px; ++y) {
     for (int x = 0; x < width_px; ++x) {
       const Vector3d ray = R * camera.Unproject({x, y});
-      const double depth_su = Meet(map.T_world_cam.translation(), ray);
-      const Vector3d p = map.T_world_cam.translation() + depth_su * ray;
+      const double depth_su = Meet(posed.T_world_cam.translation(), ray);
+      const Vector3d p = posed.T_world_cam.translation() + depth_su * ray;
       const auto grey = static_cast<unsigned char>(std::clamp(Grey(p), 0.0, 255.0));
       map.bgr.at<cv::Vec3b>(y, x) = cv::Vec3b(grey, grey, grey);
       const int block = y / kHoleSize_px * hole_columns + x / kHoleSize_px;
@@ -117,17 +118,17 @@ DepthMap WavyGroundMap(int width_px, int height_px, int index) {
       map.confidence.at<float>(y, x) = kConfidence;
     }
   }
-  return map;
+  return posed;
 }
 
-DepthMap Misplaced(const DepthMap& map, double error_px, int index) {
+PosedDepthMap Misplaced(const PosedDepthMap& posed, double error_px, int index) {
   const double angle_rad = 2.4 * index;  // far from those of the maps before
   const Vector3d across(std::cos(angle_rad), std::sin(angle_rad), 0);
-  const double turn_rad = 0.5 * error_px / map.camera.fx;
-  DepthMap misplaced = map;
+  const double turn_rad = 0.5 * error_px / posed.map.camera.fx;
+  PosedDepthMap misplaced = posed;
   misplaced.T_world_cam =
-      map.T_world_cam * Pose(RotationExp(turn_rad * Vector3d(across.y(), -across.x(), 0)),
-                             turn_rad * kHeight_su * across);
+      posed.T_world_cam * Pose(RotationExp(turn_rad * Vector3d(across.y(), -across.x(), 0)),
+                               turn_rad * kHeight_su * across);
   return misplaced;
 }
 

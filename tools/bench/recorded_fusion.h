@@ -4,21 +4,25 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/stamped_pose.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
 
 namespace mono3d::tools {
 
-// What the chain asks of a model: a depth map is to be fused, or keyframes were moved.
-using FusionEvent = std::variant<DepthMap, std::vector<KeyframeCorrection>>;
+// What the chain asks of a model: to follow the tracker's poses of this moment, and to fuse a depth
+// map, where there is one.
+struct FusionEvent {
+  KeyframePoses poses;
+  std::optional<DepthMap> map;
+};
 
 // One run of the chain over the sequence in `folder` (images/, camera.yaml): all that its model was
 // asked, in order. Where the tracker made several maps, of the one with most depth maps. Throws

@@ -85,7 +85,10 @@ TrackedRun TrackAll(FrameSource& source, Tracker& tracker, TrackingBenchResult& 
     const double spent_ms = timed(run.thread_ms, [&] { tracked = tracker.Track(*frame); });
     result.max_thread_ms = std::max(result.max_thread_ms, spent_ms);
     ++result.num_frames;
-    run.online.insert(run.online.end(), tracked.recovered.begin(), tracked.recovered.end());
+    const KeyframePosesPtr poses = tracker.Poses();
+    for (const FramePose& recovered : tracked.recovered) {
+      if (const auto entry = InWorld(recovered, *poses)) run.online.push_back(*entry);
+    }
     if (!tracked.T_world_cam) continue;
     ++result.num_tracked;
     if (!result.first_frame) result.first_frame = frame->index;

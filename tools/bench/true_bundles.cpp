@@ -65,7 +65,19 @@ std::vector<Indices> BundlesByStep(const Sequence& sequence, std::size_t step) {
   return bundles;
 }
 
+// Keyframe i is image i.
+KeyframePoses PosesOf(const Sequence& sequence) {
+  std::vector<KeyframePose> poses;
+  for (std::size_t i = 0; i < sequence.poses.size(); ++i) {
+    poses.push_back({.keyframe_id = static_cast<std::int64_t>(i),
+                     .map_id = 0,
+                     .S_world_kf = {1, sequence.poses[i].T_world_cam}});
+  }
+  return {0, std::move(poses)};
+}
+
 std::vector<Indices> BundlesOfSelector(const Sequence& sequence) {
+  const KeyframePoses poses = PosesOf(sequence);
   const auto selector = CreateKeyframeSelector();
   std::vector<Indices> bundles;
   for (std::size_t i = 0; i < sequence.poses.size(); ++i) {
@@ -73,9 +85,8 @@ std::vector<Indices> BundlesOfSelector(const Sequence& sequence) {
     if (truth.empty()) continue;
     Keyframe keyframe;
     keyframe.id = static_cast<std::int64_t>(i);
-    keyframe.T_world_cam = sequence.poses[i].T_world_cam;
     keyframe.sparse_depths_su = SparseDepths(truth);
-    const std::optional<ImageBundle> bundle = selector->Add(keyframe);
+    const std::optional<ImageBundle> bundle = selector->Add(keyframe, poses);
     if (!bundle) continue;
     Indices indices;
     for (const Keyframe& chosen : bundle->keyframes) {
@@ -88,14 +99,16 @@ std::vector<Indices> BundlesOfSelector(const Sequence& sequence) {
 
 TrueBundle ReadTrueBundle(const Sequence& sequence, const Indices& indices) {
   std::vector<std::string> images;
+  std::vector<Pose> T_world_cam;
   TrueBundle result;
   for (const std::size_t index : indices) {
     images.push_back(sequence.files.images[index]);
     Keyframe keyframe;
     keyframe.id = static_cast<std::int64_t>(index);
-    keyframe.T_world_cam = sequence.poses[index].T_world_cam;
     result.bundle.keyframes.push_back(std::move(keyframe));
+    T_world_cam.push_back(sequence.poses[index].T_world_cam);
   }
+  SetPoses(T_world_cam, result.bundle);
   const auto source = OpenFrameSource(images, sequence.camera, {});
   for (Keyframe& keyframe : result.bundle.keyframes) keyframe.frame = source->Next().value();
   const std::size_t middle = result.bundle.reference_index();

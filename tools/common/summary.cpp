@@ -33,12 +33,12 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
               static_cast<long long>(counts.num_frames), num_tracked,
               static_cast<long long>(counts.num_keyframes),
               static_cast<long long>(counts.num_bundles), static_cast<long long>(counts.num_fused));
-  if (record.live) {
+  if (result.live) {
     std::printf(
         "live %.1f fps  latency %.0f ms (5 %% above %.0f, largest %.0f)  frames dropped %lld  "
         "bundles dropped %lld\n",
-        record.live->frames_per_s, record.live->mean_latency_ms, record.live->p95_latency_ms,
-        record.live->max_latency_ms, static_cast<long long>(record.live->num_dropped_frames),
+        result.live->frames_per_s, result.live->mean_latency_ms, result.live->p95_latency_ms,
+        result.live->max_latency_ms, static_cast<long long>(result.live->num_dropped_frames),
         static_cast<long long>(counts.num_dropped_bundles));
   }
   if (record.num_skipped_images > 0) {

@@ -4,7 +4,9 @@
 #include "depth/bundle_input.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <utility>
 
 #include "mono3d/core/error.h"
 #include "mono3d/io/any_trajectory_file.h"
@@ -35,16 +37,20 @@ std::vector<Frame> ReadFrames(const BundleInput& input, const CameraModel& calib
   return frames;
 }
 
-Keyframe MakeKeyframe(const Frame& frame, std::size_t index, const Pose& T_world_cam) {
-  Keyframe keyframe;
-  keyframe.id = static_cast<std::int64_t>(index);
-  keyframe.frame = frame;
-  keyframe.T_world_cam = T_world_cam;
-  return keyframe;
-}
+// Images with where they are, each in the order of flight.
+struct PosedImages {
+  std::vector<Keyframe> keyframes;
+  std::vector<KeyframePose> poses;
 
-std::vector<Keyframe> PosedByTum(const std::vector<Frame>& frames,
-                                 const std::filesystem::path& path) {
+  Keyframe& Add(const Frame& frame, const Pose& T_world_cam) {
+    const auto id = static_cast<std::int64_t>(keyframes.size());
+    keyframes.push_back({.id = id, .frame = frame, .sparse_depths_su = {}});
+    poses.push_back({.keyframe_id = id, .map_id = 0, .S_world_kf = {1, T_world_cam}});
+    return keyframes.back();
+  }
+};
+
+PosedImages PosedByTum(const std::vector<Frame>& frames, const std::filesystem::path& path) {
   const std::vector<StampedPose> poses = ReadTrajectory(path);
   if (poses.size() != frames.size()) {
     throw Error(ErrorParts{.what = "wrong number of poses",
@@ -52,31 +58,29 @@ std::vector<Keyframe> PosedByTum(const std::vector<Frame>& frames,
                            .expected = std::to_string(frames.size()) + ", one for each image",
                            .found = std::to_string(poses.size())});
   }
-  std::vector<Keyframe> keyframes;
+  PosedImages images;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    keyframes.push_back(MakeKeyframe(frames[i], i, poses[i].T_world_cam));
-    keyframes.back().frame.timestamp_s = poses[i].timestamp_s;
+    images.Add(frames[i], poses[i].T_world_cam).frame.timestamp_s = poses[i].timestamp_s;
   }
-  return keyframes;
+  return images;
 }
 
 // COLMAP's names may have folders before them.
-std::vector<Keyframe> PosedByColmap(const std::vector<Frame>& frames,
-                                    const std::filesystem::path& folder) {
+PosedImages PosedByColmap(const std::vector<Frame>& frames, const std::filesystem::path& folder) {
   const SparseModel model = ReadColmapModel(folder);
-  std::vector<Keyframe> keyframes;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  PosedImages images;
+  for (const Frame& frame : frames) {
     const auto image =
         std::find_if(model.images.begin(), model.images.end(), [&](const SparseImage& candidate) {
-          return std::filesystem::path(candidate.name).filename() == frames[i].name;
+          return std::filesystem::path(candidate.name).filename() == frame.name;
         });
     if (image == model.images.end()) {
       throw Error(ErrorParts{.what = "COLMAP model does not have the image",
                              .where = folder / "images.txt",
-                             .expected = frames[i].name,
+                             .expected = frame.name,
                              .found = std::to_string(model.images.size()) + " other images"});
     }
-    Keyframe& keyframe = keyframes.emplace_back(MakeKeyframe(frames[i], i, image->T_world_cam));
+    Keyframe& keyframe = images.Add(frame, image->T_world_cam);
     const Pose T_cam_world = image->T_world_cam.Inverse();
     for (const SparseObservation& seen : image->observations) {
       if (!seen.point) continue;
@@ -84,7 +88,16 @@ std::vector<Keyframe> PosedByColmap(const std::vector<Frame>& frames,
       if (z > 0) keyframe.sparse_depths_su.push_back(static_cast<float>(z));
     }
   }
-  return keyframes;
+  return images;
+}
+
+// With the poses of the file or folder that was named.
+PosedImages ReadPosedImages(const BundleInput& input, const std::vector<Frame>& frames) {
+  if (std::filesystem::is_directory(input.poses)) return PosedByColmap(frames, input.poses);
+  if (DetectTrajectoryForm(input.poses) == TrajectoryForm::kColmap) {
+    return PosedByColmap(frames, std::filesystem::path(input.poses).parent_path());
+  }
+  return PosedByTum(frames, input.poses);
 }
 
 }  // namespace
@@ -94,19 +107,22 @@ PosedBundle ReadBundle(const BundleInput& input, StageTimes* times) {
   posed.calibration = ReadCameraFile(input.camera);
   const std::vector<Frame> frames = ReadFrames(input, posed.calibration);
   if (input.poses.empty()) {
-    posed.estimation = EstimateBundlePoses(frames, input.estimation, times);
+    posed.estimation = EstimateImageBundlePoses(frames, input.estimation, times);
     if (!posed.estimation->is_estimated) throw Error("no poses: " + posed.estimation->reason);
     posed.bundle.keyframes = posed.estimation->keyframes;
-    return posed;
-  }
-  if (std::filesystem::is_directory(input.poses)) {
-    posed.bundle.keyframes = PosedByColmap(frames, input.poses);
-  } else if (DetectTrajectoryForm(input.poses) == TrajectoryForm::kColmap) {
-    posed.bundle.keyframes =
-        PosedByColmap(frames, std::filesystem::path(input.poses).parent_path());
+    std::vector<KeyframePose> poses;
+    for (std::size_t i = 0; i < posed.bundle.keyframes.size(); ++i) {
+      poses.push_back({.keyframe_id = posed.bundle.keyframes[i].id,
+                       .map_id = 0,
+                       .S_world_kf = {1, posed.estimation->T_world_cam[i]}});
+    }
+    posed.poses = KeyframePoses(0, std::move(poses));
   } else {
-    posed.bundle.keyframes = PosedByTum(frames, input.poses);
+    PosedImages images = ReadPosedImages(input, frames);
+    posed.bundle.keyframes = std::move(images.keyframes);
+    posed.poses = KeyframePoses(0, std::move(images.poses));
   }
+  if (!SetPoses(posed.poses, posed.bundle)) throw Error("an image of the bundle has no pose");
   return posed;
 }
 
@@ -123,8 +139,9 @@ nlohmann::ordered_json PosesRecord(const BundleInput& input, const PosedBundle& 
     json["reprojection_px"] = posed.estimation->reprojection_px;
   }
   for (const Keyframe& keyframe : posed.bundle.keyframes) {
-    const Eigen::Vector3d& t = keyframe.T_world_cam.translation();
-    const Eigen::Quaterniond& q = keyframe.T_world_cam.rotation();
+    const Pose& T_world_cam = posed.poses.At(keyframe.id).T_world_cam();
+    const Eigen::Vector3d& t = T_world_cam.translation();
+    const Eigen::Quaterniond& q = T_world_cam.rotation();
     json["images"].push_back({{"name", keyframe.frame.name},
                               {"tx_ty_tz", {t.x(), t.y(), t.z()}},
                               {"qx_qy_qz_qw", {q.x(), q.y(), q.z(), q.w()}}});
@@ -135,7 +152,7 @@ nlohmann::ordered_json PosesRecord(const BundleInput& input, const PosedBundle& 
 void WriteEstimation(const std::filesystem::path& folder, const PosedBundle& posed) {
   std::vector<StampedPose> poses;
   for (const Keyframe& keyframe : posed.bundle.keyframes) {
-    poses.push_back({keyframe.frame.timestamp_s, keyframe.T_world_cam});
+    poses.push_back({keyframe.frame.timestamp_s, posed.poses.At(keyframe.id).T_world_cam()});
   }
   WriteTrajectory(folder / "poses.txt", poses);
   WriteColmapModel(folder / "sparse", WithCamera(posed.estimation->model, posed.calibration));

@@ -12,7 +12,8 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/image/image_bundle.h"
-#include "mono3d/tracking/bundle_poses.h"
+#include "mono3d/image/keyframe_poses.h"
+#include "mono3d/tracking/image_bundle_poses.h"
 
 namespace mono3d::tools {
 
@@ -21,13 +22,14 @@ struct BundleInput {
   std::string camera;
   std::string poses;  // TUM file, COLMAP model; empty: estimated
   std::string resize;
-  BundlePosesOptions estimation;
+  ImageBundlePosesOptions estimation;
 };
 
 struct PosedBundle {
   ImageBundle bundle;
-  CameraModel calibration;                // as the file has it
-  std::optional<BundlePoses> estimation;  // where the poses were estimated
+  KeyframePoses poses;      // of its images, in the world that was given or estimated
+  CameraModel calibration;  // as the file has it
+  std::optional<ImageBundlePoses> estimation;  // where the poses were estimated
 };
 
 // The images that were named, or those of the one folder or glob that was, with their poses: one

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/evaluation/cloud_search.h"
 
 namespace mono3d::tools {
@@ -174,10 +175,8 @@ std::vector<float> SplatRadii(const PointCloud& cloud) {
     const std::uint32_t farthest = neighbours[(i + 1) * static_cast<std::size_t>(count) - 1];
     radii[i] = kSplatShare * (cloud.points[farthest] - cloud.points[i]).norm();
   }
-  std::vector<float> sorted = radii;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  for (float& radius : radii) radius = std::min(radius, kMaxSplatInMedians * *middle);
+  const float largest = kMaxSplatInMedians * UpperMedian(radii);
+  for (float& radius : radii) radius = std::min(radius, largest);
   return radii;
 }
 

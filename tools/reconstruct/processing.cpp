@@ -3,14 +3,13 @@
 
 #include "reconstruct/processing.h"
 
-#include <algorithm>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
+#include "mono3d/io/paced_source.h"
 
 namespace mono3d::tools {
 namespace {
@@ -35,21 +34,6 @@ void ProcessAll(RunRecord& record, const ProcessNext& process_next) {
   }
 }
 
-LiveRecord Summarise(std::vector<double> latencies_ms, double elapsed_s, std::int64_t num_dropped) {
-  LiveRecord live;
-  live.num_dropped_frames = num_dropped;
-  if (latencies_ms.empty()) return live;
-  std::sort(latencies_ms.begin(), latencies_ms.end());
-  const std::size_t count = latencies_ms.size();
-  if (elapsed_s > 0) live.frames_per_s = static_cast<double>(count) / elapsed_s;
-  for (const double latency_ms : latencies_ms) {
-    live.mean_latency_ms += latency_ms / static_cast<double>(count);
-  }
-  live.p95_latency_ms = latencies_ms[count - 1 - (count - 1) / 20];
-  live.max_latency_ms = latencies_ms.back();
-  return live;
-}
-
 }  // namespace
 
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
@@ -59,30 +43,22 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
       const ScopedStageTimer timer(&times, "io/read");
       frame = source.Next();
     }
-    if (frame) pipeline.Process(*frame);
-    return frame.has_value();
+    const bool has_frame = frame.has_value();
+    if (has_frame) pipeline.Process(*std::move(frame));
+    return has_frame;
   });
   record.num_skipped_images = source.num_skipped();
 }
 
-void ProcessLive(std::unique_ptr<FrameSource> source, const LiveSourceOptions& options,
-                 Pipeline& pipeline, RunRecord& record) {
-  LiveSource live(std::move(source), options);
-  std::vector<double> latencies_ms;
-  std::optional<double> first_ms;
-  double last_ms = 0;
+void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record) {
+  PacedSource paced(std::move(source), &StopRequested());
+  pipeline.Start();
   ProcessAll(record, [&] {
-    const std::optional<Frame> frame = live.Next();
-    if (!frame) return false;
-    if (!first_ms) first_ms = WallClockMs();
-    pipeline.Process(*frame);
-    last_ms = WallClockMs();
-    latencies_ms.push_back(1e3 * live.Latency_s(*frame));
-    return true;
+    std::optional<Frame> frame = paced.Next();
+    if (frame) (void)pipeline.Push(*std::move(frame));
+    return frame.has_value() || StopRequested();
   });
-  const double elapsed_s = first_ms ? 1e-3 * (last_ms - *first_ms) : 0;
-  record.live = Summarise(std::move(latencies_ms), elapsed_s, live.num_dropped());
-  record.num_skipped_images = live.num_skipped();
+  record.num_skipped_images = paced.num_skipped();
 }
 
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step) {

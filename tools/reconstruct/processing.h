@@ -8,7 +8,6 @@
 
 #include "mono3d/core/timing.h"
 #include "mono3d/io/frame_source.h"
-#include "mono3d/io/live_source.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
 
@@ -18,14 +17,13 @@ namespace mono3d::tools {
 // kept. `record` is told how it ended and how many images could not be read.
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record);
 
-// The same at the pace of the time stamps; `record` is told how well it kept up.
-void ProcessLive(std::unique_ptr<FrameSource> source, const LiveSourceOptions& options,
-                 Pipeline& pipeline, RunRecord& record);
+// The same live: frames are pushed at the pace of their time stamps.
+void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record);
 
 // Runs `step`; an error in it is what the run failed by, unless it had failed before.
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step);
 
-// Finish; what there is in spite of an error in it.
+// Finish, or Stop of a live run; what there is in spite of an error in it.
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record);
 
 }  // namespace mono3d::tools

@@ -3,11 +3,12 @@
 
 #include "simulate/sequence_folder.h"
 
-#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/undistorter.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/output_file.h"
@@ -87,9 +88,7 @@ class SequenceWriter {
     WritePly(folder_ / "cloud.ply", points);
     std::vector<float> heights;
     for (const Eigen::Vector3f& point : points.points) heights.push_back(point.z());
-    const auto quantile = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
-    std::nth_element(heights.begin(), quantile, heights.end());
-    ground_z_m = *quantile;
+    ground_z_m = Quantile(std::move(heights), 0.05);
     return points.size();
   }
 

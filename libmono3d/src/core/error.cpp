@@ -25,6 +25,38 @@ std::string FormatLine(const ErrorParts& parts) {
 
 }  // namespace
 
-Error::Error(const ErrorParts& parts) : std::runtime_error(FormatLine(parts)) {}
+const char* ToString(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalidArgument:
+      return "invalid argument";
+    case ErrorCode::kInvalidInput:
+      return "invalid input";
+    case ErrorCode::kNotFound:
+      return "not found";
+    case ErrorCode::kUnsupported:
+      return "unsupported";
+    case ErrorCode::kIo:
+      return "input or output failed";
+    case ErrorCode::kDevice:
+      return "device failed";
+    case ErrorCode::kOutOfMemory:
+      return "out of memory";
+  }
+  return "unknown error";
+}
+
+Error::Error(const ErrorParts& parts) : std::runtime_error(FormatLine(parts)), code_(parts.code) {}
+
+Error::Error(const std::string& what, ErrorCode code)
+    : Error(ErrorParts{.what = what, .where = {}, .expected = {}, .found = {}, .code = code}) {}
+
+UsageError::UsageError(const ErrorParts& parts)
+    : Error(ErrorParts{.what = parts.what,
+                       .where = parts.where,
+                       .expected = parts.expected,
+                       .found = parts.found,
+                       .code = ErrorCode::kInvalidArgument}) {}
+
+UsageError::UsageError(const std::string& what) : Error(what, ErrorCode::kInvalidArgument) {}
 
 }  // namespace mono3d

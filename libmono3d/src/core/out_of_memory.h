@@ -16,7 +16,8 @@ auto NamingOutOfMemory(const std::string& where, const Step& step) {
   try {
     return step();
   } catch (const std::bad_alloc&) {
-    throw Error(ErrorParts{"not enough memory on this machine", where, {}, {}});
+    throw Error(
+        ErrorParts{"not enough memory on this machine", where, {}, {}, ErrorCode::kOutOfMemory});
   }
 }
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "depth/photometric.h"
+#include "depth/measurement.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -42,7 +42,8 @@ void RequireSize(const Frame& frame, const Device& device) {
                            .expected = "at most " + std::to_string(limit / (4 * sizeof(float))) +
                                        " pixels, as a buffer may have " + std::to_string(limit) +
                                        " bytes",
-                           .found = SizeText(camera.width, camera.height)});
+                           .found = SizeText(camera.width, camera.height),
+                           .code = ErrorCode::kUnsupported});
   }
 }
 
@@ -53,7 +54,8 @@ void RequireViews(const ImageBundle& bundle, const RefinementOptions& refinement
                          .where = bundle.reference().frame.name,
                          .expected = "at most " + std::to_string(num_sources) + " with " +
                                      std::to_string(num_sources + 1) + " images",
-                         .found = std::to_string(refinement.min_views)});
+                         .found = std::to_string(refinement.min_views),
+                         .code = ErrorCode::kInvalidArgument});
 }
 
 // Share of the pixels around which, in the census window, grey values differ.

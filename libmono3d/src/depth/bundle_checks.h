@@ -18,8 +18,8 @@ namespace mono3d {
 void RequireBundle(const ImageBundle& bundle, const RefinementOptions& refinement,
                    const Device& device);
 
-// What the images themselves say about why they do not match: that the reference, or all others,
-// show nothing but one grey value around nearly every pixel. Empty when they show something.
+// Why these images cannot be matched, where they show it themselves: around nearly every pixel the
+// reference, or every other image, has only one grey value. Empty when they have texture.
 std::optional<std::string> ReasonInTheImages(const ImageBundle& bundle);
 
 }  // namespace mono3d

@@ -12,45 +12,47 @@
 
 #include "depth/buffers.h"
 #include "depth/bundle_checks.h"
-#include "depth/dog.h"
 #include "depth/hierarchy.h"
 #include "depth/image_noise.h"
-#include "depth/normals.h"
+#include "depth/kernels.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
-#include "depth/texture_filter.h"
-#include "depth/upsample.h"
 #include "gpu/recorder.h"
 
 namespace mono3d {
 namespace {
 
-// Half the width of the 9x7 census: nearer to the border the image cuts it.
+// Half the width of the 9x7 census window, which the image border cuts nearer than this.
 constexpr int kUncertainBorder_px = 4;
 
-// A range whose ends are less than this apart in the farthest camera shows nothing but noise.
+// If the nearest and the farthest depth project to places less than this apart in every image, the
+// sweep measures nothing but noise.
 constexpr double kMinMotionPx = 2;
-// Less of the reference in view of any source, halfway through the range and at its far end, is no
-// overlap.
+// Images overlap when a source sees at least this share of the reference, in the middle of the
+// range of inverse depths or at its far end.
 constexpr double kMinVisibleShare = 0.1;
-// A map with less of the image than this is what chance leaves of a bundle that does not match.
+// A bundle that does not match keeps a few chance estimates: fewer than this share of the pixels.
 constexpr double kMinDensity = 0.01;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
 constexpr double kDogUnitsPerGrey = 256;
 
-DepthResult Rejected(std::string reason) {
+DepthResult Rejected(DepthRejection rejection, std::string reason) {
   DepthResult result;
+  result.rejection = rejection;
   result.reason = std::move(reason);
   return result;
 }
 
-// For the images' own reason where they have one.
+// With the reason that the images themselves show, such as no texture, where there is one.
 DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
-  return Rejected(ReasonInTheImages(bundle).value_or(std::move(reason)));
+  if (std::optional<std::string> no_texture = ReasonInTheImages(bundle)) {
+    return Rejected(DepthRejection::kNoTexture, *std::move(no_texture));
+  }
+  return Rejected(DepthRejection::kNoMatch, std::move(reason));
 }
 
 class VulkanDepthEstimator final : public DepthEstimator {
@@ -68,12 +70,9 @@ class VulkanDepthEstimator final : public DepthEstimator {
   DepthEstimatorOptions options_;
   StageTimes* times_;
   Recorder recorder_;
+  DepthKernels kernels_;
   Hierarchy hierarchy_;
-  UpsampleStage upsample_;
   Refiner refiner_;
-  NormalsStage normals_stage_;
-  DogStage dog_;
-  TextureFilterStage texture_filter_;
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
@@ -89,18 +88,19 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       options_(options),
       times_(times),
       recorder_(device_),
-      hierarchy_(device_, options),
-      upsample_(device_),
-      refiner_(device_, options.refinement),
-      normals_stage_(device_),
-      dog_(device_),
-      texture_filter_(device_) {}
+      kernels_(device_),
+      hierarchy_(device_, kernels_, options),
+      refiner_(device_, kernels_, options.refinement) {
+  kernels_.Prepare(options);
+}
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   RequireBundle(bundle, options_.refinement, *device_);
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
-  if (!geometry.HasBaseline()) return Rejected("no baseline between the images");
+  if (!geometry.HasBaseline()) {
+    return Rejected(DepthRejection::kNoBaseline, "no baseline between the images");
+  }
   hierarchy_.Upload(bundle);
   noise_ = MeasureNoise(ToGrey(bundle.reference().frame.bgr));
   const std::optional<InverseDepthRange> range =
@@ -109,11 +109,13 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   if (std::max(geometry.VisibleShare(range->farthest),
                geometry.VisibleShare(0.5 * (range->farthest + range->nearest))) <
       kMinVisibleShare) {
-    return Rejected("the images do not overlap");
+    return Rejected(DepthRejection::kNoOverlap, "the images do not overlap");
   }
   const double motion_px =
       (range->nearest - range->farthest) * geometry.PixelsPerInverseDepth(*range);
-  if (motion_px < kMinMotionPx) return Rejected("the baseline is too small for the depth");
+  if (motion_px < kMinMotionPx) {
+    return Rejected(DepthRejection::kNoBaseline, "the baseline is too small for the depth");
+  }
 
   const SweepPlan plan = hierarchy_.Record(recorder_, geometry, *range);
   RecordRefinement(geometry, plan);
@@ -134,6 +136,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   if (!has_depth) return result;
   const std::optional<SideDifferences> sides = MeasureSides(bundle, geometry, map.depth);
   if (sides && AreUnrelated(*sides)) {
+    result.rejection = DepthRejection::kNoMatch;
     result.reason = "the images do not match: those before and after the middle one disagree";
     return result;
   }
@@ -157,10 +160,14 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     Reserve(upsampled_depth_, device_, map_bytes, "depth/upsample");
     Reserve(upsampled_confidence_, device_, map_bytes, "depth/upsampled_confidence");
     // Neighbours on one surface differ by at most a plane each way.
-    upsample_.Record(recorder_,
-                     {plan.size.width_px, plan.size.height_px, size.width_px, size.height_px,
-                      factor, static_cast<float>(2 * plan.step)},
-                     *inverse_depth, *confidence, upsampled_depth_, upsampled_confidence_);
+    kernels_.Upsample(recorder_,
+                      {.coarse_width_px = plan.size.width_px,
+                       .coarse_height_px = plan.size.height_px,
+                       .width_px = size.width_px,
+                       .height_px = size.height_px,
+                       .factor = factor,
+                       .tolerance = static_cast<float>(2 * plan.step)},
+                      {*inverse_depth, *confidence}, {upsampled_depth_, upsampled_confidence_});
     inverse_depth = &upsampled_depth_;
     confidence = &upsampled_confidence_;
   }
@@ -175,20 +182,23 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
   }
-  normals_stage_.Record(recorder_,
-                        {.width_px = size.width_px,
-                         .height_px = size.height_px,
-                         .fx = static_cast<float>(camera.fx),
-                         .fy = static_cast<float>(camera.fy),
-                         .cx = static_cast<float>(camera.cx),
-                         .cy = static_cast<float>(camera.cy),
-                         .tolerance = static_cast<float>(plan.step / factor)},
-                        *inverse_depth, normals_);
-  dog_.Record(recorder_, hierarchy_.images(0), size, response_);
-  const double min_sum = LeastResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
-  texture_filter_.Record(
-      recorder_, {size.width_px, size.height_px, static_cast<std::uint32_t>(min_sum)}, response_,
-      *inverse_depth, *confidence, filtered_depth_, filtered_confidence_);
+  kernels_.Normals(recorder_,
+                   {.width_px = size.width_px,
+                    .height_px = size.height_px,
+                    .fx = static_cast<float>(camera.fx),
+                    .fy = static_cast<float>(camera.fy),
+                    .cx = static_cast<float>(camera.cx),
+                    .cy = static_cast<float>(camera.cy),
+                    .tolerance = static_cast<float>(plan.step / factor)},
+                   *inverse_depth, normals_);
+  kernels_.Dog(recorder_, hierarchy_.images(0), size, response_);
+  const double min_sum = MinResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
+  kernels_.TextureFilter(recorder_,
+                         {.width_px = size.width_px,
+                          .height_px = size.height_px,
+                          .min_response_sum = static_cast<std::uint32_t>(min_sum)},
+                         response_, {*inverse_depth, *confidence}, filtered_depth_,
+                         filtered_confidence_);
 }
 
 DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double largest_baseline_su) {
@@ -205,11 +215,9 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.normal.setTo(cv::Scalar::all(0), map.depth == 0);
   map.bgr = reference.frame.bgr;
   map.camera = camera;
-  map.T_world_cam = reference.T_world_cam;
   map.keyframe_id = reference.id;
   map.frame_index = reference.frame.index;
   map.timestamp_s = reference.frame.timestamp_s;
-  map.map_id = reference.map_id;
   map.depth_sigma_per_square_depth = 1 / (camera.fx * largest_baseline_su);
   map.uncertain_border_px = kUncertainBorder_px;
   return map;

@@ -21,8 +21,6 @@ void PlaneSweepOptions::Visit(OptionVisitor& visit) {
   visit("min_depth_su", min_depth_su, "nearest depth, scene units; 0: found out");
   visit("max_depth_su", max_depth_su, "farthest depth, scene units; 0: found out");
   visit("max_planes", max_planes, "with more planes a coarser level is swept");
-  visit("half_pixel", half_pixel,
-        "look the coarsest level up at half pixels instead of whole ones");
   visit("side_tolerance", side_tolerance,
         "how much worse than the better of the images before and after a match may be, half bits");
 }
@@ -33,7 +31,7 @@ void SgmOptions::Visit(OptionVisitor& visit) {
   visit("min_p2", min_p2, "the same across the strongest image edges");
   visit("gradient", gradient, "grey levels of difference that halve p2");
   visit("follow_normals", follow_normals,
-        "let steps along the surface of the level above cost nothing");
+        "SGM^sn: steps along the surface of the level above cost nothing");
   visit("finest_paths", finest_paths, "paths of the finest level of several: 4 or 8");
 }
 

@@ -21,12 +21,13 @@ constexpr int kRangeSearchLevel = 2;
 constexpr std::uint32_t kMinCoarseSide = 48;
 }  // namespace
 
-Hierarchy::Hierarchy(std::shared_ptr<Device> device, const DepthEstimatorOptions& options)
+Hierarchy::Hierarchy(std::shared_ptr<Device> device, DepthKernels& kernels,
+                     const DepthEstimatorOptions& options)
     : device_(std::move(device)),
+      kernels_(kernels),
       options_(options),
-      pyramid_(device_),
-      matcher_(device_, options),
-      local_matcher_(device_, options) {}
+      coarse_level_(device_, kernels, options),
+      fine_level_(device_, kernels, options) {}
 
 void Hierarchy::Upload(const ImageBundle& bundle) {
   const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
@@ -48,8 +49,8 @@ void Hierarchy::RecordPyramid(Recorder& recorder, const LevelSize& full, int lev
     if (levels_.size() <= fine + 1) levels_.emplace_back();
     Reserve(levels_[fine + 1], device_, 4 * PaddedWords(size.Halved()) * num_images_,
             "depth/pyramid");
-    pyramid_.Record(recorder, levels_[fine], size, static_cast<std::uint32_t>(num_images_),
-                    levels_[fine + 1]);
+    kernels_.Pyramid(recorder, levels_[fine], size, static_cast<std::uint32_t>(num_images_),
+                     levels_[fine + 1]);
     size = size.Halved();
   }
 }
@@ -60,7 +61,7 @@ SweepPlan Hierarchy::Plan(const SweepGeometry& geometry, const InverseDepthRange
                    {.level = level,
                     .max_planes = static_cast<std::uint32_t>(options_.plane_sweep.max_planes),
                     .max_buffer_bytes = Limits(*device_).max_storage_buffer_bytes,
-                    .padded_planes = [this](std::uint32_t n) { return matcher_.PaddedPlanes(n); }});
+                    .padded_planes = [this](std::uint32_t n) { return kernels_.PaddedPlanes(n); }});
 }
 
 std::optional<InverseDepthRange> Hierarchy::FindRange(Recorder& recorder, const ImageBundle& bundle,
@@ -96,11 +97,11 @@ std::optional<InverseDepthRange> Hierarchy::SearchRange(Recorder& recorder,
   if (!widest) return std::nullopt;
   const SweepPlan plan = Plan(geometry, *widest, kRangeSearchLevel);
   RecordPyramid(recorder, SizeAtLevel(geometry.camera(), 0), plan.level);
-  matcher_.Record(recorder, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)], true);
+  coarse_level_.Record(recorder, plan, geometry.Projections(plan.level),
+                       levels_[static_cast<std::size_t>(plan.level)], true);
   recorder.Submit(times);
   std::vector<float> depths(plan.size.num_pixels());
-  matcher_.inverse_depth().Download(std::span<float>(depths));
+  coarse_level_.inverse_depth().Download(std::span<float>(depths));
   for (float& depth : depths) depth = depth > 0 ? 1 / depth : 0;
   return RangeOfDepths(depths);
 }
@@ -111,19 +112,19 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
   const int finest = FinestLevel(camera);
   SweepPlan plan = Plan(geometry, range, CoarsestLevel(camera, finest));
   RecordPyramid(recorder, SizeAtLevel(camera, 0), std::max(plan.level, kDetailLevel));
-  matcher_.Record(recorder, plan, geometry.Projections(plan.level),
-                  levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
-  inverse_depth_ = &matcher_.inverse_depth();
-  confidence_ = &matcher_.confidence();
+  coarse_level_.Record(recorder, plan, geometry.Projections(plan.level),
+                       levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
+  inverse_depth_ = &coarse_level_.inverse_depth();
+  confidence_ = &coarse_level_.confidence();
   while (plan.level > finest) {
     const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
     plan = Finer(plan, camera);
-    local_matcher_.Record(
+    fine_level_.Record(
         recorder, {.coarse_camera = coarse_camera, .plan = plan, .is_last = plan.level == finest},
         geometry.Projections(plan.level), levels_[static_cast<std::size_t>(plan.level)],
         *inverse_depth_);
-    inverse_depth_ = &local_matcher_.inverse_depth();
-    confidence_ = &local_matcher_.confidence();
+    inverse_depth_ = &fine_level_.inverse_depth();
+    confidence_ = &fine_level_.confidence();
   }
   return plan;
 }
@@ -131,7 +132,7 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
 // That of the options, or the first whose volumes fit the device's buffers.
 int Hierarchy::FinestLevel(const CameraModel& camera) const {
   int level = options_.pyramid.level;
-  while (LocalMatcher::LargestBufferBytes(SizeAtLevel(camera, level), num_images_ - 1) >
+  while (FineLevel::LargestBufferBytes(SizeAtLevel(camera, level), num_images_ - 1) >
          Limits(*device_).max_storage_buffer_bytes) {
     ++level;
   }

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "depth/local_matcher.h"
-#include "depth/matcher.h"
-#include "depth/pyramid.h"
+#include "depth/coarse_level.h"
+#include "depth/fine_level.h"
+#include "depth/kernels.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "gpu/buffer.h"
@@ -25,7 +25,9 @@ namespace mono3d {
 // buffers from one bundle to the next.
 class Hierarchy {
  public:
-  Hierarchy(std::shared_ptr<Device> device, const DepthEstimatorOptions& options);
+  // `kernels` must outlive it.
+  Hierarchy(std::shared_ptr<Device> device, DepthKernels& kernels,
+            const DepthEstimatorOptions& options);
 
   // First of all: the images that the rest is about.
   void Upload(const ImageBundle& bundle);
@@ -58,10 +60,10 @@ class Hierarchy {
   int CoarsestLevel(const CameraModel& camera, int finest) const;
 
   std::shared_ptr<Device> device_;
+  DepthKernels& kernels_;
   DepthEstimatorOptions options_;
-  PyramidStage pyramid_;
-  Matcher matcher_;
-  LocalMatcher local_matcher_;
+  CoarseLevel coarse_level_;
+  FineLevel fine_level_;
   std::size_t num_images_ = 0;
   std::vector<Buffer> levels_;
   const Buffer* inverse_depth_ = nullptr;  // of the level recorded last

@@ -7,7 +7,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
+
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -16,18 +19,10 @@ constexpr double kRounding = 0.29;  // 1 / sqrt(12)
 constexpr double kGain = 6;         // root of the sum of the squared weights of the kernel
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kMeanOfNormal = 0.7979;  // sqrt(2 / pi)
-constexpr int kBlock_px = 16;             // a mean of so many is right to 5 %
+constexpr int kBlock_px = 16;             // the mean of 16x16 values has an error of 5 %
 constexpr double kFlatShare = 0.05;
-// Of cameras, grey levels. What looks like more is fine texture all over the image.
+// Grey levels. Cameras have less; what measures as more is fine texture all over the image.
 constexpr double kMaxNoise = 5;
-
-// Any value at the share of the way from the least to the greatest.
-double Quantile(std::vector<double>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 double MedianMagnitude(const cv::Mat& response) {
   std::vector<double> magnitudes;
@@ -36,10 +31,10 @@ double MedianMagnitude(const cv::Mat& response) {
       magnitudes.push_back(std::abs(response.at<short>(y, x)));
     }
   }
-  return Quantile(magnitudes, 0.5);
+  return Quantile(std::move(magnitudes), 0.5);
 }
 
-// 0 when there is no block in which anything varies: saturated and painted ones have no noise.
+// Blocks without any variation, saturated or drawn by a program, do not count; 0 when all are such.
 double FlatMagnitude(const cv::Mat& response) {
   std::vector<double> means;
   for (int y = 0; y + kBlock_px <= response.rows; y += kBlock_px) {
@@ -48,7 +43,7 @@ double FlatMagnitude(const cv::Mat& response) {
       if (sum > 0) means.push_back(sum / (kBlock_px * kBlock_px));
     }
   }
-  return means.empty() ? 0 : Quantile(means, kFlatShare);
+  return means.empty() ? 0 : Quantile(std::move(means), kFlatShare);
 }
 
 }  // namespace
@@ -61,7 +56,7 @@ ImageNoise MeasureNoise(const cv::Mat& grey) {
           std::max(FlatMagnitude(response) / (kMeanOfNormal * kGain), kRounding)};
 }
 
-double LeastResponse(const DogOptions& options, const ImageNoise& noise) {
+double MinResponse(const DogOptions& options, const ImageNoise& noise) {
   return options.min_response * std::clamp(noise.flat, 1.0, kMaxNoise);
 }
 

@@ -9,18 +9,19 @@
 
 namespace mono3d {
 
-// Standard deviations of the noise of an image, CV_8UC1, in grey levels: of what no plane or edge
-// along the axes explains (Immerkaer 1996). Rounding to whole grey levels alone leaves 0.29, the
-// least that is given.
+// Standard deviations of the noise of an image in grey levels, from a kernel that is zero on planes
+// and on edges along the axes (Immerkaer 1996). At least 0.29, the noise of rounding to whole grey
+// levels.
 struct ImageNoise {
-  double typical = 0.29;  // the median over the image: with what texture adds to it
-  double flat = 0.29;  // of the flattest twentieth of the image: hardly more than the sensor's own
+  double typical = 0.29;  // median over the image; includes fine texture
+  double flat = 0.29;     // of the flattest twentieth of the image: close to the sensor's own noise
 };
 
+// `grey` is CV_8UC1.
 ImageNoise MeasureNoise(const cv::Mat& grey);
 
-// The mean DoG response from which on there is texture: that of the options, for images whose noise
-// is one grey level or less, and more in proportion where there is more, up to five.
-double LeastResponse(const DogOptions& options, const ImageNoise& noise);
+// The mean DoG response above which a window has texture: options.min_response for images with a
+// noise of one grey level or less, and in proportion to the noise between one and five grey levels.
+double MinResponse(const DogOptions& options, const ImageNoise& noise);
 
 }  // namespace mono3d

@@ -10,15 +10,15 @@
 
 namespace mono3d {
 
-// Of zeros around the measurements: the radius of the window of SurfaceStage.
+// Zeros around the measurements, px: the radius of the window of surface.comp.
 inline constexpr std::uint32_t kMeasurementBorder = 3;
 
-// With the border; an even number.
+// Including the border; an even number.
 inline std::size_t MeasurementsPerRow(LevelSize size) {
   return (std::size_t{size.width_px} + 2 * kMeasurementBorder + 1) / 2 * 2;
 }
 
-// Of two words (shaders/depth/measurement.glsl), in rows from the top, with the border.
+// Including the border. Each has two words (shaders/depth/measurement.glsl); rows from the top.
 inline std::size_t NumMeasurements(LevelSize size) {
   return MeasurementsPerRow(size) * (size.height_px + 2 * kMeasurementBorder);
 }

@@ -8,23 +8,23 @@
 #include <utility>
 
 #include "depth/buffers.h"
+#include "depth/measurement.h"
 #include "depth/sweep_plan.h"
 
 namespace mono3d {
-Refiner::Refiner(std::shared_ptr<Device> device, const RefinementOptions& options)
+
+Refiner::Refiner(std::shared_ptr<Device> device, DepthKernels& kernels,
+                 const RefinementOptions& options)
     : device_(std::move(device)),
+      kernels_(kernels),
       options_(options),
-      detail_stage_(device_),
-      photometric_(device_),
-      surface_(device_, false),
-      last_surface_(device_),
       projections_(device_, kMaxProjectionBytes, "depth/refiner_projections") {}
 
 void Refiner::RecordDetail(Recorder& recorder, const LevelSize& size, std::uint32_t first_image,
                            std::uint32_t num_images, const Input& input, Buffer& detail) {
   Reserve(detail, device_, 4 * num_images * size.num_strided_pixels(), "depth/detail");
-  detail_stage_.Record(recorder, {size.width_px, size.height_px, first_image}, num_images,
-                       input.images, input.quarter, detail);
+  kernels_.Detail(recorder, {size.width_px, size.height_px, first_image}, num_images, input.images,
+                  input.quarter, detail);
 }
 
 void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {
@@ -41,20 +41,20 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
   RecordDetail(recorder, size, 1, sources_per_side, input, detail_before_);
   RecordDetail(recorder, size, 1 + sources_per_side, sources_per_side, input, detail_after_);
   for (int i = 0; i < options_.iterations; ++i) {
-    photometric_.Record(recorder, num_sources,
-                        {.width_px = size.width_px,
-                         .height_px = size.height_px,
-                         .inverse_depth_step = static_cast<float>(input.step),
-                         .noise = static_cast<float>(input.noise),
-                         .min_views = static_cast<float>(options_.min_views)},
-                        {reference_detail_, detail_before_, detail_after_}, projections_,
-                        i == 0 ? input.inverse_depth : inverse_depth_, measurements_);
-    const SurfaceStage& surface = i + 1 < options_.iterations ? surface_ : last_surface_;
-    surface.Record(recorder,
-                   {.width_px = size.width_px,
-                    .height_px = size.height_px,
-                    .inverse_depth_step = static_cast<float>(input.step)},
-                   measurements_, input.uniqueness, inverse_depth_, confidence_);
+    kernels_.Photometric(recorder, num_sources,
+                         {.width_px = size.width_px,
+                          .height_px = size.height_px,
+                          .inverse_depth_step = static_cast<float>(input.step),
+                          .noise = static_cast<float>(input.noise),
+                          .min_views = static_cast<float>(options_.min_views)},
+                         {reference_detail_, detail_before_, detail_after_}, projections_,
+                         i == 0 ? input.inverse_depth : inverse_depth_, measurements_);
+    const bool is_last = i + 1 == options_.iterations;
+    kernels_.Surface(recorder, is_last,
+                     {.width_px = size.width_px,
+                      .height_px = size.height_px,
+                      .inverse_depth_step = static_cast<float>(input.step)},
+                     measurements_, input.uniqueness, {inverse_depth_, confidence_});
   }
 }
 

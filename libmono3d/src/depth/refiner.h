@@ -6,9 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "depth/detail.h"
-#include "depth/photometric.h"
-#include "depth/surface.h"
+#include "depth/kernels.h"
 #include "depth/sweep_geometry.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
@@ -16,11 +14,13 @@
 
 namespace mono3d {
 
-// From the depth of the sweep to fractions of a plane: photometric steps and fits of the surface in
-// turn, at full resolution. Keeps its buffers from one bundle to the next.
+// Refines the depth of the sweep to fractions of a plane at full resolution, by alternating a
+// photometric Gauss-Newton step of each pixel and a fit of the surface around it. Keeps its buffers
+// from one bundle to the next.
 class Refiner {
  public:
-  Refiner(std::shared_ptr<Device> device, const RefinementOptions& options);
+  // `kernels` must outlive it.
+  Refiner(std::shared_ptr<Device> device, DepthKernels& kernels, const RefinementOptions& options);
 
   struct Input {
     const Buffer& images;   // padded images, the reference first
@@ -42,11 +42,8 @@ class Refiner {
                     std::uint32_t num_images, const Input& input, Buffer& detail);
 
   std::shared_ptr<Device> device_;
+  DepthKernels& kernels_;
   RefinementOptions options_;
-  DetailStage detail_stage_;
-  PhotometricStage photometric_;
-  SurfaceStage surface_;  // of all iterations but the last
-  SurfaceStage last_surface_;
   Buffer projections_;
   Buffer reference_detail_;
   Buffer detail_before_;  // of the sources before the reference

@@ -13,14 +13,15 @@
 namespace mono3d {
 namespace {
 
-constexpr int kSample = 640;  // pixels
-// Below this the mean is that of a few neighbouring pixels.
-constexpr int kMinSample = 25;
-// Windows that differ in less are of the same thing: four fifths of what a plane may cost at most,
-// 46 of 124. Resampling alone makes sharp pictures differ in up to a quarter.
+constexpr int kNumPixels = 640;    // that are sampled
+constexpr int kMinNumPixels = 25;  // fewer lie next to each other and are no independent samples
+// Windows with a smaller difference show the same point. Four fifths of the largest cost of an
+// estimate, 46 of 124 (WinnerTakesAllOptions); resampling alone makes sharp images differ in up to
+// a quarter of the bits.
 constexpr double kMaxSureDifference = 0.3;
-// On the way from noise, 0, to chance, 1. Noise comes to 0.3 to 0.5, as the plane was chosen for
-// the reference's noise, too; images that have nothing in common to 0.7 and more.
+// On a scale from independent noise, 0, to independent images, 1. Measured: 0.3 to 0.5 for images
+// of one scene with noise, because the depth is fitted to the noise of the reference as well; 0.7
+// and more for unrelated images.
 constexpr double kMaxIndependence = 0.6;
 constexpr int kRadiusX = 4;  // of the census window, 9x7
 constexpr int kRadiusY = 3;
@@ -50,7 +51,7 @@ double MeanDifference(const std::vector<std::uint64_t>& a, const std::vector<std
   return sum / (kNumBits * static_cast<double>(a.size() * b.size()));
 }
 
-// The grey images of a bundle, and where the sources see the reference.
+// The grey images of a bundle and the projections of the reference into the sources.
 class Sides {
  public:
   Sides(const ImageBundle& bundle, const SweepGeometry& geometry)
@@ -105,7 +106,7 @@ std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
   const Sides sides(bundle, geometry);
   SideDifferences sum;
   int num_samples = 0;
-  const int every = std::max(1, cv::countNonZero(depth) / kSample);
+  const int every = std::max(1, cv::countNonZero(depth) / kNumPixels);
   int num_passed = 0;
   for (int y = 0; y < depth.rows; ++y) {
     const float* row = depth.ptr<float>(y);
@@ -120,7 +121,7 @@ std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
       ++num_samples;
     }
   }
-  if (num_samples < kMinSample) return std::nullopt;
+  if (num_samples < kMinNumPixels) return std::nullopt;
   return SideDifferences{sum.before / num_samples, sum.after / num_samples,
                          sum.across / num_samples, sum.worse / num_samples};
 }

@@ -11,24 +11,27 @@
 
 namespace mono3d {
 
-// Shares of the bits, 0 to 1, in which census windows differ.
+// Mean Hamming distances between the census windows of one scene point in different images, as
+// shares of the bits, 0 to 1. The images before the reference are one side, those after it the
+// other.
 struct SideDifferences {
-  double before = 0;  // those of the sources before the reference from that of the reference
-  double after = 0;
-  double across = 0;  // those before from those after
-  double worse = 0;   // the larger of `before` and `after`, at each pixel
+  double before = 0;  // between the reference and the images before it
+  double after = 0;   // between the reference and the images after it
+  double across = 0;  // between the images before the reference and those after it
+  double worse = 0;   // the mean over the pixels of the larger of `before` and `after`
 };
 
-// Means over a grid of the pixels of `depth` (CV_32FC1, 0: none) that sources of both sides see,
-// where the depth puts them in the sources. Empty for a handful of pixels.
+// The means over some hundred pixels that have a depth (CV_32FC1; 0: no estimate) and are in view
+// of images on both sides, at the places to which the depth projects them. Empty when there are
+// fewer than 25 such pixels.
 std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
                                             const SweepGeometry& geometry, const cv::Mat& depth);
 
-// Whether the images show different things, so that the depth is what chance found. A plane is
-// chosen so that both sides are like the reference: where that is all that they have in common,
-// they differ from each other as two things do that differ from a third independently, b + a - 2 b
-// a. Where they show the same and differ by noise, each by its own, they differ from each other as
-// they do from the reference.
+// True when the images do not show the same scene, so that the depths are chance matches. The sweep
+// picks the depth at which both sides resemble the reference. If that resemblance is chance, the
+// two sides are independent of each other: with b = before and a = after, across = b + a - 2 a b.
+// If all images show the same point and differ by independent noise, across is the mean of b and a.
+// The test is where `across` lies between these two.
 bool AreUnrelated(const SideDifferences& sides);
 
 }  // namespace mono3d

@@ -6,6 +6,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -14,24 +17,21 @@ namespace {
 constexpr int kGridColumns = 13;
 constexpr int kGridRows = 9;
 
-// Shares of the sample that are taken to be outliers at either end. A tracker's points at the
-// borders of their depth range are its least reliable.
+// Share of the sample at either end that counts as outliers: the nearest and the farthest of a
+// tracker's points are the least reliable.
 constexpr double kOutlierShare = 0.02;
-// 1 / kOutlierShare: below that the quantiles are the extremes.
-constexpr std::size_t kMinSparseDepths = 25;
-// What the points did not hit may lie a little nearer or farther: sparse points sit on textured
-// corners, on roofs and ground rather than on the tips of trees. A quarter of the range covers
-// that, and a tenth of the inverse depth keeps a flat scene from having no range at all.
+// About 1 / (2 kOutlierShare): with fewer depths the quantiles are the extremes.
+constexpr std::size_t kMinNumDepths = 25;
+// Parts of the scene without points may be somewhat nearer or farther: points lie on corners with
+// texture, on roofs and ground rather than on the tips of trees. A quarter of the range covers
+// that; a tenth of the inverse depth gives a flat scene a range at all.
 constexpr double kMarginOfRange = 0.25;
 constexpr double kMarginOfInverseDepth = 0.1;
 
-// Depth in a source over depth in the reference, below which it counts for nothing how fast pixels
-// move: seen at more than twice the size, windows do not match. A camera that stands next to a
-// plane, or has passed it, would make all others' steps too small.
+// Depth in a source over depth in the reference. Below it windows are seen at more than twice the
+// size and do not match, so that the motion of these pixels does not limit the step between planes:
+// a camera next to a plane would otherwise make the steps too small for all others.
 constexpr double kMinDepthRatio = 0.5;
-
-// Of a translation in double precision after a few products, as a share of its length.
-constexpr double kPoseRounding = 1e-12;
 
 template <typename Visit>
 void ForEachGridPixel(const CameraModel& camera, const Visit& visit) {
@@ -65,7 +65,7 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.referen
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     if (i == bundle.reference_index()) continue;
     const Keyframe& keyframe = bundle.keyframes[i];
-    const Pose T_src_ref = keyframe.T_world_cam.Inverse() * bundle.reference().T_world_cam;
+    const Pose T_src_ref = bundle.T_ref_cam[i].Inverse();
     const Eigen::Matrix3d K_src = keyframe.frame.camera.Matrix();
     projections_.push_back(
         {K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
@@ -73,8 +73,6 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.referen
     source_cameras_.push_back(keyframe.frame.camera);
     largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
   }
-  const double rounding = kPoseRounding * bundle.reference().T_world_cam.translation().norm();
-  has_baseline_ = largest_baseline_su_ > rounding;
 }
 
 SourceProjections SweepGeometry::Projections(int level) const {
@@ -121,7 +119,7 @@ double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) cons
 
 std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
   const double pixels_at_infinity = PixelsPerInverseDepth({0, 0});
-  if (!has_baseline_) return std::nullopt;
+  if (!HasBaseline()) return std::nullopt;
   // From 1/8 px of motion on, in steps of a tenth; beyond 1e5 px nothing is in view.
   const double px =
       pixels_at_infinity > 0 ? 1 / pixels_at_infinity : 1 / (camera_.fx * largest_baseline_su_);
@@ -147,16 +145,10 @@ std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_
   for (const float depth : depths_su) {
     if (std::isfinite(depth) && depth > 0) inverse.push_back(1.0 / double(depth));
   }
-  if (inverse.size() < kMinSparseDepths) return std::nullopt;
-  const auto quantile = [&](double share) {
-    const auto at = inverse.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));
-    std::nth_element(inverse.begin(), at, inverse.end());
-    return *at;
-  };
-  const double farthest = quantile(kOutlierShare);
-  const double middle = quantile(0.5);
-  const double nearest = quantile(1 - kOutlierShare);
+  if (inverse.size() < kMinNumDepths) return std::nullopt;
+  const double farthest = Quantile(inverse, kOutlierShare);
+  const double middle = Quantile(inverse, 0.5);
+  const double nearest = Quantile(std::move(inverse), 1 - kOutlierShare);
   const double margin = kMarginOfRange * (nearest - farthest) + kMarginOfInverseDepth * middle;
   return InverseDepthRange{std::max(0.0, farthest - margin), nearest + margin};
 }

@@ -19,12 +19,12 @@ struct SourceProjection {
   Eigen::Vector3d b;
 };
 
-// Of the matching images, the sources, in the order of flight: the first half of them lies before
-// the reference, the other half after it.
+// Of the sources, the images other than the reference, in the order of flight: the first half was
+// taken before the reference, the other half after it.
 using SourceProjections = std::vector<SourceProjection>;
 inline constexpr std::size_t kMaxSources = kMaxBundleSize - 1;
 
-// Inverse depths in 1/su, 0 <= farthest < nearest.
+// Inverse depths in 1/su; 0 <= farthest < nearest.
 struct InverseDepthRange {
   double farthest = 0;
   double nearest = 0;
@@ -38,8 +38,8 @@ class SweepGeometry {
   const CameraModel& camera() const { return camera_; }  // of the reference
   std::size_t num_sources() const { return projections_.size(); }
   double largest_baseline_su() const { return largest_baseline_su_; }
-  // False when the cameras stand in one place, up to the rounding of their poses.
-  bool HasBaseline() const { return has_baseline_; }
+  // False when the cameras stand in one place.
+  bool HasBaseline() const { return largest_baseline_su_ > 0; }
 
   // For images halved `level` times.
   SourceProjections Projections(int level) const;
@@ -47,14 +47,13 @@ class SweepGeometry {
   // Largest share of the reference that one source sees on the plane.
   double VisibleShare(double inverse_depth) const;
 
-  // How fast the pixels move in the farthest matching camera: the largest |d pixel / d inverse
-  // depth| over all sources, the parts of the image they see from no nearer than half the
-  // reference's depth, and the range; px * su at full resolution. 0 when nothing is seen, or
-  // without a baseline.
+  // The largest |d pixel / d inverse depth| over the sources, a grid of pixels and the range, in
+  // px * su at full resolution. Points that a source sees at less than half the depth in the
+  // reference are left out. 0 when no source sees any of the points, and without a baseline.
   double PixelsPerInverseDepth(const InverseDepthRange& range) const;
 
-  // From infinity to the nearest plane of which a source still sees half the reference. Empty when
-  // there is no baseline or no such plane.
+  // From infinity to the nearest plane on which a source still sees half of the reference's pixels.
+  // Empty when there is no baseline or no such plane.
   std::optional<InverseDepthRange> WidestRange() const;
 
  private:
@@ -62,7 +61,6 @@ class SweepGeometry {
   std::vector<CameraModel> source_cameras_;
   SourceProjections projections_;
   double largest_baseline_su_ = 0;
-  bool has_baseline_ = false;
 };
 
 // The camera of an image halved `level` times: c' = (c + 0.5) / 2 - 0.5, f' = f / 2, sizes rounded
@@ -73,8 +71,8 @@ CameraModel HalvedCamera(CameraModel camera, int level);
 inline constexpr std::size_t kMaxProjectionBytes = 12 * kMaxSources * sizeof(float);
 std::vector<float> Pack(const SourceProjections& projections);
 
-// Range of inverse depths in which nearly all of the scene lies, from a sample of its depths: their
-// 2 % and 98 % quantiles with a margin. Empty when the sample is too small to have quantiles.
+// Range of inverse depths that holds nearly all of the scene, from a sample of its depths: their 2
+// % and 98 % quantiles with a margin. Empty for fewer than 25 depths that are finite and positive.
 std::optional<InverseDepthRange> RangeOfDepths(const std::vector<float>& depths_su);
 
 }  // namespace mono3d

@@ -11,7 +11,7 @@
 
 namespace mono3d {
 
-// Which planes are swept, and on which level of the pyramid.
+// The planes that are swept, and the level of the pyramid.
 struct SweepPlan {
   int level = 0;
   LevelSize size;

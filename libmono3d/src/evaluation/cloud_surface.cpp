@@ -6,6 +6,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <opencv2/core/utility.hpp>
+#include <utility>
+
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -25,9 +28,7 @@ double MedianSpacing(std::span<const Eigen::Vector3d> points, const CloudSearch&
   for (std::size_t i = 0; i < samples.size(); ++i) {
     distances[i] = (points[nearest[2 * i + 1]] - samples[i]).norm();
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return UpperMedian(std::move(distances));
 }
 
 Eigen::Vector3f FitNormal(std::span<const Eigen::Vector3d> points,

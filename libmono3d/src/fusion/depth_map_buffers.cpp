@@ -98,10 +98,4 @@ void DepthMapBuffers::Upload(const PackedDepthMap& map) {
   colour.Upload(AsSpan(map.colour));
 }
 
-void DepthMapBuffers::ScaleDepth(float scale, PackedDepthMap& map) {
-  if (scale == 1) return;
-  for (float& z : map.depth) z *= scale;
-  depth.Upload(AsSpan(map.depth));
-}
-
 }  // namespace mono3d

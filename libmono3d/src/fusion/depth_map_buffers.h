@@ -43,8 +43,6 @@ struct DepthMapBuffers {
 
   std::size_t num_pixels() const { return depth.size_bytes() / sizeof(float); }
   void Upload(const PackedDepthMap& map);  // of the size given to the constructor
-  // Multiplies the depths of `map` and of what was uploaded of it. Normals stay what they are.
-  void ScaleDepth(float scale, PackedDepthMap& map);
 };
 
 }  // namespace mono3d

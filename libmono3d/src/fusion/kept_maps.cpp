@@ -35,29 +35,11 @@ std::optional<KeptMap> KeptMaps::TakeNewest() {
   return map;
 }
 
-void KeptMaps::MoveInto(KeptMaps& others, const MapJoin& join, std::uint32_t first_map_index) {
-  for (KeptMap& kept : maps_) {
-    kept.map.Scale(join.S_this_other.scale());
-    kept.map.frame.T_world_cam = join.S_this_other * kept.map.frame.T_world_cam;
-    kept.map.frame.map_id = join.map_id;
-    kept.scale *= join.S_this_other.scale();
-    kept.map_index += first_map_index;
-  }
-  Correct(join.corrections);
+void KeptMaps::MoveInto(KeptMaps& others, std::uint32_t first_map_index) {
   while (!maps_.empty()) {
+    maps_.front().map_index += first_map_index;
     others.Add(std::move(maps_.front()));
     maps_.pop_front();
-  }
-}
-
-void KeptMaps::Correct(std::span<const KeyframeCorrection> corrections) {
-  for (KeptMap& kept : maps_) {
-    for (const KeyframeCorrection& correction : corrections) {
-      if (correction.id != kept.map.frame.keyframe_id) continue;
-      kept.map.Scale(correction.scale / kept.scale);
-      kept.map.frame.T_world_cam = correction.T_world_cam;
-      kept.scale = correction.scale;
-    }
   }
 }
 

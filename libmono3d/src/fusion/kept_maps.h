@@ -7,22 +7,19 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
-#include <span>
 
 #include "fusion/stored_depth_map.h"
-#include "mono3d/fusion/surfel_map.h"
 
 namespace mono3d {
 
 // A depth map that is kept: one that waits to be tried again, or one of the latest in the model.
 struct KeptMap {
   StoredDepthMap map;
-  double scale = 1;             // of the tracker's last correction
   int num_attempts = 1;         // to fuse it, so far
   std::uint32_t map_index = 0;  // in the model, of those that are in it
 };
 
-// Depth maps that are kept, in a bounded number, at the tracker's poses of now.
+// Depth maps that are kept, in a bounded number.
 class KeptMaps {
  public:
   // Some 97 maps of 768x448 or 3 of 4000x3000.
@@ -40,11 +37,9 @@ class KeptMaps {
   std::optional<KeptMap> TakeOldest();
   std::optional<KeptMap> TakeNewest();
   void Clear() { maps_.clear(); }
-  // All of them become some of `others`, of another map of the tracker that this one's has become
-  // one with; those of the model have numbers from `first_map_index` on there.
-  void MoveInto(KeptMaps& others, const MapJoin& join, std::uint32_t first_map_index);
-  // The keyframes of some of them were moved.
-  void Correct(std::span<const KeyframeCorrection> corrections);
+  // All of them become some of `others`, of a model that takes over this one's; those of the model
+  // have numbers from `first_map_index` on there.
+  void MoveInto(KeptMaps& others, std::uint32_t first_map_index);
 
  private:
   int max_size_;

@@ -28,7 +28,7 @@ DepthMap WithoutImages(const DepthMap& map) {
 }  // namespace
 
 void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
-                     DepthMapBuffers& buffers) {
+                     std::uint32_t anchor, DepthMapBuffers& buffers) {
   if (max_views_ == 0) return;
   const std::size_t depth_bytes = buffers.depth.size_bytes();
   const std::size_t candidate_bytes = buffers.candidate.size_bytes();
@@ -50,7 +50,8 @@ void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
     }
   }
   PastView view;
-  view.view = WithoutImages(map);
+  view.map = WithoutImages(map);
+  view.anchor = anchor;
   view.buffers.depth = std::exchange(buffers.depth, std::move(depth));
   view.buffers.candidate = std::exchange(buffers.candidate, std::move(candidate));
   views_.push_back(std::move(view));

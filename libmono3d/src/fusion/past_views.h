@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 
+#include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
 #include "mono3d/image/depth_map.h"
 
@@ -14,8 +16,10 @@ namespace mono3d {
 
 // A fused depth map as far as it can still speak of surfels that come later.
 struct PastView {
-  DepthMap view;            // without its images: camera, pose in the model, sigma, keyframe
-  DepthMapBuffers buffers;  // depth and candidate alone
+  DepthMap map;              // without its images: camera, sigma
+  std::uint32_t anchor = 0;  // its number
+  DepthMapBuffers buffers;   // depth and candidate alone
+  AnchorTable anchors;       // as it looks at the model, when it does
 };
 
 // The last fused depth maps, on the device: 20 bytes a pixel each.
@@ -25,11 +29,13 @@ class PastViews {
   explicit PastViews(std::size_t max_views) : max_views_(max_views) {}
 
   const std::deque<PastView>& views() const { return views_; }
+  std::deque<PastView>& views() { return views_; }
   void Clear() { views_.clear(); }
 
   // Takes depth and candidate out of `buffers`, which is given others, of undefined contents, for
   // the next depth map. Where there is no memory for those it lets the depth map go.
-  void Push(const std::shared_ptr<Device>& device, const DepthMap& map, DepthMapBuffers& buffers);
+  void Push(const std::shared_ptr<Device>& device, const DepthMap& map, std::uint32_t anchor,
+            DepthMapBuffers& buffers);
 
  private:
   std::size_t max_views_;

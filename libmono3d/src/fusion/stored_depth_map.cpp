@@ -101,11 +101,6 @@ DepthMap StoredDepthMap::Restore() const {
   return map;
 }
 
-void StoredDepthMap::Scale(double scale) {
-  log_nearest_ += static_cast<float>(std::log(scale));
-  frame.depth_sigma_per_square_depth /= scale;
-}
-
 std::size_t StoredDepthMap::num_bytes() const {
   const auto bytes = [](const cv::Mat& image) {
     return image.empty() ? 0 : image.total() * image.elemSize();

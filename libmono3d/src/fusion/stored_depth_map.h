@@ -19,10 +19,8 @@ class StoredDepthMap {
 
   DepthMap Restore() const;
   std::size_t num_bytes() const;
-  // Multiplies the depths.
-  void Scale(double scale);
 
-  // What is no image, to be read and corrected.
+  // What is no image.
   DepthMap frame;  // its images are empty, but for bgr
 
  private:

@@ -16,8 +16,8 @@ struct Surfels {
   using Float4 = std::array<float, 4>;
   using Uint4 = std::array<std::uint32_t, 4>;
 
-  std::vector<Float4> position_radius;  // xyz in the world, su; radius, su
-  // Unit normal in the world, outwards; weight = information on depth, 1/su^2; 0: removed.
+  std::vector<Float4> position_radius;  // xyz in the frame of its anchor, su; radius, su
+  // Unit normal in that frame, outwards; weight = information on depth, 1/su^2; 0: removed.
   std::vector<Float4> normal_weight;
   // x: colour, 10 bits each of red, green, blue, red lowest.
   // y: depth maps that confirm it (low 16 bits); confidence against it: of those that see through
@@ -37,14 +37,23 @@ struct Surfels {
 inline constexpr std::size_t kBytesPerSurfel = 3 * sizeof(Surfels::Float4);
 static_assert(kBytesPerSurfel == 48 && sizeof(Surfels::Uint4) == sizeof(Surfels::Float4));
 
-// Of surfels that follow each other; kSurfelsPerBlock of shaders/fusion/item.glsl.
+// Of surfels that follow each other, of one anchor; kSurfelsPerBlock of shaders/fusion/item.glsl.
 inline constexpr std::uint32_t kSurfelsPerBlock = 64;
+// Slots of whole blocks for so many surfels.
+inline constexpr std::uint32_t WholeBlocks(std::uint32_t num_surfels) {
+  return (num_surfels + kSurfelsPerBlock - 1) / kSurfelsPerBlock * kSurfelsPerBlock;
+}
 
 inline std::uint32_t Low16(std::uint32_t packed) { return packed & 0xFFFFU; }
 inline std::uint32_t High16(std::uint32_t packed) { return packed >> 16; }
 
 inline bool IsRemoved(const Surfels& surfels, std::size_t i) {
   return surfels.normal_weight[i][3] <= 0;
+}
+
+// Number of the depth map to which a surfel is anchored.
+inline std::uint32_t AnchorOf(const Surfels& surfels, std::size_t i) {
+  return Low16(surfels.history[i][3]);
 }
 
 // The history of a surfel counts depth maps in 16 bits.

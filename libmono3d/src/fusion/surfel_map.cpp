@@ -1,29 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/fusion/surfel_map.h"
-
 #include <algorithm>
-#include <cmath>
-#include <iterator>
+#include <utility>
 
-#include "fusion/coarsen.h"
-#include "fusion/registration_gate.h"
-#include "fusion/view.h"
+#include "fusion/export.h"
+#include "fusion/registration/problem.h"
 #include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/error.h"
-#include "mono3d/core/log.h"
 
 namespace mono3d {
 namespace {
 
 // Gaps cost time in every stage over the surfels; one slot in four is worth a copy of the model.
 constexpr std::uint32_t kMaxRemovedShare = 4;
-// After a correction, views from which overlapping parts are merged.
-constexpr std::size_t kMaxMergingViews = 6;
-
-// A 64th of the surfels; coarser is not worth having.
-constexpr std::uint32_t kMaxMergeRadius_px = 8;
 
 void RequireUsable(const DepthMap& map) {
   Validate(map);
@@ -33,72 +23,85 @@ void RequireUsable(const DepthMap& map) {
                            .expected = "an undistorted depth map",
                            .found = {}});
   }
-  if (!map.T_world_cam.Matrix().allFinite()) {
-    throw Error(ErrorParts{
-        .what = "pose is not finite", .where = "depth map", .expected = {}, .found = {}});
-  }
+}
+
+Anchor AnchorOfMap(const DepthMap& map, const Similarity& S_tracker_kf) {
+  Anchor anchor;
+  anchor.keyframe_id = map.keyframe_id;
+  anchor.frame_index = map.frame_index;
+  anchor.timestamp_s = map.timestamp_s;
+  anchor.camera = map.camera;
+  anchor.S_tracker_kf = S_tracker_kf;
+  anchor.median_depth_su = MedianDepth(map);
+  return anchor;
 }
 
 }  // namespace
 
-// Paper, section 3.3: registration with the model, then fusion.
-FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
-  const ScopedStageTimer timer(times_, "fusion/integrate");
-  RequireUsable(map);
-  if (map_id_ && *map_id_ != map.map_id) {
-    return Rejected(map, "map " + std::to_string(map.map_id) +
-                             " of the tracker has nothing in common with map " +
-                             std::to_string(*map_id_) + " of the model");
-  }
-  if (num_depth_maps_ + 2 * kDeformationWindow >= kMaxDepthMaps)
-    return Rejected(map, "model is full: it has the most depth maps it can count");
-  PackedDepthMap packed = Pack(map, options_.with_confidence);
-  if (packed.num_candidates == 0) return Rejected(map, "no estimate in the depth map");
+VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
+                                 StageTimes* times)
+    : context_(std::move(device), options, times),
+      model_{SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels)), {}},
+      merger_(context_, model_),
+      placer_(context_, model_, merger_),
+      fuser_(context_, model_) {}
 
-  Upload(map, packed);
-  const Placement placement = Place(map);
+// Paper, section 3.3: registration with the model, then fusion.
+FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses& poses) {
+  const ScopedStageTimer timer(context_.times, "fusion/integrate");
+  RequireUsable(map);
+  const KeyframePose& keyframe = poses.At(map.keyframe_id);
+  const Similarity& S_tracker_kf = keyframe.S_world_kf;
+  (void)Update(poses);
+  if (map_id_ && *map_id_ != keyframe.map_id) {
+    return Rejected(S_tracker_kf, FusionRejection::kOtherMap,
+                    "map " + std::to_string(keyframe.map_id) +
+                        " of the tracker has nothing in common with map " +
+                        std::to_string(*map_id_) + " of the model");
+  }
+  if (model_.anchors.size() >= kMaxDepthMaps) {
+    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+                    "model is full: it has the most depth maps it can count");
+  }
+  if (!fuser_.Upload(map)) {
+    return Rejected(S_tracker_kf, FusionRejection::kNoEstimate, "no estimate in the depth map");
+  }
+
+  const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
+  (void)merger_.MergeSeenBy({anchor, S_tracker_kf});
+  const Placement placement = placer_.Place(map, S_tracker_kf, fuser_.buffers());
+  changes_.Changed(merger_.TakeChangedAnchors());
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
-    FusionResult result = Rejected(map, registration.rejection);
+    FusionResult result =
+        Rejected(S_tracker_kf, FusionRejection::kNotRegistered, registration.rejection);
     result.registration = registration.evidence;
     return result;
   }
-  const DepthMap placed = Placed(map, registration.view);
-  if (placement.join) {
-    Upload(placed, Pack(placed, options_.with_confidence));
-  } else {
-    buffers_.ScaleDepth(static_cast<float>(registration.view.depth_scale), packed);
+  const std::uint32_t radius_px = fuser_.merge_radius_px();
+  const auto counts = fuser_.Fuse(map, anchor, registration.S_world_kf, placement.submap);
+  if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
+  if (!counts) {
+    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+                    "model is full: " + std::to_string(num_surfels()) + " surfels and " +
+                        std::to_string(fuser_.num_wanted()) + " new ones, room for " +
+                        std::to_string(model_.surfels.max_size()));
   }
-  // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
-  if (surfels_.max_size() - surfels_.size() < packed.num_candidates) surfels_.Compact();
-  std::uint32_t num_new = Associate(ViewOf(placed), placement.submap);
-  while (!MakeRoom(num_new) && Coarsen()) num_new = Associate(ViewOf(placed), placement.submap);
-  if (surfels_.max_size() - surfels_.size() < num_new) {
-    return Rejected(map, "model is full: " + std::to_string(num_surfels()) + " surfels and " +
-                             std::to_string(num_new) + " new ones, room for " +
-                             std::to_string(surfels_.max_size()));
-  }
-  AddView({map.keyframe_id, map.frame_index, map.camera, map.T_world_cam,
-           ScaleOfKeyframe(map.keyframe_id), placed.T_world_cam,
-           ScaleOfKeyframe(map.keyframe_id) * registration.view.depth_scale, MedianDepth(placed),
-           placement.submap});
-  const std::uint32_t num_removed = Update(ViewOf(placed), num_new);
-  past_views_.Push(device_, placed, buffers_);
-  surfels_.BeginDepthMap(num_depth_maps_);
-  surfels_.Update(num_new, num_removed);
-  if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
-  map_id_ = map.map_id;
-  tracker_is_astray_ = registration.evidence.moved;
-  ++num_depth_maps_;
+  merger_.AnchorAdded();
+  std::vector<std::uint32_t> changed = fuser_.changed_anchors();
+  changed.push_back(model_.anchors.size() - 1);
+  changes_.Changed(changed);
+  CloseGaps();
+  map_id_ = keyframe.map_id;
+  placer_.SetTrackerDrifted(registration.evidence.moved);
 
   FusionResult result;
   result.status = FusionStatus::kFused;
-  result.T_world_cam = placed.T_world_cam;
-  result.scale = registration.view.depth_scale;
+  result.S_world_kf = registration.S_world_kf;
   result.registration = registration.evidence;
-  result.num_merged = packed.num_candidates - num_new;
-  result.num_inserted = num_new;
-  result.num_removed = num_removed;
+  result.num_merged = counts->num_merged;
+  result.num_inserted = counts->num_inserted;
+  result.num_removed = counts->num_removed;
   result.num_surfels = num_surfels();
   result.starts_submap = placement.starts_submap;
   if (placement.join) result.submap_joins.push_back(*placement.join);
@@ -106,162 +109,121 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map) {
   return result;
 }
 
-CorrectionResult VulkanSurfelMap::Correct(std::span<const KeyframeCorrection> corrections) {
-  const ScopedStageTimer timer(times_, "fusion/correct");
-  std::vector<KeyframeCorrection> own;
-  std::copy_if(corrections.begin(), corrections.end(), std::back_inserter(own),
-               [&](const KeyframeCorrection& c) { return c.map_id == map_id_; });
-  for (const KeyframeCorrection& c : own) scale_of_keyframe_[c.id] = c.scale;
-  CorrectionResult result;
-  const std::vector<Similarity> motions = MoveViews(views_, own);
-  if (!motions.empty()) {
-    past_views_.Clear();  // they show the scene as it was
-    corrector_.Deform(recorder_, MakeNodes(views_, motions), surfels_, times_);
-    surfels_.SetBounded(0);
-    result.num_merged = MergeOverlaps(ViewsOfOverlap(views_, motions, kMaxMergingViews));
-    if (surfels_.num_removed() > surfels_.size() / kMaxRemovedShare) surfels_.Compact();
-    result.views = MovedViews();
-  }
+// A new table of poses: the surfels follow where they are looked at. What comes to lie upon each
+// other is merged later.
+UpdateResult VulkanSurfelMap::Update(const KeyframePoses& poses) {
+  const ScopedStageTimer timer(context_.times, "fusion/update");
+  UpdateResult result;
+  if (const auto map_id = model_.anchors.MapIdBy(poses)) map_id_ = map_id;
+  if (map_id_) result.has_moved = model_.anchors.Update(poses, *map_id_);
+  if (result.has_moved) merger_.AnchorsMoved();
   result.num_surfels = num_surfels();
   return result;
+}
+
+std::vector<FusedDepthMap> VulkanSurfelMap::DepthMaps() const {
+  std::vector<FusedDepthMap> maps;
+  for (std::uint32_t i = 0; i < model_.anchors.size(); ++i) {
+    const Anchor& anchor = model_.anchors.anchor(i);
+    maps.push_back({anchor.frame_index, anchor.timestamp_s, anchor.keyframe_id,
+                    model_.anchors.S_world_kf()[i]});
+  }
+  std::ranges::stable_sort(maps, {}, &FusedDepthMap::frame_index);
+  return maps;
+}
+
+SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
+  return changes_.Since(version, model_);
+}
+
+PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
+  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_surfels(), options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
-  past_views_.Clear();
-  surfels_.RemoveAnchoredFrom(first_depth_map);
-  views_.resize(std::min<std::size_t>(views_.size(), first_depth_map));
-  while (!views_.empty() && views_.back().is_break) views_.pop_back();
-  num_depth_maps_ = static_cast<std::uint32_t>(views_.size());
-  tracker_is_astray_ = false;
+  fuser_.ForgetPastViews();
+  model_.surfels.RemoveAnchoredFrom(first_depth_map);
+  model_.anchors.RemoveFrom(first_depth_map);
+  merger_.AnchorsRemovedFrom(first_depth_map);
+  changes_.AllChanged(model_.anchors.size());
+  placer_.SetTrackerDrifted(false);
 }
 
-// What these views show twice. Without memory for it things stay double.
-std::int64_t VulkanSurfelMap::MergeOverlaps(std::span<const std::size_t> views) {
-  std::int64_t num_merged = 0;
-  try {
-    for (const std::size_t view : views) num_merged += MergeOverlap(views_[view]);
-  } catch (const Error& error) {
-    Log(LogLevel::kWarning, std::string("overlapping parts are not merged: ") + error.what());
-  }
-  corrector_.EndMerging();
-  return num_merged;
+void VulkanSurfelMap::MergePending() {
+  if (merger_.MergePending() == 0) return;
+  changes_.Changed(merger_.TakeChangedAnchors());
+  CloseGaps();
 }
 
-std::uint32_t VulkanSurfelMap::MergeOverlap(const FusedView& view) {
-  Resize(view.camera);
-  DepthMap seen;  // its images play no part
-  seen.camera = view.camera;
-  seen.T_world_cam = view.T_world_cam;
-  const ViewParams params = MakeViewParams(seen, options_, surfels_.size(), num_depth_maps_);
-  FindVisible({&params, 1}, kViewMargin_px);
-  const std::uint32_t num_removed =
-      corrector_.MergeOverlap(recorder_, stages_, params, buffers_, surfels_, visible_, times_);
-  culler_.Bound(recorder_, visible_, surfels_.size(), surfels_);
-  surfels_.Update(0, num_removed);
-  return num_removed;
-}
-
-FusionResult VulkanSurfelMap::Rejected(const DepthMap& map, std::string reason) const {
+FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, FusionRejection rejection,
+                                       std::string reason) const {
   FusionResult result;
+  result.rejection = rejection;
   result.reason = std::move(reason);
-  result.T_world_cam = map.T_world_cam;
+  result.S_world_kf = S_world_kf;
   result.num_surfels = num_surfels();
   return result;
 }
 
-void VulkanSurfelMap::Resize(const CameraModel& camera) {
-  if (camera.width == width_px_ && camera.height == height_px_) return;
-  buffers_ = DepthMapBuffers(device_, camera.width, camera.height);
-  width_px_ = camera.width;
-  height_px_ = camera.height;
+void VulkanSurfelMap::CloseGaps() {
+  const SurfelStorage& surfels = model_.surfels;
+  if (surfels.num_removed() > surfels.size() / kMaxRemovedShare) model_.surfels.Compact();
 }
 
-void VulkanSurfelMap::FindVisible(std::span<const ViewParams> views, std::uint32_t margin_px) {
-  culler_.FindVisible(recorder_, views, margin_px, surfels_, visible_, times_);
-}
-
-void VulkanSurfelMap::Upload(const DepthMap& map, const PackedDepthMap& packed) {
-  Resize(map.camera);
-  buffers_.Upload(packed);
-  stages_.Prepare(recorder_, ViewOf(map), buffers_);
-}
-
-// What the depth map says of each surfel, and which of its pixels are new: returns how many, and
-// leaves them in buffers_.new_pixels. Leaves the model alone.
-// Of the surfels those of one submap: another one may be off, and must not be drawn to it.
-std::uint32_t VulkanSurfelMap::Associate(const ViewParams& params, int submap) {
-  FindVisible({&params, 1}, kViewMargin_px);
-  if (num_submaps() > 1) {
-    visible_.Set(device_,
-                 BlocksOfSubmap(visible_.numbers(), views_, surfels_.first_slots(), submap));
+std::optional<UpdateResult> VulkanSurfelMap::Join(SurfelMap& other, const KeyframePoses& poses) {
+  auto* theirs = dynamic_cast<VulkanSurfelMap*>(&other);
+  if (theirs == nullptr || theirs == this) return std::nullopt;
+  const auto map_id = theirs->model_.anchors.MapIdBy(poses);
+  const auto own_map_id = model_.anchors.MapIdBy(poses);
+  if (map_id && own_map_id && map_id != own_map_id) return std::nullopt;
+  model_.surfels.Compact();
+  theirs->model_.surfels.Compact();
+  const std::uint32_t num_anchors = model_.anchors.size() + theirs->model_.anchors.size();
+  if (num_anchors >= kMaxDepthMaps || !fuser_.MakeRoom(theirs->model_.surfels.size())) {
+    return std::nullopt;
   }
-  stages_.Associate(recorder_, params, buffers_, surfels_, visible_);
-  stages_.DrawIndexMap(recorder_, params, buffers_, surfels_, visible_);
-  stages_.SelectNew(recorder_, params, buffers_, surfels_);
-  recorder_.Submit(times_);
-  std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
-  if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
-  const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
-  buffers_.new_pixels.Upload(std::span(new_pixels));
-  return static_cast<std::uint32_t>(new_pixels.size());
+  const std::int64_t num_before = num_surfels() + theirs->num_surfels();
+  UpdateResult result = Update(poses);
+  result.has_moved = theirs->Update(poses).has_moved || result.has_moved;
+  MergePending();
+  theirs->MergePending();
+  if (map_id) map_id_ = map_id;
+  if (!theirs->model_.anchors.empty()) Append(*theirs);
+  result.num_surfels = num_surfels();
+  result.num_merged = num_before - result.num_surfels;
+  return result;
 }
 
-// Returns the number of surfels removed.
-std::uint32_t VulkanSurfelMap::Update(ViewParams params, std::uint32_t num_new) {
-  params.num_new = num_new;
-  stages_.Merge(recorder_, params, buffers_, surfels_, visible_);
-  recorder_.Fill(buffers_.num_removed, 0);
-  stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_, visible_);
-  culler_.Bound(recorder_, visible_, params.num_surfels, surfels_);
-  stages_.Insert(recorder_, params, buffers_, surfels_);
-  ReviewNew(params.num_surfels, params.num_surfels + num_new);
-  recorder_.Submit(times_);
-  return buffers_.num_removed.Download<std::uint32_t>().front();
-}
+// Makes another model in the same world, which is empty afterwards, a part of this one. Its submaps
+// are further ones; but where as much of them lies upon this one as a depth map would have to show,
+// within the noise of both, two become one. Returns the number of surfels that were merged.
+std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
+  AnchorMap& anchors = model_.anchors;
+  const std::uint32_t first_anchor = anchors.size();
+  const bool was_one_submap = anchors.num_submaps() == 1 && other.num_submaps() == 1;
+  model_.surfels.Append(other.model_.surfels.Download(), first_anchor);
+  anchors.Append(std::exchange(other.model_.anchors, {}));
+  placer_.SetTrackerDrifted(other.placer_.tracker_drifted());
+  fuser_.SetMergeRadius(std::max(fuser_.merge_radius_px(), other.fuser_.merge_radius_px()));
+  fuser_.ForgetPastViews();
+  std::vector<bool> is_other(anchors.size());
+  std::fill(is_other.begin() + first_anchor, is_other.end(), true);
 
-// What the depth maps before this one say of its new surfels: they cannot confirm them, or there
-// would be a surfel there already, but they may have seen through them, or something before them.
-void VulkanSurfelMap::ReviewNew(std::uint32_t first_surfel, std::uint32_t num_surfels) {
-  if (first_surfel == num_surfels) return;
-  latest_.SetRange(device_, first_surfel, num_surfels);
-  for (const PastView& past : past_views_.views()) {
-    ViewParams params = MakeViewParams(past.view, options_, num_surfels, num_depth_maps_);
-    params.first_surfel = first_surfel;
-    params.is_past = 1;
-    stages_.Associate(recorder_, params, past.buffers, surfels_, latest_);
-    stages_.ClearFreeSpace(recorder_, params, buffers_.num_removed, surfels_, latest_);
+  other.model_.surfels.Upload({});
+  other.merger_.AnchorsRemovedFrom(0);
+  other.changes_.AllChanged(0);
+  other.map_id_.reset();
+  other.Rest();
+  const std::int64_t num_merged = merger_.MergeAcross(is_other);
+  (void)merger_.TakeChangedAnchors();
+  model_.surfels.Compact();
+  changes_.AllChanged(anchors.size());
+  const CameraModel& camera = anchors.back().camera;
+  const double needed = context_.options.gate.min_overlap * camera.width * camera.height;
+  if (was_one_submap && static_cast<double>(num_merged) >= needed) {
+    anchors.JoinSubmaps(anchors.SubmapOf(0), anchors.SubmapOfLatest());
   }
-}
-
-bool VulkanSurfelMap::MakeRoom(std::uint32_t num_new) {
-  if (surfels_.max_size() - surfels_.size() < num_new) return false;
-  try {
-    surfels_.Reserve(recorder_, surfels_.size() + num_new);
-  } catch (const Error& error) {  // the device has no more memory
-    Log(LogLevel::kWarning, std::string("the model cannot grow: ") + error.what());
-    surfels_.StopGrowing();
-    return surfels_.max_size() - surfels_.size() >= num_new;
-  }
-  return true;
-}
-
-// Fewer surfels, further apart, from now on. False when they are as far apart as they may be.
-bool VulkanSurfelMap::Coarsen() {
-  if (merge_radius_px_ >= kMaxMergeRadius_px) return false;
-  merge_radius_px_ *= 2;
-  const std::int64_t before = num_surfels();
-  surfels_.Upload(Coarsened(surfels_.Download()));
-  Log(LogLevel::kWarning, "the model is full with " + std::to_string(before) +
-                              " surfels: made coarser, " + std::to_string(num_surfels()) +
-                              " remain, new ones are " + std::to_string(merge_radius_px_) +
-                              " px apart");
-  return true;
-}
-
-ViewParams VulkanSurfelMap::ViewOf(const DepthMap& placed) const {
-  ViewParams params = MakeViewParams(placed, options_, surfels_.size(), num_depth_maps_);
-  params.merge_radius_px = merge_radius_px_;
-  return params;
+  return num_merged;
 }
 
 std::unique_ptr<SurfelMap> CreateSurfelMap(std::shared_ptr<Device> device,

@@ -7,7 +7,11 @@
 
 namespace mono3d {
 
-std::optional<CorrectionResult> SurfelMap::Join(SurfelMap&, const MapJoin&) { return std::nullopt; }
+SurfelChanges SurfelMap::ChangesSince(std::uint64_t) { return {}; }
+
+std::optional<UpdateResult> SurfelMap::Join(SurfelMap&, const KeyframePoses&) {
+  return std::nullopt;
+}
 
 void AssociationOptions::Visit(OptionVisitor& visit) {
   visit("matching_error_px", matching_error_px, "one sigma of the matching behind the depth maps");
@@ -24,7 +28,7 @@ void FreeSpaceOptions::Visit(OptionVisitor& visit) {
 void RegistrationOptions::Visit(OptionVisitor& visit) {
   visit("enabled", enabled, "register depth maps with the model before they are fused");
   visit("with_scale", with_scale, "and the scale of their depths as well");
-  visit("with_grey", with_grey, "by surface and grey values; else by the surface alone");
+  visit("with_grey", with_grey, "point-to-plane and photometric; else point-to-plane alone");
   visit("max_misfit", max_misfit,
         "the tracker's pose stands while it misses the best one by less, in sigmas");
   visit("prior_px", prior_px, "one sigma of a tracker that is wrong, as motion in the image");

@@ -23,12 +23,6 @@ ViewParams MakeViewParams(const DepthMap& map, const SurfelMapOptions& options,
   params.fy = static_cast<float>(map.camera.fy);
   params.cx = static_cast<float>(map.camera.cx);
   params.cy = static_cast<float>(map.camera.cy);
-  const Eigen::Matrix4d T_cam_world = map.T_world_cam.Inverse().Matrix();
-  for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 4; ++col) {
-      params.cam_from_world[row * 4 + col] = static_cast<float>(T_cam_world(row, col));
-    }
-  }
   const double pixel_rad = 1 / std::min(map.camera.fx, map.camera.fy);
   // sigma(z) = z^2 * sigma(1/z), so the map's sigma of one pixel is one of inverse depth.
   params.inverse_depth_sigma =

@@ -15,7 +15,8 @@ namespace mono3d {
 // depth per unit of image plane.
 inline constexpr double kMaxSlantDeg = 75;
 
-// The parameters of all stages for one depth map that meets a model of `num_surfels` slots.
+// The parameters of all stages for one depth map that meets a model of `num_surfels` slots. The
+// map's images play no part.
 ViewParams MakeViewParams(const DepthMap& map, const SurfelMapOptions& options,
                           std::uint32_t num_surfels, std::uint32_t map_index);
 

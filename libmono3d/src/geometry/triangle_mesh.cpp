@@ -8,10 +8,12 @@
 #include <cmath>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "geometry/mesh_pieces.h"
 #include "geometry/surfel_grid.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -44,13 +46,6 @@ void RequireSurfels(const PointCloud& surfels) {
       refuse("finite numbers and positive radii", "surfel " + std::to_string(i));
     }
   }
-}
-
-double MedianRadius(const PointCloud& surfels) {
-  std::vector<float> radii = surfels.radii;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
 }
 
 class Marcher {
@@ -186,7 +181,7 @@ void MeshOptions::Validate() const {
 TriangleMesh MeshSurfels(const PointCloud& surfels, const MeshOptions& options) {
   options.Validate();
   RequireSurfels(surfels);
-  const SurfelGrid grid(surfels, options.voxel_radii * MedianRadius(surfels));
+  const SurfelGrid grid(surfels, options.voxel_radii * UpperMedian(surfels.radii));
   const TriangleMesh mesh = Marcher(grid, !surfels.colours.empty()).March();
   return WithoutSmallPieces(mesh, static_cast<std::size_t>(options.min_triangles));
 }

@@ -5,10 +5,13 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <array>
+#include <cmath>
 #include <cstddef>
 #include <functional>
-#include <random>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+#include <utility>
+#include <vector>
 
 #include "mono3d/geometry/fundamental.h"
 
@@ -17,7 +20,7 @@ namespace {
 
 constexpr double kChi2TwoDof = 5.991;  // 95 %
 constexpr double kChi2OneDof = 3.841;
-constexpr std::size_t kSetSize = 8;  // for both models, so that their chances are the same
+constexpr std::size_t kMinPairs = 8;  // that FitFundamental needs
 
 using Fit = std::optional<Eigen::Matrix3d> (*)(std::span<const PointPair>);
 using Scorer = std::function<TwoViewModel(const Eigen::Matrix3d&)>;
@@ -86,47 +89,69 @@ void Refine(std::span<const PointPair> pairs, Fit fit, const Scorer& score, TwoV
   }
 }
 
-std::optional<TwoViewModel> Ransac(std::span<const PointPair> pairs,
-                                   const TwoViewRansacOptions& options, Fit fit,
-                                   const Scorer& score) {
-  if (pairs.size() < kSetSize) return std::nullopt;
-  std::mt19937 random(static_cast<std::mt19937::result_type>(options.seed));
-  std::optional<TwoViewModel> best;
-  for (int round = 0; round < options.num_rounds; ++round) {
-    std::array<std::size_t, kSetSize> chosen{};
-    for (std::size_t i = 0; i < kSetSize; ++i) {
-      // Plain remainder: std::uniform_int_distribution differs between standard libraries.
-      bool is_new = false;
-      while (!is_new) {
-        chosen[i] = random() % pairs.size();
-        is_new = true;
-        for (std::size_t j = 0; j < i; ++j) is_new = is_new && chosen[j] != chosen[i];
-      }
-    }
-    std::array<PointPair, kSetSize> set;
-    for (std::size_t i = 0; i < kSetSize; ++i) set[i] = pairs[chosen[i]];
-    const std::optional<Eigen::Matrix3d> matrix = fit(set);
-    if (!matrix) continue;
-    TwoViewModel model = score(*matrix);
-    if (!best || model.score > best->score) best = std::move(model);
+struct Points {
+  std::vector<cv::Point2d> a;
+  std::vector<cv::Point2d> b;
+};
+
+Points Split(std::span<const PointPair> pairs) {
+  Points points;
+  for (const PointPair& pair : pairs) {
+    points.a.emplace_back(pair.a.x(), pair.a.y());
+    points.b.emplace_back(pair.b.x(), pair.b.y());
   }
-  if (best) Refine(pairs, fit, score, *best);
-  return best;
+  return points;
+}
+
+// One thread and a seed of its own make it reproducible.
+cv::UsacParams Params(const TwoViewRansacOptions& options, double threshold_chi2) {
+  cv::UsacParams params;
+  params.confidence = 0.999;
+  params.isParallel = false;
+  params.loIterations = 5;
+  params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
+  params.loSampleSize = 14;  // twice that of a fundamental matrix (Chum, Matas, Kittler 2003)
+  params.maxIterations = options.max_rounds;
+  params.randomGeneratorState = options.seed;
+  params.sampler = cv::SAMPLING_UNIFORM;
+  params.score = cv::SCORE_METHOD_MSAC;
+  params.threshold = std::sqrt(threshold_chi2) * options.sigma_px;
+  return params;
+}
+
+// What the search found, by our own score.
+std::optional<TwoViewModel> Finish(const cv::Mat& found, std::span<const PointPair> pairs, Fit fit,
+                                   const Scorer& score) {
+  if (found.rows != 3 || found.cols != 3) return std::nullopt;  // empty: nothing was found
+  Eigen::Matrix3d matrix;
+  cv::cv2eigen(found, matrix);
+  if (!matrix.allFinite()) return std::nullopt;
+  TwoViewModel model = score(matrix);
+  Refine(pairs, fit, score, model);
+  return model;
 }
 
 }  // namespace
 
 std::optional<TwoViewModel> EstimateHomography(std::span<const PointPair> pairs,
                                                const TwoViewRansacOptions& options) {
-  return Ransac(pairs, options, FitHomography, [&](const Eigen::Matrix3d& H) {
-    return ScoreHomography(H, pairs, options.sigma_px);
+  if (pairs.size() < kMinPairs) return std::nullopt;
+  const Points points = Split(pairs);
+  cv::Mat mask;
+  const cv::Mat H = cv::findHomography(points.a, points.b, mask, Params(options, kChi2TwoDof));
+  return Finish(H, pairs, FitHomography, [&](const Eigen::Matrix3d& matrix) {
+    return ScoreHomography(matrix, pairs, options.sigma_px);
   });
 }
 
 std::optional<TwoViewModel> EstimateFundamental(std::span<const PointPair> pairs,
                                                 const TwoViewRansacOptions& options) {
-  return Ransac(pairs, options, FitFundamental, [&](const Eigen::Matrix3d& F) {
-    return ScoreFundamental(F, pairs, options.sigma_px);
+  if (pairs.size() < kMinPairs) return std::nullopt;
+  const Points points = Split(pairs);
+  cv::Mat mask;
+  const cv::Mat F = cv::findFundamentalMat(points.a, points.b, mask, Params(options, kChi2OneDof));
+  return Finish(F, pairs, FitFundamental, [&](const Eigen::Matrix3d& matrix) {
+    return ScoreFundamental(matrix, pairs, options.sigma_px);
   });
 }
 

@@ -28,11 +28,14 @@ std::size_t RoundUp(std::size_t size_bytes) {
 }
 
 void CheckSize(const Device& device, const std::string& name, std::size_t size_bytes) {
-  if (size_bytes == 0) throw Error({"a buffer needs a size", name, "at least 1 byte", "0"});
+  if (size_bytes == 0)
+    throw Error(
+        {"a buffer needs a size", name, "at least 1 byte", "0", ErrorCode::kInvalidArgument});
   const std::uint64_t limit = device.limits().max_storage_buffer_bytes;
   if (size_bytes > limit || RoundUp(size_bytes) > limit) {
     throw Error({"the buffer is larger than " + device.info().name + " can bind", name,
-                 "at most " + std::to_string(limit) + " bytes", std::to_string(size_bytes)});
+                 "at most " + std::to_string(limit) + " bytes", std::to_string(size_bytes),
+                 ErrorCode::kUnsupported});
   }
 }
 
@@ -47,11 +50,13 @@ void Allocate(BufferMemory& memory) {
 }
 
 void CheckTransfer(const BufferMemory* memory, std::size_t size_bytes, std::size_t offset_bytes) {
-  if (memory == nullptr) throw Error("transfer to or from an empty buffer");
+  if (memory == nullptr)
+    throw Error("transfer to or from an empty buffer", ErrorCode::kInvalidArgument);
   if (offset_bytes <= memory->size_bytes && size_bytes <= memory->size_bytes - offset_bytes) return;
   throw Error({"the transfer leaves the buffer", memory->name,
                std::to_string(memory->size_bytes) + " bytes",
-               std::to_string(size_bytes) + " bytes at " + std::to_string(offset_bytes)});
+               std::to_string(size_bytes) + " bytes at " + std::to_string(offset_bytes),
+               ErrorCode::kInvalidArgument});
 }
 
 }  // namespace
@@ -65,7 +70,8 @@ vk::BufferView TexelView(BufferMemory& memory, vk::Format format, std::size_t te
   const std::uint64_t limit = memory.device->limits().max_texel_buffer_elements;
   if (num_texels > limit) {
     throw Error({"the buffer has more texels than " + memory.device->info().name + " can address",
-                 memory.name, "at most " + std::to_string(limit), std::to_string(num_texels)});
+                 memory.name, "at most " + std::to_string(limit), std::to_string(num_texels),
+                 ErrorCode::kUnsupported});
   }
   vk::raii::BufferView view = CallVulkan(memory.name, "making a texel view", [&] {
     return memory.device->vulkan().createBufferView({{}, *memory.buffer, format, 0, VK_WHOLE_SIZE});

@@ -68,7 +68,9 @@ vk::raii::DeviceMemory Device::Allocate(const vk::MemoryRequirements& requiremen
     type = FindMemoryType(requirements.memoryTypeBits,
                           buffers_are_mappable_ ? kLocalAndMapped : Memory::eDeviceLocal);
   }
-  if (!type) throw Error({"the device has no memory fit for buffers", info().name, {}, {}});
+  if (!type)
+    throw Error(
+        {"the device has no memory fit for buffers", info().name, {}, {}, ErrorCode::kDevice});
   return device_.allocateMemory({requirements.size, *type});
 }
 

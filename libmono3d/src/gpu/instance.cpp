@@ -29,7 +29,8 @@ vk::raii::Context LoadVulkan() {
   } catch (const std::runtime_error&) {
     throw Error(
         "the Vulkan loader libvulkan.so.1 is missing: install the Debian packages libvulkan1 and "
-        "mesa-vulkan-drivers (the software device lavapipe)");
+        "mesa-vulkan-drivers (the software device lavapipe)",
+        ErrorCode::kDevice);
   }
 }
 
@@ -59,7 +60,8 @@ void RequireValidationLayer(const vk::raii::Context& context) {
   }
   throw Error(
       "the Vulkan validation layer is missing: install the Debian package "
-      "vulkan-validationlayers");
+      "vulkan-validationlayers",
+      ErrorCode::kDevice);
 }
 
 vk::raii::Instance MakeInstance(const vk::raii::Context& context,
@@ -67,7 +69,7 @@ vk::raii::Instance MakeInstance(const vk::raii::Context& context,
   try {
     return context.createInstance(info);
   } catch (const vk::IncompatibleDriverError&) {
-    throw Error(std::string("no Vulkan driver found: ") + kDriverHint);
+    throw Error(std::string("no Vulkan driver found: ") + kDriverHint, ErrorCode::kDevice);
   } catch (const vk::SystemError& error) {
     throw MakeVulkanError({}, "opening Vulkan", static_cast<vk::Result>(error.code().value()));
   }
@@ -164,7 +166,8 @@ std::vector<Candidate> ListCandidates(const Instance& instance) {
     }
   });
   if (candidates.empty()) {
-    throw Error(std::string("no device with Vulkan 1.2 and compute found: ") + kDriverHint);
+    throw Error(std::string("no device with Vulkan 1.2 and compute found: ") + kDriverHint,
+                ErrorCode::kDevice);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return Rank(a) < Rank(b); });

@@ -17,7 +17,7 @@ void RequireAtMost(const KernelPipeline& kernel, const std::string& what, std::u
                    std::uint64_t limit) {
   if (found <= limit) return;
   throw Error({kernel.device->info().name + " cannot run this shader: " + what, kernel.name,
-               "at most " + std::to_string(limit), std::to_string(found)});
+               "at most " + std::to_string(limit), std::to_string(found), ErrorCode::kUnsupported});
 }
 
 void CheckCapabilities(const KernelPipeline& kernel) {
@@ -27,7 +27,8 @@ void CheckCapabilities(const KernelPipeline& kernel) {
       throw Error({kernel.device->info().name + " cannot run this shader: it needs " + *missing,
                    kernel.name,
                    {},
-                   {}});
+                   {},
+                   ErrorCode::kUnsupported});
     }
   }
 }
@@ -37,7 +38,8 @@ void CheckLimits(const KernelPipeline& kernel) {
   const auto& size = kernel.interface.workgroup_size;
   std::uint64_t num_invocations = 1;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (size[i] == 0) throw Error({"the workgroup size is 0", kernel.name, {}, {}});
+    if (size[i] == 0)
+      throw Error({"the workgroup size is 0", kernel.name, {}, {}, ErrorCode::kInvalidArgument});
     RequireAtMost(kernel, "workgroup size", size[i], limits.max_workgroup_size[i]);
     num_invocations *= size[i];
   }
@@ -124,7 +126,7 @@ TexelFormatInfo InfoOf(TexelFormat format) {
     case TexelFormat::kRgba32f:
       return {vk::Format::eR32G32B32A32Sfloat, 16};
   }
-  throw Error("unknown texel format");
+  throw Error("unknown texel format", ErrorCode::kInvalidArgument);
 }
 
 Kernel::Kernel(std::shared_ptr<Device> device, const KernelSource& source,

@@ -13,7 +13,7 @@
 #include <string>
 #include <system_error>
 
-#include "mono3d/core/error.h"
+#include "mono3d/core/atomic_file.h"
 #include "mono3d/core/log.h"
 
 namespace mono3d {
@@ -84,24 +84,15 @@ std::optional<std::vector<std::byte>> ReadCacheFile(const std::filesystem::path&
 }
 
 void WriteCacheFile(const std::filesystem::path& file, const std::vector<std::byte>& data) {
-  std::filesystem::path beside = file;
-  beside += "." + std::to_string(getpid()) + ".tmp";
-  std::error_code failure;
-  std::filesystem::create_directories(file.parent_path(), failure);
+  std::error_code ignored;  // that the folder is not there shows when the file is created
+  std::filesystem::create_directories(file.parent_path(), ignored);
   FileHeader header;
   header.num_bytes = data.size();
   header.hash = HashOf(data);
-  std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-  stream.write(reinterpret_cast<const char*>(&header), sizeof(header));
-  stream.write(reinterpret_cast<const char*>(data.data()),
-               static_cast<std::streamsize>(data.size()));
-  stream.close();
-  if (stream) {
-    std::filesystem::rename(beside, file, failure);
-    if (!failure) return;
-  }
-  std::filesystem::remove(beside, failure);
-  throw Error({"the pipeline cache cannot be written", file.string(), {}, {}});
+  AtomicFile output(file, "." + std::to_string(getpid()) + ".partial");
+  output.Write({reinterpret_cast<const char*>(&header), sizeof(header)});
+  output.Write({reinterpret_cast<const char*>(data.data()), data.size()});
+  output.Commit();
 }
 
 PipelineCache::PipelineCache(const vk::raii::PhysicalDevice& physical,

@@ -39,7 +39,8 @@ void CheckDispatch(const KernelPipeline& kernel, std::size_t num_buffers, std::s
                    const std::array<std::uint32_t, 3>& num_workgroups) {
   const auto require = [&](bool holds, const char* what, std::size_t expected, std::size_t found) {
     if (holds) return;
-    throw Error({what, kernel.name, std::to_string(expected), std::to_string(found)});
+    throw Error({what, kernel.name, std::to_string(expected), std::to_string(found),
+                 ErrorCode::kInvalidArgument});
   };
   const ShaderInterface& shader = kernel.interface;
   require(num_buffers == shader.bindings.size(), "wrong number of buffers", shader.bindings.size(),
@@ -57,16 +58,21 @@ void CheckCopy(const BufferMemory& memory, std::size_t offset_bytes, std::size_t
   if (offset_bytes <= memory.size_bytes && size_bytes <= memory.size_bytes - offset_bytes) return;
   throw Error({"the copy leaves the buffer", memory.name,
                std::to_string(memory.size_bytes) + " bytes",
-               std::to_string(size_bytes) + " bytes at " + std::to_string(offset_bytes)});
+               std::to_string(size_bytes) + " bytes at " + std::to_string(offset_bytes),
+               ErrorCode::kInvalidArgument});
 }
 
 }  // namespace
 
 std::uint32_t DivideRoundingUp(std::uint64_t items, std::uint64_t per_group) {
-  if (per_group == 0) throw Error("workgroups of no items");
+  if (per_group == 0) throw Error("workgroups of no items", ErrorCode::kInvalidArgument);
   const std::uint64_t groups = items / per_group + (items % per_group != 0 ? 1 : 0);
   if (groups > std::numeric_limits<std::uint32_t>::max()) {
-    throw Error({"too many workgroups", {}, "at most 2^32 - 1", std::to_string(groups)});
+    throw Error({"too many workgroups",
+                 {},
+                 "at most 2^32 - 1",
+                 std::to_string(groups),
+                 ErrorCode::kInvalidArgument});
   }
   return static_cast<std::uint32_t>(groups);
 }
@@ -87,7 +93,11 @@ class Recorder::Implementation {
   const std::string& device_name() const { return device_->info().name; }
   void RequireOwn(const Device& device, const std::string& where) const {
     if (&device == device_.get()) return;
-    throw Error({"it belongs to another device than the recorder", where, {}, {}});
+    throw Error({"it belongs to another device than the recorder",
+                 where,
+                 {},
+                 {},
+                 ErrorCode::kInvalidArgument});
   }
 
  private:
@@ -117,7 +127,8 @@ Recorder::Implementation::Implementation(std::shared_ptr<Device> device)
 
 BufferMemory& Recorder::Implementation::Use(const std::shared_ptr<BufferMemory>& memory,
                                             const std::string& where) {
-  if (!memory) throw Error({"an empty buffer cannot be used", where, {}, {}});
+  if (!memory)
+    throw Error({"an empty buffer cannot be used", where, {}, {}, ErrorCode::kInvalidArgument});
   RequireOwn(*memory->device, memory->name);
   in_use_.push_back(memory);
   return *memory;
@@ -222,7 +233,8 @@ void Recorder::Copy(const Buffer& from, std::size_t from_offset_bytes, const Buf
   if (size_bytes == 0) return;
   if (&from_memory == &to_memory && from_offset_bytes < to_offset_bytes + size_bytes &&
       to_offset_bytes < from_offset_bytes + size_bytes) {
-    throw Error({"the copy overlaps itself", from_memory.name, {}, {}});
+    throw Error(
+        {"the copy overlaps itself", from_memory.name, {}, {}, ErrorCode::kInvalidArgument});
   }
   CallVulkan(from_memory.name, "recording", [&] {
     implementation_->Copy(from_memory, to_memory, {from_offset_bytes, to_offset_bytes, size_bytes});

@@ -46,7 +46,8 @@ class Reflection {
   }
 
   [[noreturn]] void Fail(const std::string& why) const {
-    throw Error({"the shader cannot be used: " + why, kernel_, {}, {}});
+    throw Error(
+        {"the shader cannot be used: " + why, kernel_, {}, {}, ErrorCode::kInvalidArgument});
   }
 
  private:

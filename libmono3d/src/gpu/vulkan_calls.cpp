@@ -19,10 +19,16 @@ std::string Meaning(vk::Result result) {
   }
 }
 
+ErrorCode CodeOf(vk::Result result) {
+  const bool is_memory =
+      result == vk::Result::eErrorOutOfDeviceMemory || result == vk::Result::eErrorOutOfHostMemory;
+  return is_memory ? ErrorCode::kOutOfMemory : ErrorCode::kDevice;
+}
+
 }  // namespace
 
 Error MakeVulkanError(const std::string& where, const std::string& what, vk::Result result) {
-  return Error({what + " failed: " + Meaning(result), where, {}, {}});
+  return Error({what + " failed: " + Meaning(result), where, {}, {}, CodeOf(result)});
 }
 
 }  // namespace mono3d

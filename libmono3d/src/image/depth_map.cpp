@@ -26,15 +26,15 @@ void RequireImage(const cv::Mat& image, int type, const CameraModel& camera, con
 
 std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.depth); }
 
-PointCloud ToPointCloud(const DepthMap& map) {
+PointCloud ToPointCloud(const DepthMap& map, const Similarity& S_world_kf) {
   PointCloud cloud;
-  const Eigen::Matrix3f R_world_cam = map.T_world_cam.rotation().toRotationMatrix().cast<float>();
+  const Eigen::Matrix3f R_world_cam = S_world_kf.pose().rotation().toRotationMatrix().cast<float>();
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       const float depth = map.depth.at<float>(y, x);
       if (depth <= 0) continue;
       const Eigen::Vector3d p_cam = depth * map.camera.Unproject({x, y});
-      cloud.points.emplace_back((map.T_world_cam * p_cam).cast<float>());
+      cloud.points.emplace_back((S_world_kf * p_cam).cast<float>());
       if (!map.normal.empty()) {
         const auto& n = map.normal.at<cv::Vec3f>(y, x);
         cloud.normals.emplace_back(R_world_cam * Eigen::Vector3f(n[0], n[1], n[2]));

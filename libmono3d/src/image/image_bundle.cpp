@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "mono3d/core/error.h"
 
@@ -14,10 +15,10 @@ namespace {
 
 // A rotation that cannot be normalised, of a matrix that is none, comes out as NaN or of another
 // length.
-void ValidatePose(const Keyframe& keyframe) {
+void ValidatePose(const Keyframe& keyframe, const Pose& T_ref_cam) {
   constexpr double kLengthRounding = 1e-6;
-  const Eigen::Quaterniond& q = keyframe.T_world_cam.rotation();
-  const Eigen::Vector3d& t = keyframe.T_world_cam.translation();
+  const Eigen::Quaterniond& q = T_ref_cam.rotation();
+  const Eigen::Vector3d& t = T_ref_cam.translation();
   const bool is_rotation = std::abs(q.norm() - 1) <= kLengthRounding;  // false for NaN
   if (is_rotation && t.allFinite()) return;
   std::ostringstream found;
@@ -33,6 +34,24 @@ void ValidatePose(const Keyframe& keyframe) {
                          .found = found.str()});
 }
 
+void RequireNumPoses(std::size_t num_poses, const ImageBundle& bundle) {
+  if (num_poses == bundle.keyframes.size()) return;
+  throw Error(ErrorParts{.what = "wrong number of poses in a bundle",
+                         .where = {},
+                         .expected = std::to_string(bundle.keyframes.size()),
+                         .found = std::to_string(num_poses)});
+}
+
+// The difference of the places comes first: far from the world's origin it is more exact, and it is
+// zero, with no rounding, where both are in one place.
+Pose Relative(const Similarity& S_world_ref, const Pose& T_world_cam) {
+  const Pose& T_world_ref = S_world_ref.pose();
+  const Eigen::Quaterniond R_ref_world = T_world_ref.rotation().conjugate();
+  return {R_ref_world * T_world_cam.rotation(),
+          R_ref_world *
+              ((T_world_cam.translation() - T_world_ref.translation()) / S_world_ref.scale())};
+}
+
 }  // namespace
 
 void Validate(const ImageBundle& bundle) {
@@ -42,10 +61,12 @@ void Validate(const ImageBundle& bundle) {
                            .expected = kBundleSizesText,
                            .found = std::to_string(bundle.keyframes.size())});
   }
+  RequireNumPoses(bundle.T_ref_cam.size(), bundle);
   const Keyframe& reference = bundle.reference();
-  for (const Keyframe& keyframe : bundle.keyframes) {
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    const Keyframe& keyframe = bundle.keyframes[i];
     Validate(keyframe.frame);
-    ValidatePose(keyframe);
+    ValidatePose(keyframe, bundle.T_ref_cam[i]);
     if (keyframe.frame.bgr.size() != reference.frame.bgr.size()) {
       throw Error(ErrorParts{.what = "images of a bundle differ in size",
                              .where = keyframe.frame.name,
@@ -54,13 +75,29 @@ void Validate(const ImageBundle& bundle) {
                              .found = std::to_string(keyframe.frame.bgr.cols) + "x" +
                                       std::to_string(keyframe.frame.bgr.rows)});
     }
-    if (keyframe.map_id != reference.map_id) {
-      throw Error(ErrorParts{.what = "images of a bundle belong to different maps",
-                             .where = keyframe.frame.name,
-                             .expected = "map " + std::to_string(reference.map_id),
-                             .found = "map " + std::to_string(keyframe.map_id)});
-    }
   }
+}
+
+bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle) {
+  const KeyframePose* reference = poses.Find(bundle.reference().id);
+  if (reference == nullptr) return false;
+  std::vector<Pose> T_ref_cam;
+  for (const Keyframe& keyframe : bundle.keyframes) {
+    const KeyframePose* pose = poses.Find(keyframe.id);
+    if (pose == nullptr || pose->map_id != reference->map_id) return false;
+    T_ref_cam.push_back(Relative(reference->S_world_kf, pose->T_world_cam()));
+  }
+  bundle.T_ref_cam = std::move(T_ref_cam);
+  return true;
+}
+
+void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle) {
+  RequireNumPoses(T_world_cam.size(), bundle);
+  std::vector<Pose> T_ref_cam;
+  for (const Pose& pose : T_world_cam) {
+    T_ref_cam.push_back(Relative({1, T_world_cam[bundle.reference_index()]}, pose));
+  }
+  bundle.T_ref_cam = std::move(T_ref_cam);
 }
 
 }  // namespace mono3d

@@ -3,6 +3,10 @@
 
 #include "mono3d/io/camera_file.h"
 
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -11,24 +15,36 @@
 
 #include "io/colmap_cameras.h"
 #include "io/text.h"
-#include "io/yaml_subset.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 
 namespace mono3d {
 namespace {
 
-// The calibration in YAML, with the messages that go with it.
+std::string LowerCase(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// The calibration in YAML, with the messages that go with it. Keys count in any case of letters.
 class CalibrationYaml {
  public:
-  explicit CalibrationYaml(const std::filesystem::path& path)
-      : path_(path), values_(ReadYamlSubset(path)) {}
+  explicit CalibrationYaml(const std::filesystem::path& path) : path_(path) {
+    try {
+      // Header "%YAML:1.0" and tags "!!opencv-matrix" of OpenCV are a directive and a type that
+      // YAML does not know, which are to be passed over.
+      for (const YAML::Node& document : YAML::LoadAll(ReadBytes(path))) AddKeys(document, "");
+    } catch (const YAML::Exception& error) {
+      Throw(LineAt(error.mark), "not YAML: " + error.msg, {}, {});
+    }
+  }
 
   int Size(const std::string& key) const {
-    const std::vector<double> numbers = Numbers(key, Require(key));
+    const std::vector<double> numbers = Numbers(key, Require(key).value);
     if (numbers.size() != 1 || numbers[0] < 1 || numbers[0] > 1e6 ||
         numbers[0] != std::floor(numbers[0])) {
-      Throw(Line(key), "bad " + key, "one positive whole number", Text(key));
+      Throw(Line(key), "bad " + key, "one positive whole number", Text(keys_.at(key).value));
     }
     return static_cast<int>(numbers[0]);
   }
@@ -36,10 +52,10 @@ class CalibrationYaml {
   // The numbers of a matrix: a list, or rows, cols and a list named data.
   std::vector<double> Matrix(const std::string& key) const {
     Require(key);
-    const std::string data = values_.contains(key + ".data") ? key + ".data" : key;
-    const std::vector<double> numbers = Numbers(key, values_.at(data));
+    const std::string data = keys_.contains(key + ".data") ? key + ".data" : key;
+    const std::vector<double> numbers = Numbers(key, keys_.at(data).value);
     for (const char* part : {".rows", ".cols"}) {
-      if (!values_.contains(key + part)) return numbers;
+      if (!keys_.contains(key + part)) return numbers;
     }
     const int num_numbers = Size(key + ".rows") * Size(key + ".cols");
     if (static_cast<std::size_t>(num_numbers) != numbers.size()) {
@@ -51,26 +67,47 @@ class CalibrationYaml {
 
   // The text of an optional key.
   std::optional<std::string> Find(const std::string& key) const {
-    if (!values_.contains(key)) return std::nullopt;
-    return Text(key);
+    if (!keys_.contains(key)) return std::nullopt;
+    return Text(keys_.at(key).value);
   }
 
-  std::string Line(const std::string& key) const {
-    return AtLine(path_, values_.at(key).line_number);
-  }
+  // "camera.yaml:12"
+  std::string Line(const std::string& key) const { return LineAt(keys_.at(key).mark); }
 
   [[noreturn]] static void Throw(const std::string& where, const std::string& what,
-                                 const std::string& expected, const std::string& found) {
+                                 const std::string& expected, const std::string& found,
+                                 ErrorCode code = ErrorCode::kInvalidInput) {
     throw Error(ErrorParts{.what = "camera calibration: " + what,
                            .where = where,
                            .expected = expected,
-                           .found = found});
+                           .found = found,
+                           .code = code});
   }
 
  private:
-  const YamlValue& Require(const std::string& key) const {
-    const auto found = values_.find(key);
-    if (found == values_.end()) Throw(path_, "key is missing", key, {});
+  struct Key {
+    YAML::Mark mark;    // of the key itself, the last one where there are several
+    int num_times = 0;  // that the key is there
+    YAML::Node value;
+  };
+
+  // The keys of a map and of the maps in it, as "outer.inner".
+  void AddKeys(const YAML::Node& map, const std::string& prefix) {
+    if (!map.IsMap()) return;
+    for (const auto& pair : map) {
+      if (!pair.first.IsScalar()) continue;
+      const std::string name = prefix + LowerCase(pair.first.Scalar());
+      Key& key = keys_[name];
+      key.mark = pair.first.Mark();
+      ++key.num_times;
+      key.value.reset(pair.second);  // = would change the document itself
+      if (prefix.empty()) AddKeys(pair.second, name + ".");
+    }
+  }
+
+  const Key& Require(const std::string& key) const {
+    const auto found = keys_.find(key);
+    if (found == keys_.end()) Throw(path_, "key is missing", key, {});
     const int num_times = found->second.num_times;
     if (num_times > 1) {
       Throw(Line(key), "several cameras in one file", key + " once", std::to_string(num_times));
@@ -78,26 +115,32 @@ class CalibrationYaml {
     return found->second;
   }
 
-  std::string Text(const std::string& key) const {
-    std::string text;
-    for (const std::string& item : values_.at(key).items) text += (text.empty() ? "" : " ") + item;
-    return text.empty() ? "nothing" : text;
+  std::string LineAt(const YAML::Mark& mark) const {
+    return AtLine(path_, static_cast<std::size_t>(mark.line) + 1);
   }
 
-  std::vector<double> Numbers(const std::string& key, const YamlValue& value) const {
+  static std::string Text(const YAML::Node& value) {
+    if (value.IsMap()) return "keys and values";
+    if (value.IsSequence()) return "a list";
+    return value.Scalar().empty() ? "nothing" : value.Scalar();
+  }
+
+  // Of a scalar, or of a list of such; none of any other value.
+  std::vector<double> Numbers(const std::string& key, const YAML::Node& value) const {
     std::vector<double> numbers;
-    for (const std::string& item : value.items) {
-      const std::optional<double> number = ParseNumber(item);
-      if (!number) {
-        Throw(AtLine(path_, value.line_number), "bad value in " + key, "a finite number", item);
-      }
+    const auto add = [&](const YAML::Node& item) {
+      const std::optional<double> number =
+          item.IsScalar() ? ParseNumber(item.Scalar()) : std::nullopt;
+      if (!number) Throw(LineAt(item.Mark()), "bad value in " + key, "a finite number", Text(item));
       numbers.push_back(*number);
-    }
+    };
+    if (value.IsScalar()) add(value);
+    if (value.IsSequence()) std::ranges::for_each(value, add);
     return numbers;
   }
 
   const std::filesystem::path& path_;
-  std::map<std::string, YamlValue> values_;
+  std::map<std::string, Key> keys_;
 };
 
 void TakeCameraMatrix(const CalibrationYaml& yaml, CameraModel& camera) {
@@ -120,7 +163,8 @@ void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
   const std::string key = "distortion_coefficients";
   const std::optional<std::string> model = yaml.Find("distortion_model");
   if (model && *model != "plumb_bob" && *model != "rational_polynomial") {
-    yaml.Throw(yaml.Line("distortion_model"), "unsupported distortion model", "plumb_bob", *model);
+    yaml.Throw(yaml.Line("distortion_model"), "unsupported distortion model", "plumb_bob", *model,
+               ErrorCode::kUnsupported);
   }
   const std::vector<double> coefficients = yaml.Matrix(key);
   if (coefficients.size() < 4) {
@@ -132,7 +176,7 @@ void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
       camera.distortion[i] = coefficients[i];
     } else if (coefficients[i] != 0) {
       yaml.Throw(yaml.Line(key), "unsupported distortion", "zeros after k1 k2 p1 p2 k3",
-                 ToText(coefficients[i]));
+                 ToText(coefficients[i]), ErrorCode::kUnsupported);
     }
   }
 }

@@ -34,9 +34,13 @@ constexpr std::array<Model, 6> kModels = {{{"SIMPLE_PINHOLE", 1, 0},
                                            {"FULL_OPENCV", 2, 8}}};
 
 [[noreturn]] void ThrowBadCamera(const std::string& where, const std::string& what,
-                                 const std::string& expected, const std::string& found) {
-  throw Error(ErrorParts{
-      .what = "camera calibration: " + what, .where = where, .expected = expected, .found = found});
+                                 const std::string& expected, const std::string& found,
+                                 ErrorCode code = ErrorCode::kInvalidInput) {
+  throw Error(ErrorParts{.what = "camera calibration: " + what,
+                         .where = where,
+                         .expected = expected,
+                         .found = found,
+                         .code = code});
 }
 
 bool IsComment(const std::vector<std::string_view>& words) {
@@ -49,7 +53,7 @@ const Model& FindModel(std::string_view name, const std::string& where) {
   if (found == kModels.end()) {
     ThrowBadCamera(where, "unsupported camera model",
                    "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV",
-                   std::string(name));
+                   std::string(name), ErrorCode::kUnsupported);
   }
   return *found;
 }
@@ -85,7 +89,8 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
     if (i < camera.distortion.size()) {
       camera.distortion[i] = params[i];
     } else if (params[i] != 0) {
-      ThrowBadCamera(where, "unsupported distortion", "k4 = k5 = k6 = 0", ToText(params[i]));
+      ThrowBadCamera(where, "unsupported distortion", "k4 = k5 = k6 = 0", ToText(params[i]),
+                     ErrorCode::kUnsupported);
     }
   }
   Validate(camera, where);

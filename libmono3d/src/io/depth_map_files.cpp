@@ -3,7 +3,6 @@
 
 #include "mono3d/io/depth_map_files.h"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/pfm_file.h"
 
@@ -35,12 +35,7 @@ std::pair<float, float> InverseDepthRange(const cv::Mat& depth) {
     }
   }
   if (inverse.empty()) return {0, 0};
-  const auto quantile = [&](double share) {
-    const auto nth = static_cast<std::ptrdiff_t>(share * static_cast<double>(inverse.size() - 1));
-    std::nth_element(inverse.begin(), inverse.begin() + nth, inverse.end());
-    return inverse[static_cast<std::size_t>(nth)];
-  };
-  return {quantile(kLowQuantile), quantile(kHighQuantile)};
+  return {Quantile(inverse, kLowQuantile), Quantile(inverse, kHighQuantile)};
 }
 
 }  // namespace

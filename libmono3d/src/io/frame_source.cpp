@@ -112,8 +112,11 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& input,
     return OpenImageList(FindImages(input), options);
   }
   if (!std::filesystem::exists(input, ignored)) {
-    throw Error(ErrorParts{
-        .what = "there is no such file or folder", .where = input, .expected = {}, .found = {}});
+    throw Error(ErrorParts{.what = "there is no such file or folder",
+                           .where = input,
+                           .expected = {},
+                           .found = {},
+                           .code = ErrorCode::kNotFound});
   }
   if (HasImageExtension(input)) return OpenImageList({input, {input}, {}, true}, options);
   return OpenVideo(input, options);

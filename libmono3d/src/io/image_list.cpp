@@ -52,7 +52,8 @@ std::vector<std::string> ImagesInFolder(const std::filesystem::path& folder) {
     throw Error(ErrorParts{.what = "cannot read the folder: " + error.message(),
                            .where = folder,
                            .expected = {},
-                           .found = {}});
+                           .found = {},
+                           .code = ErrorCode::kIo});
   }
   return images;
 }
@@ -113,8 +114,11 @@ std::vector<std::string> ListImages(const std::string& input) {
   const bool is_glob = IsGlob(input);
   std::error_code ignored;
   if (!is_glob && !std::filesystem::is_directory(input, ignored)) {
-    throw Error(
-        ErrorParts{.what = "there is no such folder", .where = input, .expected = {}, .found = {}});
+    throw Error(ErrorParts{.what = "there is no such folder",
+                           .where = input,
+                           .expected = {},
+                           .found = {},
+                           .code = ErrorCode::kNotFound});
   }
   std::vector<std::string> images =
       is_glob ? ImagesOfGlob(input) : ImagesInFolder(ImageFolder(input));
@@ -123,7 +127,8 @@ std::vector<std::string> ListImages(const std::string& input) {
         .what = is_glob ? "no image matches the pattern" : "there are no images in the folder",
         .where = input,
         .expected = "files named .jpg .jpeg .png .bmp .tif .tiff .webp .pgm or .ppm",
-        .found = {}});
+        .found = {},
+        .code = ErrorCode::kNotFound});
   }
   std::sort(images.begin(), images.end(), NaturalLess);
   return images;

@@ -4,59 +4,13 @@
 #include "mono3d/io/output_file.h"
 
 #include <cerrno>
+#include <cstdio>
 #include <system_error>
-#include <utility>
 
+#include "core/system_error.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
-namespace {
-
-[[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path,
-                                   int code) {
-  throw Error(ErrorParts{.what = what + ": " + std::generic_category().message(code),
-                         .where = path,
-                         .expected = {},
-                         .found = {}});
-}
-
-}  // namespace
-
-AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
-  partial_path_ = path_;
-  partial_path_ += ".partial";
-  file_ = std::fopen(partial_path_.c_str(), "wb");
-  if (file_ == nullptr) ThrowSystemError("cannot create the file", path_, errno);
-}
-
-AtomicFile::~AtomicFile() {
-  if (file_ != nullptr) std::fclose(file_);
-  std::error_code ignored;
-  if (!partial_path_.empty()) std::filesystem::remove(partial_path_, ignored);
-}
-
-void AtomicFile::Write(std::string_view bytes) {
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return;
-  ThrowSystemError("cannot write the file", path_, errno);
-}
-
-void AtomicFile::Commit() {
-  // What is still in the buffer is written here: this is where a full disk shows with small files.
-  const int flush_error = std::fflush(file_) == 0 ? 0 : errno;
-  const int close_error = std::fclose(std::exchange(file_, nullptr)) == 0 ? 0 : errno;
-  if (flush_error != 0) ThrowSystemError("cannot write the file", path_, flush_error);
-  if (close_error != 0) ThrowSystemError("cannot write the file", path_, close_error);
-  std::error_code error;
-  std::filesystem::rename(partial_path_, path_, error);
-  if (error) ThrowSystemError("cannot rename the finished file", path_, error.value());
-  partial_path_.clear();
-}
-
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
-  AtomicFile file(path);
-  file.Write(bytes);
-  file.Commit();
-}
 
 void CreateOutputFolder(const std::filesystem::path& folder) {
   std::error_code error;
@@ -66,7 +20,8 @@ void CreateOutputFolder(const std::filesystem::path& folder) {
     throw Error(ErrorParts{.what = "cannot write into the folder",
                            .where = folder,
                            .expected = "a folder",
-                           .found = "a file"});
+                           .found = "a file",
+                           .code = ErrorCode::kIo});
   }
   // Only an attempt tells: permissions, read-only mounts, quotas.
   const std::filesystem::path probe = folder / ".mono3d_probe";

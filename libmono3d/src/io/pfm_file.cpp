@@ -77,6 +77,10 @@ void SwapBytes(cv::Mat& image) {
 
 }  // namespace
 
+// Not by cv::imread: OpenCV 4.6 divides the values by the magnitude of the header's scale, of which
+// files from elsewhere have any; exchanges the first and third channel, which are x and z of
+// normals here; and refuses lines that end with a carriage return. The checks of the header, which
+// are most of this file, would be needed before it all the same.
 cv::Mat ReadPfm(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);
   const Header header = ParseHeader(path, bytes);

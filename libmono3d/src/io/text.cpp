@@ -31,14 +31,16 @@ std::optional<Number> Parse(std::string_view text) {
 
 std::string ReadBytes(const std::filesystem::path& path) {
   constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
-  const auto refuse = [&](const char* what) {
-    throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
+  const auto refuse = [&](const char* what, ErrorCode code) {
+    throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}, .code = code});
   };
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) refuse("there is no such file");
+  if (!std::filesystem::exists(path, ignored))
+    refuse("there is no such file", ErrorCode::kNotFound);
   std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || std::filesystem::is_directory(path, ignored))
-    refuse("cannot read the file");
+  if (!file.is_open() || std::filesystem::is_directory(path, ignored)) {
+    refuse("cannot read the file", ErrorCode::kIo);
+  }
   std::string bytes;
   std::streamsize num_read = 0;
   do {
@@ -48,7 +50,7 @@ std::string ReadBytes(const std::filesystem::path& path) {
     num_read = file.gcount();
     bytes.resize(size + static_cast<std::size_t>(num_read));
   } while (num_read > 0);
-  if (file.bad()) refuse("cannot read the file");
+  if (file.bad()) refuse("cannot read the file", ErrorCode::kIo);
   return bytes;
 }
 

@@ -9,25 +9,16 @@
 #include <utility>
 #include <vector>
 
-#include "keyframes/reach.h"
+#include "keyframes/adaptive_baseline.h"
 
 namespace mono3d {
 namespace {
 
+// A keyframe that may become part of a bundle. Where it is stands in the tracker's poses.
 struct Candidate {
   Keyframe keyframe;
-  double median_depth_su = 0;
-  double scale = 1;  // of lengths around it, over those at the time it came
+  double median_depth_su = 0;  // in the keyframe's own unit
 };
-
-void Move(Candidate& candidate, const KeyframeCorrection& correction) {
-  const double ratio = correction.scale / candidate.scale;
-  candidate.keyframe.T_world_cam = correction.T_world_cam;
-  candidate.keyframe.map_id = correction.map_id;
-  for (float& depth : candidate.keyframe.sparse_depths_su) depth *= static_cast<float>(ratio);
-  candidate.median_depth_su *= ratio;
-  candidate.scale = correction.scale;
-}
 
 // How the camera moved between two keyframes.
 struct Motion {
@@ -35,11 +26,14 @@ struct Motion {
   double baseline_ratio = 0;  // over the median depth that the two see
 };
 
-Motion MotionBetween(const Candidate& a, const Candidate& b) {
-  const Pose T_a_b = a.keyframe.T_world_cam.Inverse() * b.keyframe.T_world_cam;
-  const double median_depth_su = 0.5 * (a.median_depth_su + b.median_depth_su);
+Motion MotionBetween(const Candidate& a, const Candidate& b, const KeyframePoses& poses) {
+  const KeyframePose& pose_a = poses.At(a.keyframe.id);
+  const KeyframePose& pose_b = poses.At(b.keyframe.id);
+  const Pose T_a_b = pose_a.T_world_cam().Inverse() * pose_b.T_world_cam();
+  const double median_depth_world = 0.5 * (pose_a.S_world_kf.scale() * a.median_depth_su +
+                                           pose_b.S_world_kf.scale() * b.median_depth_su);
   return {T_a_b.RotationAngle() * 180 / std::numbers::pi,
-          T_a_b.translation().norm() / median_depth_su};
+          T_a_b.translation().norm() / median_depth_world};
 }
 
 // Holds the latest keyframes, each within the limits of its predecessor, and looks for a chain of
@@ -49,40 +43,40 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options)
       : options_(options),
         num_images_(static_cast<std::size_t>(options.num_images)),
-        reach_(options.max_baseline_ratio) {
+        baseline_(options.max_baseline_ratio) {
     options_.Validate();
   }
 
-  std::optional<ImageBundle> Add(const Keyframe& keyframe) override {
-    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su), 1};
-    if (!(candidate.median_depth_su > 0)) return std::nullopt;
-    if (!Extend(std::move(candidate))) return std::nullopt;
-    return FindBundle();
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses& poses) override {
+    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su)};
+    const KeyframePose* pose = poses.Find(keyframe.id);
+    if (pose == nullptr || !(candidate.median_depth_su > 0)) return std::nullopt;
+    KeepMap(pose->map_id, poses);
+    if (!Extend(std::move(candidate), poses)) return std::nullopt;
+    return FindBundle(poses);
   }
 
-  void ReportDepthQuality(const DepthQuality& worth) override {
+  void ReportDepthQuality(const DepthQuality& quality) override {
     if (!options_.adapt_baseline) return;
     const auto chosen = std::find_if(chosen_.begin(), chosen_.end(), [&](const Chosen& bundle) {
-      return bundle.reference_id == worth.reference_id;
+      return bundle.reference_id == quality.reference_id;
     });
     if (chosen == chosen_.end()) return;
-    reach_.ReportDepthQuality(chosen->width, worth.density, worth.confidence);
+    baseline_.ReportDepthQuality(chosen->step, quality.density, quality.confidence);
     chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 
-  void Correct(std::span<const KeyframeCorrection> corrections) override {
-    for (const KeyframeCorrection& correction : corrections) {
-      const auto is_meant = [&](const Candidate& candidate) {
-        return candidate.keyframe.id == correction.id;
-      };
-      for (Candidate& candidate : window_) {
-        if (is_meant(candidate)) Move(candidate, correction);
-      }
-      if (last_reference_ && is_meant(*last_reference_)) Move(*last_reference_, correction);
-    }
+ private:
+  // Forgets the keyframes of other maps.
+  void KeepMap(int map_id, const KeyframePoses& poses) {
+    const auto is_elsewhere = [&](const Candidate& candidate) {
+      const KeyframePose* pose = poses.Find(candidate.keyframe.id);
+      return pose == nullptr || pose->map_id != map_id;
+    };
+    std::erase_if(window_, is_elsewhere);
+    if (last_reference_ && is_elsewhere(*last_reference_)) last_reference_.reset();
   }
 
- private:
   bool IsNeighbour(const Motion& motion) const {
     return motion.rotation_deg <= options_.max_rotation_deg &&
            motion.baseline_ratio >= options_.min_baseline_ratio &&
@@ -90,34 +84,30 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   }
 
   // Appends the candidate to the window. False when it adds no baseline.
-  bool Extend(Candidate candidate) {
+  bool Extend(Candidate candidate, const KeyframePoses& poses) {
     if (!window_.empty()) {
-      if (window_.back().keyframe.map_id != candidate.keyframe.map_id) {
-        window_.clear();
-        last_reference_.reset();
-      } else {
-        const Motion motion = MotionBetween(window_.back(), candidate);
-        const bool is_close = motion.baseline_ratio < options_.min_baseline_ratio &&
-                              motion.rotation_deg <= options_.max_rotation_deg;
-        if (is_close) return false;
-        if (!IsNeighbour(motion)) window_.clear();  // no chain can cross this gap
-      }
+      const Motion motion = MotionBetween(window_.back(), candidate, poses);
+      const bool is_close = motion.baseline_ratio < options_.min_baseline_ratio &&
+                            motion.rotation_deg <= options_.max_rotation_deg;
+      if (is_close) return false;
+      if (!IsNeighbour(motion)) window_.clear();  // no chain can cross this gap
     }
     window_.push_back(std::move(candidate));
     return true;
   }
 
   // Indices into the window, ascending, the last one the newest; each step goes back as far as the
-  // limits and the reach allow, since the depth error falls with the baseline; where the keyframes
-  // lie farther apart than the reach, to the nearest. Empty when there is no chain.
-  std::vector<std::size_t> FindChain() const {
+  // limits and the adaptive baseline allow, since the depth error falls with the baseline; where
+  // the keyframes lie farther apart than that baseline, to the nearest. Empty when there is no
+  // chain.
+  std::vector<std::size_t> FindChain(const KeyframePoses& poses) const {
     std::vector<std::size_t> chain = {window_.size() - 1};
     while (chain.size() < num_images_) {
       const std::size_t head = chain.back();
       std::optional<std::size_t> next;
       for (std::size_t i = head; i-- > 0;) {
-        const Motion motion = MotionBetween(window_[i], window_[head]);
-        if (IsNeighbour(motion) && (!next || motion.baseline_ratio <= reach_.ratio())) next = i;
+        const Motion motion = MotionBetween(window_[i], window_[head], poses);
+        if (IsNeighbour(motion) && (!next || motion.baseline_ratio <= baseline_.ratio())) next = i;
       }
       if (!next) return {};
       chain.push_back(*next);
@@ -126,18 +116,19 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return chain;
   }
 
-  std::optional<ImageBundle> FindBundle() {
-    const std::vector<std::size_t> chain = FindChain();
+  std::optional<ImageBundle> FindBundle(const KeyframePoses& poses) {
+    const std::vector<std::size_t> chain = FindChain(poses);
     if (chain.empty()) return std::nullopt;
     const Candidate& reference = window_[chain[num_images_ / 2]];
-    if (last_reference_ && MotionBetween(*last_reference_, reference).baseline_ratio <
+    if (last_reference_ && MotionBetween(*last_reference_, reference, poses).baseline_ratio <
                                options_.min_reference_baseline_ratio) {
       return std::nullopt;
     }
     ImageBundle bundle;
-    chosen_.push_back({reference.keyframe.id, reach_.width()});
-    if (chosen_.size() > kMaxChosen) chosen_.pop_front();
     for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
+    if (!SetPoses(poses, bundle)) return std::nullopt;  // cannot be: KeepMap
+    chosen_.push_back({reference.keyframe.id, baseline_.step()});
+    if (chosen_.size() > kMaxChosen) chosen_.pop_front();
     last_reference_ = reference;
     last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
     // The next chain ends at a newer keyframe, but its widest steps may reach back a little
@@ -149,16 +140,16 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return bundle;
   }
 
-  // A bundle whose worth has not been heard of.
+  // A bundle whose depth quality was not reported yet.
   struct Chosen {
     std::int64_t reference_id = 0;
-    std::size_t width = 0;
+    std::size_t step = 0;  // of the adaptive baseline
   };
   static constexpr std::size_t kMaxChosen = 16;  // live two are on their way
 
   KeyframeSelectorOptions options_;
   std::size_t num_images_;
-  Reach reach_;
+  AdaptiveBaseline baseline_;
   std::deque<Chosen> chosen_;
   std::vector<Candidate> window_;
   std::optional<Candidate> last_reference_;
@@ -167,7 +158,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
 }  // namespace
 
 void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
-  visit("num_images", num_images, "images of a bundle: 3, 5, 7 or 9");
+  visit("num_images", num_images, "images of an image bundle: 3, 5, 7 or 9");
   visit("max_rotation_deg", max_rotation_deg, "largest rotation between neighbouring images");
   visit("min_baseline_ratio", min_baseline_ratio,
         "smallest baseline between neighbouring images, over the median depth");

@@ -3,7 +3,7 @@
 
 #include "pipeline/map_joins.h"
 
-#include <utility>
+#include <cstddef>
 
 namespace mono3d {
 namespace {
@@ -20,33 +20,11 @@ void AppendList(const std::vector<T>& more, std::size_t num_points, std::vector<
 
 }  // namespace
 
-void MapJoins::Remember(const Keyframe& keyframe) {
-  keyframes_[keyframe.id] = {keyframe.map_id, keyframe.T_world_cam, 1};
-}
-
-std::vector<JoinedMap> MapJoins::Take(std::span<const KeyframeCorrection> corrections) {
-  std::map<int, JoinedMap> joined;
-  for (const KeyframeCorrection& correction : corrections) {
-    const auto known = keyframes_.find(correction.id);
-    if (known == keyframes_.end()) continue;
-    const Known before =
-        std::exchange(known->second, {correction.map_id, correction.T_world_cam, correction.scale});
-    if (before.map_id == correction.map_id) continue;
-    const Similarity S_into_from = Similarity(1, correction.T_world_cam) *
-                                   Similarity(correction.scale / before.scale, Pose()) *
-                                   Similarity(1, before.T_world_cam.Inverse());
-    joined[before.map_id] = {before.map_id, correction.map_id, S_into_from};
-  }
-  std::vector<JoinedMap> list;
-  for (const auto& [map_id, map] : joined) list.push_back(map);
-  return list;
-}
-
-void MoveEntries(const JoinedMap& joined, std::vector<TrajectoryEntry>& entries) {
+void MoveEntries(const MapJoin& join, std::vector<TrajectoryEntry>& entries) {
   for (TrajectoryEntry& entry : entries) {
-    if (entry.map_id != joined.from) continue;
-    entry.map_id = joined.into;
-    entry.T_world_cam = joined.S_into_from * entry.T_world_cam;
+    if (entry.map_id != join.from) continue;
+    entry.map_id = join.into;
+    entry.T_world_cam = join.S_into_from * entry.T_world_cam;
   }
 }
 

@@ -4,21 +4,20 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
-#include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "mono3d/image/keyframe_constraint.h"
+#include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
-#include "pipeline/keyframe_scales.h"
-#include "pipeline/map_joins.h"
+#include "pipeline/model_publisher.h"
 
 namespace mono3d {
 
-// The stages that make the model from bundles; by one thread at a time.
+// The stages that make the model from bundles.
 struct ModelStages {
   std::unique_ptr<DepthEstimator> depth_estimator;
   std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
@@ -28,43 +27,47 @@ struct ModelStages {
 
 // How far the model is.
 struct ModelProgress {
-  PipelineCounts counts;  // of depth maps and the model; the rest is 0
+  PipelineCounts counts;  // of bundles, depth maps and the model; the rest is 0
   std::int64_t num_surfels = 0;
   ModelHealth health;
 };
 
-// What the stages before are told.
+// What the tracker and the selector are told.
 struct ModelFeedback {
-  std::vector<KeyframeConstraint>
-      constraints;                   // where models have keyframes, in the tracker's terms
-  std::vector<DepthQuality> worths;  // what became of bundles
+  std::vector<KeyframeConstraint> constraints;  // where models have keyframes
+  std::vector<DepthQuality> qualities;          // of bundles
 
   void Append(const ModelFeedback& more);
 };
 
 // The second half of the chain: from bundles to depth maps to the models of the tracker's maps.
+// Used by one thread at a time.
 class ModelBuilder {
  public:
   explicit ModelBuilder(ModelStages stages) : stages_(std::move(stages)) {}
 
-  // A depth map from the bundle, and it into the model of its map.
-  void Add(const ImageBundle& bundle);
-  // Keyframes were moved: what is in the models moves along. Where the tracker has made one map of
-  // two, one model is made of theirs.
-  void Change(const MapChange& change);
-  // The same for models that are finished: they are put side by side, as they are.
-  void JoinFinished(const std::vector<JoinedMap>& joined);
-  // Exports the models and lets their memory go.
-  void Close();
+  // A depth map from the bundle, and it into the model of its map, after Update(poses).
+  void Add(ImageBundle bundle, const KeyframePosesPtr& poses);
+  // The models follow their keyframes. Where the tracker has made one map of two, one model is made
+  // of theirs.
+  void Update(const KeyframePosesPtr& poses);
+  // Exports the models, at the poses of the last Update, and lets their memory go. Maps that have
+  // become one since then have their models put side by side.
+  void Close(const KeyframePosesPtr& poses);
+
+  // Publishes the current model for who watches it, if that is due.
+  void PublishIfDue();
+  ModelPublisher& publisher() { return publisher_; }
 
   // What there is to tell the stages before since the last call.
   ModelFeedback TakeFeedback() { return std::exchange(feedback_, {}); }
 
   ModelProgress Progress() const;
-  const std::vector<TrajectoryEntry>& trajectory() const { return trajectory_; }  // fused maps
-  // What there is of one map of the tracker; the model after Close.
+
+  // What there is of one map of the tracker; the model and its depth maps after Close.
   struct OfMap {
     PointCloud model;
+    std::vector<FramePose> depth_maps;  // fused ones
     std::vector<FusionRecord> fusions;
     ModelHealth health;
     std::vector<HealthChange> health_changes;
@@ -73,33 +76,22 @@ class ModelBuilder {
   OfMap& Of(int map_id) { return of_map_[map_id]; }
 
  private:
-  void Fuse(const DepthMap& map);
-  void TakeResult(const DepthMap& map, const FusionResult& fusion);
-  void TakeRetried(const FusionResult& fusion);
-  void TakeConstraints(const FusionResult& fusion);
-  void TakeViews(int map_id, const std::vector<MovedView>& views);
-  void Join(const JoinedMap& joined, std::span<const KeyframeCorrection> corrections);
-  void JoinRecords(const JoinedMap& joined);
+  void Fuse(const DepthMap& map, int map_id);
+  void TakeResult(const DepthMap& map, const FusionResult& fusion, OfMap& of_map);
+  void TakeRetried(const FusionResult& fusion, OfMap& of_map);
+  void Join(const MapJoin& join, const KeyframePoses& poses);
+  void JoinFinished(const MapJoin& join);
+  void JoinRecords(const MapJoin& join);
   void Export(int map_id);
-  std::vector<KeyframeCorrection> SinceFused(std::span<const KeyframeCorrection> corrections) const;
-  std::int64_t NumFused(int map_id) const;
 
   ModelStages stages_;
   PipelineCounts counts_;
-  std::vector<TrajectoryEntry> trajectory_;
-  std::map<int, std::unique_ptr<SurfelMap>> surfel_maps_;  // by map of the tracker
-  int current_id_ = 0;                                     // the map in use
+  KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
+  std::map<int, std::unique_ptr<SurfelMap>> surfel_maps_;       // by map of the tracker
+  int current_id_ = 0;                                          // the map in use
   std::map<int, OfMap> of_map_;
-  KeyframeScales scales_;
-  std::map<std::int64_t, double> scales_when_fused_;  // by keyframe
   ModelFeedback feedback_;
+  ModelPublisher publisher_;
 };
-
-// Adds the counts of depth maps and the model.
-void AddModelCounts(const PipelineCounts& model, PipelineCounts& counts);
-
-// The reason without its figures, so that equal causes are counted together: "62 matches, 100
-// needed" and "63 matches, 100 needed" become "# matches, # needed".
-std::string ReasonClass(const std::string& reason);
 
 }  // namespace mono3d

@@ -3,53 +3,61 @@
 
 #include "pipeline/model_thread.h"
 
+#include <chrono>
 #include <utility>
+
+#include "pipeline/clock.h"
 
 namespace mono3d {
 
-ModelThread::ModelThread(ModelBuilder& builder) : builder_(builder) {
+ModelThread::ModelThread(ModelStages stages, std::function<void(std::exception_ptr)> on_error)
+    : builder_(std::move(stages)), on_error_(std::move(on_error)) {
   thread_ = std::thread([this] { Run(); });
 }
 
-ModelThread::~ModelThread() {
+ModelThread::~ModelThread() { static_cast<void>(End()); }
+
+ModelBuilder& ModelThread::End() {
   {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
   }
   changed_.notify_all();
+  if (!thread_.joinable()) return builder_;
   thread_.join();
+  const std::lock_guard lock(mutex_);
+  progress_ = builder_.Progress();  // what was done before an error counts
+  return builder_;
 }
 
-void ModelThread::Add(ImageBundle bundle) {
+void ModelThread::Add(ImageBundle bundle, KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
     Rethrow();
     num_dropped_ += bundle_ ? 1 : 0;
     bundle_ = std::move(bundle);
+    poses_ = std::move(poses);
   }
   changed_.notify_all();
 }
 
-void ModelThread::Change(MapChange change) {
-  if (change.joined.empty() && change.corrections.empty()) return;
+void ModelThread::Update(KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
     Rethrow();
-    if (bundle_) MoveBundle(change.corrections, scales_, *bundle_);
-    scales_.Take(change.corrections);
-    changes_.push_back(std::move(change));
+    poses_ = std::move(poses);
   }
   changed_.notify_all();
 }
 
 void ModelThread::Wait() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return error_ != nullptr || is_ending_ || (!HasWork() && !is_busy_); });
+  changed_.wait(lock, [&] { return error_ || is_ending_ || (!poses_ && !is_busy_); });
   Rethrow();
 }
 
 void ModelThread::Rethrow() {
-  if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 ModelFeedback ModelThread::TakeFeedback() {
@@ -57,44 +65,74 @@ ModelFeedback ModelThread::TakeFeedback() {
   return std::exchange(feedback_, {});
 }
 
-std::int64_t ModelThread::num_dropped() const {
-  const std::lock_guard lock(mutex_);
-  return num_dropped_;
-}
-
 ModelProgress ModelThread::Progress() const {
   const std::lock_guard lock(mutex_);
-  return progress_;
+  ModelProgress progress = progress_;
+  progress.counts.num_dropped_bundles = num_dropped_;
+  return progress;
+}
+
+PublishedModel ModelThread::Published(std::uint64_t since_version) {
+  PublishedModel published;
+  {
+    const std::lock_guard lock(mutex_);
+    published = builder_.publisher().Latest(since_version);
+  }
+  changed_.notify_all();  // now that somebody is interested
+  return published;
+}
+
+// False when the thread is to end.
+bool ModelThread::WaitForWork(std::unique_lock<std::mutex>& lock) {
+  while (!is_ending_ && !poses_) {
+    const std::optional<double> due_s = builder_.publisher().Due_s();
+    const double wait_s = due_s ? *due_s - Clock_s() : 0;
+    if (!due_s) {
+      changed_.wait(lock);
+    } else if (wait_s > 0) {
+      changed_.wait_for(lock, std::chrono::duration<double>(wait_s));
+    } else {
+      break;
+    }
+  }
+  return !is_ending_;
+}
+
+void ModelThread::Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses) {
+  if (bundle) {
+    builder_.Add(*std::move(bundle), poses);
+  } else if (poses) {
+    builder_.Update(poses);
+  }
+  builder_.PublishIfDue();
 }
 
 void ModelThread::Run() {
   std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return is_ending_ || HasWork(); });
-    if (is_ending_) return;
+  while (WaitForWork(lock)) {
     is_busy_ = true;
-    const std::vector<MapChange> changes = std::exchange(changes_, {});
-    const std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
+    const KeyframePosesPtr poses = std::exchange(poses_, nullptr);
+    std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
     lock.unlock();
     std::exception_ptr error;
     ModelProgress progress;
     ModelFeedback feedback;
     try {
-      for (const MapChange& change : changes) builder_.Change(change);
-      if (bundle) builder_.Add(*bundle);
+      Work(std::move(bundle), poses);
       progress = builder_.Progress();
       feedback = builder_.TakeFeedback();
     } catch (...) {
       error = std::current_exception();
+      if (on_error_) on_error_(error);
     }
     lock.lock();
-    if (error == nullptr) {
+    if (!error) {
       progress_ = std::move(progress);
       feedback_.Append(feedback);
     }
     is_busy_ = false;
-    error_ = error;
-    is_ending_ = is_ending_ || error != nullptr;
+    is_ending_ = is_ending_ || error;
+    error_ = std::move(error);  // who takes it has it alone
     changed_.notify_all();
   }
 }

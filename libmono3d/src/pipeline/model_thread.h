@@ -6,52 +6,49 @@
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <thread>
-#include <vector>
 
-#include "pipeline/keyframe_scales.h"
-#include "pipeline/model_builder.h"
+#include "pipeline/model_worker.h"
 
 namespace mono3d {
 
-// Builds the model in a thread of its own, so that nobody waits for it. One bundle waits at most:
-// a newer one takes its place, which is then dropped and counted (paper, section 3.1). Changes of
-// the map are never dropped, and come before the bundle that waits, which moves with them; the
-// bundle that is being worked at was begun before them and is fused before them.
-class ModelThread {
+// Builds the models in a thread of its own, so that nobody waits for it. One bundle waits at most:
+// a newer one takes its place, which is then dropped and counted (paper, section 3.1). Of the
+// keyframes' poses the latest ones wait; the models follow them before the bundle that waits is
+// worked at.
+class ModelThread final : public ModelWorker {
  public:
-  explicit ModelThread(ModelBuilder& builder);
+  // What the work throws is handed to `on_error` as well, in this thread; it may be empty.
+  explicit ModelThread(ModelStages stages, std::function<void(std::exception_ptr)> on_error = {});
   // Ends after the work in hand; what waits is left undone.
-  ~ModelThread();
+  ~ModelThread() override;
   ModelThread(const ModelThread&) = delete;
   ModelThread& operator=(const ModelThread&) = delete;
 
-  // All throw what the work has thrown, once; from then on nothing more is done.
-  void Add(ImageBundle bundle);
-  void Change(MapChange change);
-  // Until nothing waits or is worked at.
-  void Wait();
-
-  // As ModelBuilder has it, of the work that is done.
-  ModelFeedback TakeFeedback();
-
-  std::int64_t num_dropped() const;
-  ModelProgress Progress() const;  // as of the latest work done
+  void Add(ImageBundle bundle, KeyframePosesPtr poses) override;
+  void Update(KeyframePosesPtr poses) override;
+  void Wait() override;
+  ModelFeedback TakeFeedback() override;
+  ModelProgress Progress() const override;
+  PublishedModel Published(std::uint64_t since_version) override;
+  ModelBuilder& End() override;
 
  private:
   void Run();
-  bool HasWork() const { return !changes_.empty() || bundle_.has_value(); }
+  bool WaitForWork(std::unique_lock<std::mutex>& lock);
+  void Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses);
   void Rethrow();
 
-  ModelBuilder& builder_;  // the thread's own while it works
+  ModelBuilder builder_;  // the thread's own while it runs
+  std::function<void(std::exception_ptr)> on_error_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<MapChange> changes_;
-  std::optional<ImageBundle> bundle_;
-  KeyframeScales scales_;  // after the changes
-  ModelProgress progress_;
+  KeyframePosesPtr poses_;             // waits, where not null
+  std::optional<ImageBundle> bundle_;  // waits, with poses_
+  ModelProgress progress_;             // without the dropped bundles
   ModelFeedback feedback_;
   std::int64_t num_dropped_ = 0;
   bool is_busy_ = false;

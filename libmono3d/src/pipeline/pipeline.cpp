@@ -3,233 +3,141 @@
 
 #include "mono3d/pipeline/pipeline.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "core/out_of_memory.h"
-#include "pipeline/map_joins.h"
-#include "pipeline/model_builder.h"
+#include "mono3d/core/error.h"
+#include "pipeline/chain.h"
+#include "pipeline/direct_model_worker.h"
+#include "pipeline/first_error.h"
 #include "pipeline/model_thread.h"
+#include "pipeline/tracking_thread.h"
 
 namespace mono3d {
 namespace {
 
-// The entries of one map.
-std::vector<TrajectoryEntry> OfMap(const std::vector<TrajectoryEntry>& entries, int map_id) {
-  std::vector<TrajectoryEntry> selected;
-  std::copy_if(entries.begin(), entries.end(), std::back_inserter(selected),
-               [&](const TrajectoryEntry& entry) { return entry.map_id == map_id; });
-  return selected;
+std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, bool is_live, FirstError& error) {
+  if (is_live) {
+    return std::make_unique<ModelThread>(
+        std::move(stages), [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
+  }
+  return std::make_unique<DirectModelWorker>(std::move(stages));
+}
+
+// A frame whose image nobody else can change: trackers keep the images of frames.
+Frame WithOwnImage(Frame frame) {
+  const cv::Mat& bgr = frame.bgr;
+  const bool is_own = bgr.empty() || (bgr.u != nullptr && bgr.u->refcount == 1);
+  if (!is_own) frame.bgr = bgr.clone();
+  return frame;
 }
 
 }  // namespace
 
-struct Pipeline::State {
-  std::unique_ptr<Tracker> tracker;
-  std::unique_ptr<KeyframeSelector> keyframe_selector;
-  std::function<void(const PipelineProgress&)> on_frame;
-  ModelBuilder builder;
-  PipelineCounts counts;  // without those of the builder
-  std::vector<TrajectoryEntry> online_trajectory;
-  MapJoins joins;
-  bool has_thrown = false;              // a stage after the tracker: it would again
-  std::unique_ptr<ModelThread> thread;  // live only; ends first
+class Pipeline::Impl {
+ public:
+  Impl(PipelineStages stages, PipelineObserver observer, const PipelineOptions& options)
+      : live_options_(options.live),
+        on_frame_(std::move(observer.on_frame)),
+        chain_(std::move(stages.tracker), std::move(stages.keyframe_selector),
+               MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
+                           std::move(observer.on_depth_map), options.surfel_export},
+                          options.is_live, error_)) {}
 
-  State(PipelineStages stages, PipelineObserver observer, const SurfelExportOptions& surfel_export)
-      : tracker(std::move(stages.tracker)),
-        keyframe_selector(std::move(stages.keyframe_selector)),
-        on_frame(std::move(observer.on_frame)),
-        builder({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
-                 std::move(observer.on_depth_map), surfel_export}) {}
+  void Process(Frame frame) {
+    if (thread_) throw Error("Process after Start: frames are pushed");
+    has_processed_ = true;
+    Track(WithOwnImage(std::move(frame)));
+  }
 
-  void Process(const Frame& frame);
-  bool FeedBack();
-  void TakePoses(const Frame& frame, const TrackingResult& tracking);
-  void Change(const std::vector<KeyframeCorrection>& corrections);
-  void Select(const Keyframe& keyframe);
-  void TakeLast();
-  void EndThread();
-  PipelineCounts AllCounts(const ModelProgress& model) const;
-  MapReconstruction OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
-                          const std::vector<TrajectoryEntry>& keyframes);
+  void Start() {
+    if (thread_ || has_processed_) throw Error("Start is not the first call");
+    thread_ = std::make_unique<TrackingThread>(
+        live_options_, [this](const Frame& frame) { Track(frame); }, error_);
+  }
+
+  PushResult Push(Frame frame) {
+    if (!thread_) throw Error("Push before Start");
+    error_.Throw();
+    return thread_->Push(WithOwnImage(std::move(frame)));
+  }
+
+  PipelineSnapshot Snapshot(std::uint64_t since_version) {
+    if (thread_) error_.ThrowIfNew();
+    PipelineSnapshot snapshot = chain_.Snapshot(since_version);
+    if (thread_) snapshot.counts.num_dropped_frames = thread_->Statistics().num_dropped_frames;
+    return snapshot;
+  }
+
+  Reconstruction Finish() {
+    has_processed_ = true;
+    if (thread_) {
+      thread_->End();
+      error_.ThrowIfNew();
+      if (error_.IsSet()) chain_.Abandon();
+    }
+    Reconstruction result;
+    try {
+      NamingOutOfMemory("end of the run", [&] { result = chain_.Finish(); });
+    } catch (...) {
+      error_.NoteThrown();
+      throw;
+    }
+    if (!thread_) return result;
+    result.live = thread_->Statistics();
+    result.counts.num_dropped_frames = result.live->num_dropped_frames;
+    return result;
+  }
+
+  const Tracker& tracker() const { return chain_.tracker(); }
+
+ private:
+  void Track(const Frame& frame) {
+    NamingOutOfMemory("frame " + std::to_string(frame.index), [&] {
+      const TrackingResult tracking = chain_.Process(frame);
+      if (!on_frame_) return;
+      const PipelineSnapshot now = chain_.State();
+      on_frame_({now.counts, tracking, now.num_surfels, now.health});
+    });
+  }
+
+  LiveOptions live_options_;
+  std::function<void(const PipelineProgress&)> on_frame_;
+  FirstError error_;  // of the threads
+  Chain chain_;
+  bool has_processed_ = false;
+  std::unique_ptr<TrackingThread> thread_;  // after Start; ends first
 };
 
-void Pipeline::State::TakePoses(const Frame& frame, const TrackingResult& tracking) {
-  if (tracking.T_world_cam) {
-    ++counts.num_tracked;
-    online_trajectory.push_back(
-        {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
-  } else {
-    ++counts.untracked_frames[ReasonClass(tracking.reason)];
-  }
-  counts.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
-  online_trajectory.insert(online_trajectory.end(), tracking.recovered.begin(),
-                           tracking.recovered.end());
-}
-
-// A loop was closed or two maps were joined: what waits in the selector and what is in the model
-// moves with its keyframes.
-void Pipeline::State::Change(const std::vector<KeyframeCorrection>& corrections) {
-  if (corrections.empty()) return;
-  MapChange change = {joins.Take(corrections), corrections};
-  for (const JoinedMap& joined : change.joined) MoveEntries(joined, online_trajectory);
-  if (has_thrown) {
-    if (!thread) builder.JoinFinished(change.joined);
-    return;
-  }
-  ++counts.num_corrections;
-  keyframe_selector->Correct(corrections);
-  if (thread) {
-    thread->Change(std::move(change));
-  } else {
-    builder.Change(change);
-  }
-}
-
-// What the model says since the last call: to the tracker, where its keyframes are, and to the
-// selector, what its bundles were worth. True where the tracker was told something.
-bool Pipeline::State::FeedBack() {
-  const ModelFeedback feedback = thread ? thread->TakeFeedback() : builder.TakeFeedback();
-  for (const DepthQuality& worth : feedback.worths) keyframe_selector->ReportDepthQuality(worth);
-  if (feedback.constraints.empty()) return false;
-  tracker->Constrain(feedback.constraints);
-  return true;
-}
-
-void Pipeline::State::Select(const Keyframe& keyframe) {
-  ++counts.num_keyframes;
-  joins.Remember(keyframe);
-  std::optional<ImageBundle> bundle = keyframe_selector->Add(keyframe);
-  if (!bundle) return;
-  ++counts.num_bundles;
-  if (thread) {
-    thread->Add(*std::move(bundle));
-  } else {
-    builder.Add(*bundle);
-  }
-}
-
-void Pipeline::State::Process(const Frame& frame) {
-  ++counts.num_frames;
-  (void)FeedBack();
-  const TrackingResult tracking = tracker->Track(frame);
-  TakePoses(frame, tracking);
-  try {
-    Change(tracking.corrections);
-    for (const Keyframe& keyframe : tracking.finalised_keyframes) Select(keyframe);
-  } catch (...) {
-    has_thrown = true;
-    throw;
-  }
-  if (!on_frame) return;
-  const ModelProgress model = thread ? thread->Progress() : builder.Progress();
-  const PipelineCounts all = AllCounts(model);
-  on_frame({all, tracking, model.num_surfels, model.health});
-}
-
-// What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
-void Pipeline::State::TakeLast() {
-  const auto wait = [&] {
-    if (thread) thread->Wait();
-  };
-  if (!has_thrown) wait();
-  if (has_thrown) EndThread();
-  (void)FeedBack();
-  Change(tracker->WaitForMapping());
-  const std::vector<Keyframe> last_keyframes = tracker->Finish();
-  if (!has_thrown) {
-    for (const Keyframe& keyframe : last_keyframes) {
-      wait();
-      Select(keyframe);
-    }
-    wait();
-    if (FeedBack()) Change(tracker->WaitForMapping());
-    wait();
-  }
-  EndThread();
-  builder.Close();
-}
-
-// Its count outlives it.
-void Pipeline::State::EndThread() {
-  if (thread) counts.num_dropped_bundles = thread->num_dropped();
-  thread.reset();
-}
-
-PipelineCounts Pipeline::State::AllCounts(const ModelProgress& model) const {
-  PipelineCounts all = counts;
-  all.num_keyframes_without_image = tracker->num_keyframes_without_image();
-  AddModelCounts(model.counts, all);
-  if (thread) all.num_dropped_bundles = thread->num_dropped();
-  return all;
-}
-
-MapReconstruction Pipeline::State::OfMap(int map_id, const std::vector<TrajectoryEntry>& trajectory,
-                                         const std::vector<TrajectoryEntry>& keyframes) {
-  ModelBuilder::OfMap& made = builder.Of(map_id);
-  return {map_id,
-          mono3d::OfMap(trajectory, map_id),
-          mono3d::OfMap(online_trajectory, map_id),
-          mono3d::OfMap(keyframes, map_id),
-          mono3d::OfMap(builder.trajectory(), map_id),
-          std::move(made.model),
-          tracker->Sparse(map_id),
-          std::move(made.fusions),
-          made.health,
-          std::move(made.health_changes),
-          std::move(made.submap_joins)};
-}
-
-Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer,
-                   const SurfelExportOptions& surfel_export, PipelineMode mode)
-    : state_(std::make_unique<State>(std::move(stages), std::move(observer), surfel_export)) {
-  if (mode == PipelineMode::kLive) state_->thread = std::make_unique<ModelThread>(state_->builder);
-}
+Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer, const PipelineOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(stages), std::move(observer), options)) {}
 
 Pipeline::~Pipeline() = default;
 
-void Pipeline::Process(const Frame& frame) {
-  NamingOutOfMemory("frame " + std::to_string(frame.index), [&] { state_->Process(frame); });
-}
+void Pipeline::Process(Frame frame) { impl_->Process(std::move(frame)); }
 
-Reconstruction Pipeline::Finish() {
-  State& state = *state_;
-  try {
-    NamingOutOfMemory("end of the run", [&] { state.TakeLast(); });
-  } catch (...) {
-    state.has_thrown = true;
-    throw;
-  }
-  const std::vector<TrajectoryEntry> trajectory = state.tracker->Trajectory();
-  const std::vector<TrajectoryEntry> keyframes = state.tracker->KeyframeTrajectory();
-  std::map<int, std::int64_t> num_frames_of_map;
-  for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
-  std::stable_sort(state.online_trajectory.begin(), state.online_trajectory.end(),
-                   [](const TrajectoryEntry& a, const TrajectoryEntry& b) {
-                     return a.frame_index < b.frame_index;
-                   });
-  Reconstruction result;
-  for (const auto& [map_id, num_frames] : num_frames_of_map) {
-    result.maps.push_back(state.OfMap(map_id, trajectory, keyframes));
-  }
-  std::stable_sort(result.maps.begin(), result.maps.end(),
-                   [](const MapReconstruction& a, const MapReconstruction& b) {
-                     return a.trajectory.size() > b.trajectory.size();
-                   });
-  result.counts = state.AllCounts(state.builder.Progress());
-  return result;
-}
-
-const Tracker& Pipeline::tracker() const { return *state_->tracker; }
+Reconstruction Pipeline::Finish() { return impl_->Finish(); }
 
 Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop) {
   while (stop == nullptr || !stop->load()) {
-    const std::optional<Frame> frame = source.Next();
+    std::optional<Frame> frame = source.Next();
     if (!frame) break;
-    Process(*frame);
+    Process(*std::move(frame));
   }
   return Finish();
 }
+
+void Pipeline::Start() { impl_->Start(); }
+
+PushResult Pipeline::Push(Frame frame) { return impl_->Push(std::move(frame)); }
+
+PipelineSnapshot Pipeline::Snapshot(std::uint64_t since_version) const {
+  return impl_->Snapshot(since_version);
+}
+
+Reconstruction Pipeline::Stop() { return impl_->Finish(); }
+
+const Tracker& Pipeline::tracker() const { return impl_->tracker(); }
 
 }  // namespace mono3d

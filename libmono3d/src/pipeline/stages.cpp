@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "mono3d/pipeline/stages.h"
+
 #include "mono3d/core/options.h"
-#include "mono3d/pipeline/pipeline.h"
 
 namespace mono3d {
 
+void LiveOptions::Visit(OptionVisitor& visit) {
+  visit("max_delay_s", max_delay_s, "time that a frame waits to be tracked; then it is dropped");
+  visit("max_waiting_mb", max_waiting_mb,
+        "images of frames that wait to be tracked; beyond it the oldest frame is dropped");
+}
+
 void PipelineOptions::Visit(OptionVisitor& visit) {
+  visit.Group("live", live);
   visit.Group("tracking", tracking);
   visit.Group("keyframes", keyframes);
   visit.Group("depth", depth);
@@ -15,6 +23,8 @@ void PipelineOptions::Visit(OptionVisitor& visit) {
 }
 
 void PipelineOptions::Validate() const {
+  RequireOption(live.max_delay_s >= 0, "live.max_delay_s", "0 or more", live.max_delay_s);
+  RequireOption(live.max_waiting_mb > 0, "live.max_waiting_mb", "more than 0", live.max_waiting_mb);
   tracking.Validate();
   keyframes.Validate();
   depth.Validate();
@@ -26,7 +36,9 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
                             StageTimes* times) {
   options.Validate();
   PipelineStages stages;
-  stages.tracker = CreateTracker(options.tracking, times);
+  TrackerOptions tracking = options.tracking;
+  if (options.is_live) tracking.mode = "live";
+  stages.tracker = CreateTracker(tracking, times);
   stages.keyframe_selector = CreateKeyframeSelector(options.keyframes);
   stages.depth_estimator = CreateDepthEstimator(device, options.depth, times);
   stages.create_surfel_map = [device, fusion = options.fusion, times] {

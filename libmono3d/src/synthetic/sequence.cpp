@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -165,11 +167,7 @@ SequenceSurvey Sequence::Survey() const {
   survey.nearest_m = *nearest;
   survey.farthest_m = *farthest;
   survey.mean_depth_m = Summarise(view.depths_m).mean;
-  const auto quantile =
-      view.heights_m.begin() +
-      static_cast<std::ptrdiff_t>(0.05 * static_cast<double>(view.heights_m.size()));
-  std::nth_element(view.heights_m.begin(), quantile, view.heights_m.end());
-  survey.ground_z_m = *quantile;
+  survey.ground_z_m = Quantile(std::move(view.heights_m), 0.05);
   return survey;
 }
 

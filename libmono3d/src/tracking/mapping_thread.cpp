@@ -19,7 +19,7 @@ MappingThread::MappingThread(MappingWork work) : work_(std::move(work)) {
 
 MappingThread::~MappingThread() {
   {
-    const TrackingTurn turn(turns_);
+    const TrackingLock lock(mutex_);
     is_ending_ = true;
     is_interrupted_ = true;
   }
@@ -33,13 +33,13 @@ void MappingThread::Add(KeyframeId keyframe) {
   changed_.notify_all();
 }
 
-void MappingThread::WaitForRoom(TrackingTurn& turn) {
-  changed_.wait(turn, [&] { return waiting_.size() <= kMaxWaiting || error_ != nullptr; });
+void MappingThread::WaitForRoom(TrackingLock& lock) {
+  changed_.wait(lock, [&] { return waiting_.size() <= kMaxWaiting || error_ != nullptr; });
   Rethrow();
 }
 
-void MappingThread::Wait(TrackingTurn& turn) {
-  changed_.wait(turn, [&] {
+void MappingThread::Wait(TrackingLock& lock) {
+  changed_.wait(lock, [&] {
     return (waiting_.empty() && !is_busy_ && !is_adjustment_due_) || error_ != nullptr;
   });
   Rethrow();
@@ -54,15 +54,15 @@ void MappingThread::Rethrow() {
 }
 
 void MappingThread::Run() {
-  MappingTurn turn(turns_, is_interrupted_);
+  MappingLock lock(mutex_, is_interrupted_);
   while (true) {
-    changed_.wait(turn, [&] {
+    changed_.wait(lock, [&] {
       return is_ending_ || (error_ == nullptr && (!waiting_.empty() || is_adjustment_due_));
     });
     if (is_ending_) return;
     is_busy_ = true;
     try {
-      RunNext(turn);
+      RunNext(lock);
     } catch (...) {
       error_ = std::current_exception();
     }
@@ -71,17 +71,17 @@ void MappingThread::Run() {
   }
 }
 
-void MappingThread::RunNext(MappingTurn& turn) {
+void MappingThread::RunNext(MappingLock& lock) {
   if (!waiting_.empty()) {
     const KeyframeId keyframe = waiting_.front();
     waiting_.pop_front();
     is_interrupted_ = !waiting_.empty() || is_ending_;
     changed_.notify_all();  // there is room
-    work_.map_keyframe(keyframe, turn);
+    work_.map_keyframe(keyframe, lock);
     return;
   }
   is_interrupted_ = is_ending_;
-  is_adjustment_due_ = !work_.adjust_all(turn);
+  is_adjustment_due_ = !work_.adjust_all(lock);
 }
 
 }  // namespace mono3d::tracking

@@ -10,20 +10,20 @@
 #include <functional>
 #include <thread>
 
-#include "tracking/map.h"
-#include "tracking/map_turn.h"
+#include "tracking/map/map.h"
+#include "tracking/priority_mutex.h"
 
 namespace mono3d::tracking {
 
 // What the mapping thread does; both are called with the map taken.
 struct MappingWork {
-  std::function<void(KeyframeId, MappingTurn&)> map_keyframe;
+  std::function<void(KeyframeId, MappingLock&)> map_keyframe;
   // Adjusts the whole map, until it is done (true) or interrupted (false: to be called again).
-  std::function<bool(MappingTurn&)> adjust_all;
+  std::function<bool(MappingLock&)> adjust_all;
 };
 
 // Keyframes in the order in which they came, one after the other; once none waits, the adjustment
-// of everything where one is due. All calls are made with tracking's turn taken.
+// of everything where one is due. All calls are made with the map locked by tracking.
 class MappingThread {
  public:
   explicit MappingThread(MappingWork work);
@@ -32,14 +32,14 @@ class MappingThread {
   MappingThread(const MappingThread&) = delete;
   MappingThread& operator=(const MappingThread&) = delete;
 
-  MapTurns& turns() { return turns_; }
+  PriorityMutex& mutex() { return mutex_; }
 
   // Interrupts the adjustment that is under way.
   void Add(KeyframeId keyframe);
   // While too many keyframes wait. Throws what the work has thrown.
-  void WaitForRoom(TrackingTurn& turn);
+  void WaitForRoom(TrackingLock& lock);
   // Until all is done. Throws what the work has thrown.
-  void Wait(TrackingTurn& turn);
+  void Wait(TrackingLock& lock);
 
   // From within the work.
   void RequestAdjustment() { is_adjustment_due_ = true; }
@@ -48,11 +48,11 @@ class MappingThread {
 
  private:
   void Run();
-  void RunNext(MappingTurn& turn);
+  void RunNext(MappingLock& lock);
   void Rethrow();
 
   MappingWork work_;
-  MapTurns turns_;
+  PriorityMutex mutex_;
   // All of these are touched with the map taken.
   std::deque<KeyframeId> waiting_;
   bool is_busy_ = false;

@@ -47,7 +47,8 @@ class ScalingTracker final : public Tracker {
                  std::size_t max_kept_bytes = 1'000'000'000);
 
   TrackingResult Track(const Frame& frame) override;
-  std::vector<KeyframeCorrection> WaitForMapping() override { return tracker_->WaitForMapping(); }
+  KeyframePosesPtr Poses() const override { return tracker_->Poses(); }
+  void WaitForMapping() override { tracker_->WaitForMapping(); }
   void Constrain(std::span<const KeyframeConstraint> constraints) override {
     tracker_->Constrain(constraints);
   }
@@ -57,7 +58,6 @@ class ScalingTracker final : public Tracker {
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override {
     return tracker_->KeyframeTrajectory();
   }
-  PointCloud MapPoints(int map_id) const override { return tracker_->MapPoints(map_id); }
   SparseModel Sparse(int map_id) const override;
   std::string SaveMap() const override { return tracker_->SaveMap(); }
   void LoadMap(std::string_view bytes, const std::string& where) override {

@@ -4,6 +4,8 @@
 #include "mono3d/tracking/tracker.h"
 
 #include "mono3d/core/error.h"
+#include "tracking/monocular_tracker.h"
+#include "tracking/scaling_tracker.h"
 
 namespace mono3d {
 
@@ -14,6 +16,11 @@ std::string Tracker::SaveMap() const { throw Error("this tracker cannot save map
 void Tracker::LoadMap(std::string_view /*bytes*/, const std::string& where) {
   throw Error(ErrorParts{
       .what = "this tracker cannot load maps", .where = where, .expected = {}, .found = {}});
+}
+
+std::unique_ptr<Tracker> CreateTracker(const TrackerOptions& options, StageTimes* times) {
+  return std::make_unique<tracking::ScalingTracker>(
+      std::make_unique<tracking::MonocularTracker>(options, times), options.max_side_px);
 }
 
 }  // namespace mono3d

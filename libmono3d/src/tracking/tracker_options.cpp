@@ -49,7 +49,8 @@ void KeyframeInsertionOptions::Visit(OptionVisitor& visit) {
 }
 
 void LocalMappingOptions::Visit(OptionVisitor& visit) {
-  visit("num_neighbours", num_neighbours, "keyframes that new points are triangulated with");
+  visit("num_neighbours", num_neighbours,
+        "covisible keyframes that new points are triangulated with");
   visit("min_baseline_share", min_baseline_share,
         "smallest baseline for triangulation over the median depth");
   visit("num_adjusted_keyframes", num_adjusted_keyframes, "keyframes of a local bundle adjustment");
@@ -67,7 +68,7 @@ void TrackerOptions::Visit(OptionVisitor& visit) {
   visit.Group("insertion", insertion);
   visit.Group("mapping", mapping);
   visit("with_constraints", with_constraints,
-        "the map follows what the model says of where its keyframes are");
+        "model-to-tracker constraints may move the keyframes of the map");
   visit("min_inliers", min_inliers, "map points that a pose must rest on");
   visit("recovery_s", recovery_s, "time for which a lost pose is searched for before a new start");
   visit("seed", seed, "seed of RANSAC");

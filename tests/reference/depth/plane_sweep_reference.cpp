@@ -15,19 +15,12 @@ namespace {
 std::optional<int> Distance(const CensusImages& census, std::uint64_t reference, std::size_t source,
                             const Eigen::Vector3d& at, const PlaneSweepParams& params) {
   if (at.z() <= 0) return std::nullopt;
-  const int positions = static_cast<int>(params.positions_per_px);
-  const int x = static_cast<int>(std::floor(positions * at.x() / at.z() + 0.5));
-  const int y = static_cast<int>(std::floor(positions * at.y() / at.z() + 0.5));
+  const int x = static_cast<int>(std::floor(at.x() / at.z() + 0.5));
+  const int y = static_cast<int>(std::floor(at.y() / at.z() + 0.5));
   const int width = static_cast<int>(params.width_px);
   const int height = static_cast<int>(params.height_px);
-  if (x < 0 || y < 0 || x > positions * (width - 1) || y > positions * (height - 1)) {
-    return std::nullopt;
-  }
-  const int phase = positions * (y % positions) + x % positions;
-  const auto image = 1 + source * static_cast<std::size_t>(positions * positions) +
-                     static_cast<std::size_t>(phase);
-  const auto pixel = static_cast<std::size_t>((y / positions) * width + x / positions);
-  return std::popcount(census[image][pixel] ^ reference);
+  if (x < 0 || y < 0 || x >= width || y >= height) return std::nullopt;
+  return std::popcount(census[1 + source][static_cast<std::size_t>(y * width + x)] ^ reference);
 }
 
 // Twice the mean of those that are there, rounded.

@@ -11,7 +11,7 @@
 
 namespace mono3d::reference {
 
-// The census of each image: the reference, then of each source its positions_per_px^2 images.
+// The census of each image: the reference, then the sources.
 using CensusImages = std::vector<std::vector<std::uint64_t>>;
 
 // Of the costs of two sides: their mean, rounded down, at most `tolerance` more than the better

@@ -9,7 +9,7 @@
 namespace mono3d::reference {
 namespace {
 
-constexpr std::array<std::array<int, 2>, 8> kDirections = {
+constexpr std::array<std::array<int, 2>, 8> kPriorDirections = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
 
 // Planes per fine pixel, from two points of the plane through (x, y, w) a fine pixel apart.
@@ -30,15 +30,15 @@ Eigen::Vector2d Slope(const Eigen::Vector3d& n, double x, double y, double w,
 
 }  // namespace
 
-std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
-                              const std::vector<Eigen::Vector3f>& coarse_normals,
-                              const cv::Mat& grey, const PriorParams& params) {
+std::vector<FineRange> Prior(const std::vector<float>& coarse_depth,
+                             const std::vector<Eigen::Vector3f>& coarse_normals,
+                             const cv::Mat& grey, const PriorParams& params) {
   const int width = static_cast<int>(params.coarse_width_px);
   const int height = static_cast<int>(params.coarse_height_px);
   const auto plane_of = [&](double w) {
     return (w - double(params.inverse_depth)) / double(params.inverse_depth_step);
   };
-  std::vector<LocalRange> ranges;
+  std::vector<FineRange> ranges;
   for (int y = 0; y < grey.rows; ++y) {
     for (int x = 0; x < grey.cols; ++x) {
       std::vector<double> around;
@@ -66,13 +66,13 @@ std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
       }
       if (around.empty()) middle = position;
       const double centre = std::clamp(middle, position - 5, position + 5);
-      LocalRange range;
+      FineRange range;
       range.first_plane = static_cast<int>(
           std::clamp(std::floor(centre - 7), 0.0, std::max(double(params.num_planes) - 16, 0.0)));
       range.narrow = !around.empty() && spread <= 2 && range.first_plane == std::floor(centre - 7);
       range.grey = grey.at<std::uint8_t>(y, x);
-      for (std::size_t i = 0; i < kDirections.size(); ++i) {
-        const double jump = slope.x() * kDirections[i][0] + slope.y() * kDirections[i][1];
+      for (std::size_t i = 0; i < kPriorDirections.size(); ++i) {
+        const double jump = slope.x() * kPriorDirections[i][0] + slope.y() * kPriorDirections[i][1];
         range.jumps[i] = std::clamp(static_cast<int>(std::floor(jump + 0.5)), -8, 7);
       }
       ranges.push_back(range);

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "depth/prior.params.h"
-#include "reference/depth/local_sgm_reference.h"
+#include "reference/depth/fine_sgm_reference.h"
 
 namespace mono3d::reference {
 
 // The planes of each pixel of a level and the jumps of its surface, from the coarser level
 // (prior.comp).
-std::vector<LocalRange> Prior(const std::vector<float>& coarse_depth,
-                              const std::vector<Eigen::Vector3f>& coarse_normals,
-                              const cv::Mat& grey, const PriorParams& params);
+std::vector<FineRange> Prior(const std::vector<float>& coarse_depth,
+                             const std::vector<Eigen::Vector3f>& coarse_normals,
+                             const cv::Mat& grey, const PriorParams& params);
 
 }  // namespace mono3d::reference

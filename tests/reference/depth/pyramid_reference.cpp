@@ -4,16 +4,15 @@
 #include "reference/depth/pyramid_reference.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace mono3d::reference {
 namespace {
 
-int Pixel(const cv::Mat& grey, int x, int y) {
+int ClampedPixel(const cv::Mat& grey, int x, int y) {
   return grey.at<std::uint8_t>(std::clamp(y, 0, grey.rows - 1), std::clamp(x, 0, grey.cols - 1));
 }
-
-int RoundedMean(int a, int b) { return (a + b + 1) / 2; }
 
 }  // namespace
 
@@ -26,28 +25,13 @@ cv::Mat Halve(const cv::Mat& grey) {
       for (int j = 0; j < 4; ++j) {
         for (int i = 0; i < 4; ++i) {
           sum += kWeights[std::size_t(i)] * kWeights[std::size_t(j)] *
-                 Pixel(grey, 2 * x - 1 + i, 2 * y - 1 + j);
+                 ClampedPixel(grey, 2 * x - 1 + i, 2 * y - 1 + j);
         }
       }
       half.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(sum / 64);
     }
   }
   return half;
-}
-
-std::array<cv::Mat, 3> HalfPixelImages(const cv::Mat& grey) {
-  std::array<cv::Mat, 3> images = {grey.clone(), grey.clone(), grey.clone()};
-  for (int y = 0; y < grey.rows; ++y) {
-    for (int x = 0; x < grey.cols; ++x) {
-      const int right = RoundedMean(Pixel(grey, x, y), Pixel(grey, x + 1, y));
-      const int below = RoundedMean(Pixel(grey, x, y), Pixel(grey, x, y + 1));
-      const int below_right = RoundedMean(Pixel(grey, x, y + 1), Pixel(grey, x + 1, y + 1));
-      images[0].at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(right);
-      images[1].at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(below);
-      images[2].at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(RoundedMean(right, below_right));
-    }
-  }
-  return images;
 }
 
 }  // namespace mono3d::reference

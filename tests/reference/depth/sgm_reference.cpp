@@ -10,7 +10,7 @@
 namespace mono3d::reference {
 namespace {
 
-constexpr std::array<std::array<int, 2>, 8> kDirections = {
+constexpr std::array<std::array<int, 2>, 8> kSgmDirections = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, -1}}};
 
 // L(p, .) from L(q, .) of the pixel before on the path.
@@ -34,7 +34,7 @@ std::vector<std::uint16_t> AggregateCosts(const std::vector<std::uint8_t>& costs
   const auto planes = static_cast<std::size_t>(num_planes);
   const cv::Rect image(0, 0, grey.cols, grey.rows);
   std::vector<std::uint16_t> sums(costs.size(), 0);
-  for (const auto& [dx, dy] : kDirections) {
+  for (const auto& [dx, dy] : kSgmDirections) {
     // L of all pixels, visited such that the pixel before on the path comes first.
     std::vector<std::vector<int>> paths(static_cast<std::size_t>(image.area()));
     for (int i = 0; i < image.area(); ++i) {

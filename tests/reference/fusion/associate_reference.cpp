@@ -31,11 +31,13 @@ std::uint32_t EvidenceAgainst(const ViewParams& view, const PackedDepthMap& map,
   return num_before == 9 && !faces_away ? kHidden | steps : kUnseen;
 }
 
-std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
-                           const Candidates& candidates, const Surfels& surfels, std::size_t i) {
+std::uint32_t AssociateOne(const ViewParams& view, const AnchorTransforms& anchors,
+                           const PackedDepthMap& map, const Candidates& candidates,
+                           const Surfels& surfels, std::size_t i) {
   if (IsRemoved(surfels, i)) return kUnseen;
-  const float weight = surfels.normal_weight[i][3];
-  const Vector3f p_cam = PointToCamera(view, Head(surfels.position_radius[i]));
+  const CameraFromAnchor to_camera = FromAnchorOf(anchors, surfels, i);
+  const float weight = to_camera.Weight(surfels.normal_weight[i][3]);
+  const Vector3f p_cam = to_camera.Point(Head(surfels.position_radius[i]));
   const auto pixel = CellOf(view, p_cam, 1);
   if (!pixel || candidates[*pixel][3] <= 0) return kUnseen;
 
@@ -47,7 +49,7 @@ std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
                                  static_cast<float>(*pixel / view.width_px));
   const float expected = TangentPlaneInverseDepth(measured_normal, pixel_ray, measured, ray);
   const float sigma = JointSigma(view, measured, inverse_depth, weight);
-  const Vector3f normal = DirectionToCamera(view, Head(surfels.normal_weight[i]));
+  const Vector3f normal = to_camera.Direction(Head(surfels.normal_weight[i]));
   if (std::abs(inverse_depth - expected) <= view.association_sigmas * sigma) {
     const bool same = Dot(normal, measured_normal) >= view.min_normal_cosine;
     return same ? static_cast<std::uint32_t>(*pixel) : kUnseen;
@@ -58,11 +60,12 @@ std::uint32_t AssociateOne(const ViewParams& view, const PackedDepthMap& map,
 
 }  // namespace
 
-std::vector<std::uint32_t> Associate(const ViewParams& view, const PackedDepthMap& map,
-                                     const Candidates& candidates, const Surfels& surfels) {
+std::vector<std::uint32_t> Associate(const ViewParams& view, const AnchorTransforms& anchors,
+                                     const PackedDepthMap& map, const Candidates& candidates,
+                                     const Surfels& surfels) {
   std::vector<std::uint32_t> association;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
-    association.push_back(AssociateOne(view, map, candidates, surfels, i));
+    association.push_back(AssociateOne(view, anchors, map, candidates, surfels, i));
   }
   return association;
 }

@@ -26,8 +26,6 @@ ViewParams ViewOf(const RegisterParams& params) {
   view.fy = params.fy;
   view.cx = params.cx;
   view.cy = params.cy;
-  std::copy(std::begin(params.cam_from_world), std::end(params.cam_from_world),
-            view.cam_from_world);
   view.inverse_depth_sigma = params.inverse_depth_sigma;
   view.relative_sigma = params.relative_sigma;
   return view;
@@ -53,8 +51,8 @@ Vector3d Moved(const Vector3d& p_cam, const Vector7d& step) {
   return p_cam + step.head<3>().cross(p_cam) + step.segment<3>(3);
 }
 
-// The grey image between its pixels: the bilinear submap that contains `inside`, continued.
-struct GreySubmap {
+// The grey image between its pixels: the bilinear patch that contains `inside`, continued.
+struct GreyPatch {
   double x, y, a, b, c, d, shrink;
 
   double At(const Eigen::Vector2d& pixel) const {
@@ -64,8 +62,8 @@ struct GreySubmap {
   }
 };
 
-std::optional<GreySubmap> SubmapAt(const RegisterParams& params, const std::vector<float>& grey,
-                                   const Eigen::Vector2d& inside) {
+std::optional<GreyPatch> PatchAt(const RegisterParams& params, const std::vector<float>& grey,
+                                 const Eigen::Vector2d& inside) {
   const int width = static_cast<int>(params.width_px >> params.grey_level);
   const int height = static_cast<int>(params.height_px >> params.grey_level);
   const double shrink = std::ldexp(1.0, -static_cast<int>(params.grey_level));
@@ -75,8 +73,8 @@ std::optional<GreySubmap> SubmapAt(const RegisterParams& params, const std::vect
   const auto at = [&](int col, int row) {
     return static_cast<double>(grey[static_cast<std::size_t>(row * width + col)]);
   };
-  return GreySubmap{static_cast<double>(x), static_cast<double>(y), at(x, y), at(x + 1, y),
-                    at(x, y + 1),           at(x + 1, y + 1),       shrink};
+  return GreyPatch{static_cast<double>(x), static_cast<double>(y), at(x, y), at(x + 1, y),
+                   at(x, y + 1),           at(x + 1, y + 1),       shrink};
 }
 
 double GreyOf(std::uint32_t rgb10) {
@@ -97,47 +95,49 @@ void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const
                            params.fy * p.y() / p.z() + params.cy);
   };
   const Eigen::Vector2d pixel = project(p_cam);
-  const auto submap = SubmapAt(params, grey, pixel);
-  if (!submap) return;
-  const double seen = submap->At(pixel);
+  const auto patch = PatchAt(params, grey, pixel);
+  if (!patch) return;
+  const double seen = patch->At(pixel);
   const double of_surfel = GreyOf(rgb10);
   ++system.num_grey;
   sums.image += seen, sums.image2 += seen * seen;
   sums.surfel += of_surfel, sums.surfel2 += of_surfel * of_surfel;
   if (params.grey_gain <= 0) return;
   const Eigen::Vector2d gradient(
-      (submap->At(pixel + Eigen::Vector2d(0.5, 0)) - submap->At(pixel - Eigen::Vector2d(0.5, 0))),
-      (submap->At(pixel + Eigen::Vector2d(0, 0.5)) - submap->At(pixel - Eigen::Vector2d(0, 0.5))));
+      (patch->At(pixel + Eigen::Vector2d(0.5, 0)) - patch->At(pixel - Eigen::Vector2d(0.5, 0))),
+      (patch->At(pixel + Eigen::Vector2d(0, 0.5)) - patch->At(pixel - Eigen::Vector2d(0, 0.5))));
   const double sigma = std::hypot(params.grey_noise, params.grey_shift_px * gradient.norm());
   const double expected = params.grey_gain * of_surfel + params.grey_bias;
   system.grey_cost += Add(
       [&](const Vector7d& step) {
-        return (submap->At(project(Moved(p_cam, step))) - expected) / sigma;
+        return (patch->At(project(Moved(p_cam, step))) - expected) / sigma;
       },
       system);
 }
 
 }  // namespace
 
-RegistrationSystem Register(const RegisterParams& params, const PackedDepthMap& map,
-                            const Candidates& candidates, const Surfels& surfels,
-                            const std::vector<float>& grey) {
+RegistrationSystem Register(const RegisterParams& params, const AnchorTransforms& anchors,
+                            const PackedDepthMap& map, const Candidates& candidates,
+                            const Surfels& surfels, const std::vector<float>& grey) {
   const ViewParams view = ViewOf(params);
   RegistrationSystem system;
   GreySums sums;
   for (std::size_t i = 0; i < surfels.size(); i += params.stride) {
     if (IsRemoved(surfels, i)) continue;
-    const Vector3f p_cam = PointToCamera(view, Head(surfels.position_radius[i]));
-    const Vector3f n_surfel = DirectionToCamera(view, Head(surfels.normal_weight[i]));
+    const CameraFromAnchor to_camera = FromAnchorOf(anchors, surfels, i);
+    const Vector3f p_cam = to_camera.Point(Head(surfels.position_radius[i]));
+    const Vector3f n_surfel = to_camera.Direction(Head(surfels.normal_weight[i]));
     const auto pixel = CellOf(view, p_cam, 1);
     if (!pixel || Dot(n_surfel, p_cam) >= 0 || candidates[*pixel][3] <= 0) continue;
     const Vector3f n = Head(candidates[*pixel]);
     const Vector3f pixel_ray = Ray(view, static_cast<float>(*pixel % view.width_px),
                                    static_cast<float>(*pixel / view.width_px));
-    const float depth = params.depth_scale * map.depth[*pixel];
+    const float depth = map.depth[*pixel];
     const Vector3f ray = p_cam / p_cam.z();
     const float expected = TangentPlaneInverseDepth(n, pixel_ray, 1 / depth, ray);
-    const float sigma = JointSigma(view, 1 / depth, 1 / p_cam.z(), surfels.normal_weight[i][3]);
+    const float sigma =
+        JointSigma(view, 1 / depth, 1 / p_cam.z(), to_camera.Weight(surfels.normal_weight[i][3]));
     const float difference = 1 / p_cam.z() - expected;
     if (std::abs(difference) > params.association_sigmas * sigma) {
       ++(difference > 0 ? system.num_before : system.num_behind);

@@ -10,8 +10,9 @@
 namespace mono3d::reference {
 namespace {
 
-bool Covered(const ViewParams& view, int x, int y, const Vector3f& n_cam, float measured,
-             const std::vector<IndexCell>& index_map, const Surfels& surfels) {
+bool Covered(const ViewParams& view, const AnchorTransforms& anchors, int x, int y,
+             const Vector3f& n_cam, float measured, const std::vector<IndexCell>& index_map,
+             const Surfels& surfels) {
   const int margin = kIndexCellsPerPixel * static_cast<int>(view.merge_radius_px) - 1;
   const int width = static_cast<int>(view.width_px) * kIndexCellsPerPixel;
   const int height = static_cast<int>(view.height_px) * kIndexCellsPerPixel;
@@ -37,16 +38,18 @@ bool Covered(const ViewParams& view, int x, int y, const Vector3f& n_cam, float 
   }
   if (best_difference == std::numeric_limits<float>::max()) return false;
   const auto& normal_weight = surfels.normal_weight[best_surfel];
-  const float sigma = JointSigma(view, measured, best_inverse_depth, normal_weight[3]);
-  const Vector3f normal = DirectionToCamera(view, Head(normal_weight));
+  const CameraFromAnchor to_camera = FromAnchorOf(anchors, surfels, best_surfel);
+  const float weight = to_camera.Weight(normal_weight[3]);
+  const float sigma = JointSigma(view, measured, best_inverse_depth, weight);
+  const Vector3f normal = to_camera.Direction(Head(normal_weight));
   return best_difference <= view.association_sigmas * sigma &&
          Dot(normal, n_cam) >= view.min_normal_cosine;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> SelectNew(const ViewParams& view, const PackedDepthMap& map,
-                                     const Candidates& candidates,
+std::vector<std::uint32_t> SelectNew(const ViewParams& view, const AnchorTransforms& anchors,
+                                     const PackedDepthMap& map, const Candidates& candidates,
                                      const std::vector<IndexCell>& index_map,
                                      const Surfels& surfels) {
   std::vector<std::uint32_t> selected((candidates.size() + 31) / 32, 0);
@@ -54,7 +57,8 @@ std::vector<std::uint32_t> SelectNew(const ViewParams& view, const PackedDepthMa
     if (candidates[i][3] <= 0) continue;
     const int x = static_cast<int>(i % view.width_px);
     const int y = static_cast<int>(i / view.width_px);
-    if (Covered(view, x, y, Head(candidates[i]), 1 / map.depth[i], index_map, surfels)) continue;
+    if (Covered(view, anchors, x, y, Head(candidates[i]), 1 / map.depth[i], index_map, surfels))
+      continue;
     selected[i / 32] |= 1U << (i % 32);
   }
   return selected;

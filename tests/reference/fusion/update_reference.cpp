@@ -36,12 +36,14 @@ std::uint32_t MixColour(std::uint32_t old, std::uint32_t measured, float share) 
   return mixed;
 }
 
-void MergeOne(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
-              std::size_t pixel, Surfels& surfels, std::size_t i) {
+void MergeOne(const ViewParams& view, const AnchorTransforms& anchors, const PackedDepthMap& map,
+              const Candidates& candidates, std::size_t pixel, Surfels& surfels, std::size_t i) {
   auto& position = surfels.position_radius[i];
   auto& normal = surfels.normal_weight[i];
   auto& history = surfels.history[i];
-  const Vector3f p_cam = PointToCamera(view, Head(position));
+  const CameraFromAnchor to_camera = FromAnchorOf(anchors, surfels, i);
+  const float old_weight = to_camera.Weight(normal[3]);
+  const Vector3f p_cam = to_camera.Point(Head(position));
   const Vector3f ray(p_cam.x() / p_cam.z(), p_cam.y() / p_cam.z(), 1);
   const Vector3f pixel_ray = RayOfPixel(view, pixel);
   const Vector3f n_measured = Head(candidates[pixel]);
@@ -54,16 +56,16 @@ void MergeOne(const ViewParams& view, const PackedDepthMap& map, const Candidate
       InverseDepthSigma(view, static_cast<float>(measured)) / (measured * measured);
   const double weight = confidence / (sigma * sigma);
   // Information on inverse depth is that on depth times z^4.
-  const double of_surfel = normal[3] / std::pow(w, 4);
+  const double of_surfel = old_weight / std::pow(w, 4);
   const double of_pixel = weight / std::pow(measured, 4);
   const double merged = (w * of_surfel + measured * of_pixel) / (of_surfel + of_pixel);
-  const auto share = static_cast<float>(weight / (weight + normal[3]));
+  const auto share = static_cast<float>(weight / (weight + old_weight));
 
-  position =
-      Join(PointToWorld(view, ray / static_cast<float>(merged)),
-           std::min(position[3], SurfelRadius(view, map.depth[pixel], n_measured, pixel_ray)));
-  const Vector3f n = (1 - share) * Head(normal) + share * DirectionToWorld(view, n_measured);
-  normal = Join(n.normalized(), normal[3] + static_cast<float>(weight));
+  const float radius = SurfelRadius(view, map.depth[pixel], n_measured, pixel_ray);
+  position = Join(to_camera.PointToAnchor(ray / static_cast<float>(merged)),
+                  std::min(position[3], radius / to_camera.scale));
+  const Vector3f n = (1 - share) * Head(normal) + share * to_camera.DirectionToAnchor(n_measured);
+  normal = Join(n.normalized(), normal[3] + to_camera.WeightToAnchor(static_cast<float>(weight)));
   history = {MixColour(history[0], map.colour[pixel], share),
              Pack16(Low16(history[1]) + 1, High16(history[1])),
              Pack16(Low16(history[2]), view.map_index),
@@ -72,11 +74,12 @@ void MergeOne(const ViewParams& view, const PackedDepthMap& map, const Candidate
 
 }  // namespace
 
-void Merge(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
-           const std::vector<std::uint32_t>& association, Surfels& surfels) {
+void Merge(const ViewParams& view, const AnchorTransforms& anchors, const PackedDepthMap& map,
+           const Candidates& candidates, const std::vector<std::uint32_t>& association,
+           Surfels& surfels) {
   for (std::size_t i = 0; i < association.size(); ++i) {
     if (!IsPixel(association[i])) continue;
-    MergeOne(view, map, candidates, association[i], surfels, i);
+    MergeOne(view, anchors, map, candidates, association[i], surfels, i);
   }
 }
 
@@ -112,21 +115,21 @@ void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates&
     const float confidence = candidates[i][3];
     const Vector3f ray = RayOfPixel(view, i);
     const float sigma = InverseDepthSigma(view, 1 / z) * z * z;
-    surfels.position_radius.push_back(
-        Join(PointToWorld(view, ray * z), SurfelRadius(view, z, n, ray)));
-    surfels.normal_weight.push_back(Join(DirectionToWorld(view, n), confidence / (sigma * sigma)));
+    surfels.position_radius.push_back(Join(ray * z, SurfelRadius(view, z, n, ray)));
+    surfels.normal_weight.push_back(Join(n, confidence / (sigma * sigma)));
     surfels.history.push_back({MixColour(0, map.colour[i], 1), Pack16(1, 0),
                                Pack16(view.map_index, view.map_index),
                                Pack16(view.map_index, ConfidenceSteps(confidence))});
   }
 }
 
-void Integrate(const ViewParams& view, const PackedDepthMap& map, Surfels& surfels) {
+void Integrate(const ViewParams& view, const AnchorTransforms& anchors, const PackedDepthMap& map,
+               Surfels& surfels) {
   const Candidates candidates = Prepare(view, map);
-  const auto association = Associate(view, map, candidates, surfels);
-  const auto index_map = DrawIndexMap(view, surfels, association);
-  const auto selected = SelectNew(view, map, candidates, index_map, surfels);
-  Merge(view, map, candidates, association, surfels);
+  const auto association = Associate(view, anchors, map, candidates, surfels);
+  const auto index_map = DrawIndexMap(view, anchors, surfels, association);
+  const auto selected = SelectNew(view, anchors, map, candidates, index_map, surfels);
+  Merge(view, anchors, map, candidates, association, surfels);
   ClearFreeSpace(view, association, surfels);
   Insert(view, map, candidates, selected, surfels);
 }

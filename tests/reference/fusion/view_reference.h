@@ -10,6 +10,7 @@
 
 #include "fusion/surfel.h"
 #include "fusion/view.params.h"
+#include "reference/fusion/fusion_reference.h"
 
 namespace mono3d::reference {
 
@@ -23,26 +24,42 @@ inline float Dot(const Vector3f& a, const Vector3f& b) {
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 
-inline Vector3f Row(const ViewParams& view, int row) {
-  const float* m = view.cam_from_world + 4 * row;
-  return {m[0], m[1], m[2]};
-}
-inline Vector3f Column(const ViewParams& view, int col) {
-  const float* m = view.cam_from_world + col;
-  return {m[0], m[4], m[8]};
-}
+// From the frame of an anchor into the camera's; in this order of operations, as the shaders.
+struct CameraFromAnchor {
+  Vector3f x, y, z;  // rows of the rotation
+  Vector3f translation;
+  float scale;
 
-inline Vector3f DirectionToCamera(const ViewParams& view, const Vector3f& v) {
-  return {Dot(Row(view, 0), v), Dot(Row(view, 1), v), Dot(Row(view, 2), v)};
-}
-inline Vector3f DirectionToWorld(const ViewParams& view, const Vector3f& v) {
-  return {Dot(Column(view, 0), v), Dot(Column(view, 1), v), Dot(Column(view, 2), v)};
-}
-inline Vector3f PointToCamera(const ViewParams& view, const Vector3f& p_world) {
-  return DirectionToCamera(view, p_world) + Column(view, 3);
-}
-inline Vector3f PointToWorld(const ViewParams& view, const Vector3f& p_cam) {
-  return DirectionToWorld(view, p_cam - Column(view, 3));
+  explicit CameraFromAnchor(const AnchorTransform& transform)
+      : translation(Head(transform.translation_scale)), scale(transform.translation_scale[3]) {
+    const auto& q = transform.rotation;
+    const float xx = 2 * q[0] * q[0], yy = 2 * q[1] * q[1], zz = 2 * q[2] * q[2];
+    const float xy = 2 * q[0] * q[1], xz = 2 * q[0] * q[2], yz = 2 * q[1] * q[2];
+    const float wx = 2 * q[3] * q[0], wy = 2 * q[3] * q[1], wz = 2 * q[3] * q[2];
+    x = {1 - yy - zz, xy - wz, xz + wy};
+    y = {xy + wz, 1 - xx - zz, yz - wx};
+    z = {xz - wy, yz + wx, 1 - xx - yy};
+  }
+
+  Vector3f Direction(const Vector3f& v) const { return {Dot(x, v), Dot(y, v), Dot(z, v)}; }
+  Vector3f Point(const Vector3f& p_anchor) const {
+    return Direction(scale * p_anchor) + translation;
+  }
+  float Weight(float weight_anchor) const { return weight_anchor / (scale * scale); }
+
+  Vector3f DirectionToAnchor(const Vector3f& v) const {
+    return {Dot({x.x(), y.x(), z.x()}, v), Dot({x.y(), y.y(), z.y()}, v),
+            Dot({x.z(), y.z(), z.z()}, v)};
+  }
+  Vector3f PointToAnchor(const Vector3f& p_cam) const {
+    return DirectionToAnchor(p_cam - translation) / scale;
+  }
+  float WeightToAnchor(float weight_cam) const { return weight_cam * (scale * scale); }
+};
+
+inline CameraFromAnchor FromAnchorOf(const AnchorTransforms& anchors, const Surfels& surfels,
+                                     std::size_t i) {
+  return CameraFromAnchor(anchors[AnchorOf(surfels, i)]);
 }
 
 inline Vector2f Project(const ViewParams& view, const Vector3f& p_cam) {

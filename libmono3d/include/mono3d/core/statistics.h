@@ -18,6 +18,15 @@ T Quantile(std::vector<T> values, double share) {
   return values[static_cast<std::size_t>(place)];
 }
 
+// The value in the middle of the sorted ones, of two the upper: always one of the values. There
+// must be one value at least. Takes O(n).
+template <typename T>
+T UpperMedian(std::vector<T> values) {
+  const auto upper = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), upper, values.end());
+  return *upper;
+}
+
 // Of an even number of values the mean of the two in the middle. There must be one value at least.
 // Takes O(n).
 template <typename T>

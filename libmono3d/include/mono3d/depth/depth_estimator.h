@@ -16,13 +16,23 @@ namespace mono3d {
 
 enum class DepthStatus { kEstimated, kRejected };
 
+// Why there is no depth.
+enum class DepthRejection {
+  kNoBaseline,  // the camera moved too little for the depth of the scene
+  kNoOverlap,   // the images do not show the same
+  kNoTexture,   // there is nothing to match
+  kNoMatch,     // too little of the images matches, for lack of texture or of overlap
+  kOther,       // said in words alone
+};
+
 struct DepthResult {
   DepthStatus status = DepthStatus::kRejected;
+  DepthRejection rejection = DepthRejection::kOther;  // where it is rejected
   std::string reason;  // why there is no depth: "no baseline between the images"
   DepthMap map;        // empty images when rejected
   int level = 0;       // of the pyramid, the finest that was swept
-  // Of the grid through the range on that level. All are swept only where it is the coarsest level;
-  // else each pixel is matched on the 16 of them around its prior.
+  // Planes that span the range on that level. On the coarsest level all of them are swept; on a
+  // finer one each pixel is matched on the 16 around its prior.
   int num_planes = 0;
   double min_depth_su = 0;  // range of the sweep
   double max_depth_su = 0;  // infinite when the farthest plane is at infinity
@@ -31,7 +41,7 @@ struct DepthResult {
 // Width and height that images need at least.
 inline constexpr int kMinDepthSide = 64;
 
-// Depth of the middle image of a bundle (paper, section 3.2).
+// Depth of the middle image of a bundle, in its keyframe's own unit (paper, section 3.2).
 class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
@@ -57,12 +67,11 @@ struct PlaneSweepOptions {
   double min_depth_su = 0;  // 0: from the sparse points, else from a first sweep on a coarse level
   double max_depth_su = 0;
   int max_planes = 256;
-  bool half_pixel = false;  // look the sources of the coarsest level up at half pixels
-  // What hides a point from the images before the reference seldom hides it from those after it. A
-  // cost is the mean of the two sides, but at most this more than that of the better one. Of
-  // unrelated windows of two images a side, half the difference has a standard deviation of 4 (of
-  // 62 bits) and 5.7 (of 32, on finer levels): 16 is three times that, more than noise. 0: the
-  // better side alone counts, 64: always the mean.
+  // A point hidden from the images before the reference is usually visible in those after it. The
+  // cost of a plane is the mean of the costs of the two sides, but at most this much more than that
+  // of the better side. Half the difference of two unrelated costs has a standard deviation of 4
+  // (62 bits) or 5.7 (32 bits, finer levels): 16 is three times that. 0: the better side alone
+  // counts; 64: always the mean.
   int side_tolerance = 16;
 
   void Visit(OptionVisitor& visit);
@@ -75,8 +84,8 @@ struct SgmOptions {
   int min_p2 = 20;             // across the strongest edges
   int gradient = 8;            // grey levels of difference that halve P2
   bool follow_normals = true;  // SGM^sn below the coarsest level
-  // Of the finest level where it is not the coarsest: 8, or 4 along rows and columns, which are as
-  // good around a prior that eight have smoothed.
+  // Paths on the finest level where it is not the coarsest: 8, or the 4 along rows and columns,
+  // which are as good around a prior that eight paths have smoothed.
   int finest_paths = 4;
 
   void Visit(OptionVisitor& visit);
@@ -108,9 +117,10 @@ struct RefinementOptions {
 };
 
 struct DogOptions {
-  // Mean over the census window, grey levels. White noise of one grey level leaves 0.086 and
-  // rounding to whole grey levels 0.025, by the norm of the kernel; this is somewhat less than
-  // twice both. Where an image has more noise than one grey level it counts so many times.
+  // Least mean response over the census window of a pixel with depth, grey levels. By the norm of
+  // the kernel, white noise of one grey level has a response of 0.086 and rounding to whole grey
+  // levels one of 0.025; this is somewhat less than twice the two together. In images with more
+  // noise it is multiplied by that noise in grey levels, up to five.
   double min_response = 0.15;
 
   void Visit(OptionVisitor& visit);

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -14,17 +13,26 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/model_health.h"
 #include "mono3d/fusion/registration.h"
+#include "mono3d/fusion/surfel_changes.h"
 #include "mono3d/geometry/point_cloud.h"
-#include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/keyframe_constraint.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 
 namespace mono3d {
 
 enum class FusionStatus { kFused, kRejected };
+
+// Why a depth map is not in the model.
+enum class FusionRejection {
+  kNoEstimate,     // there is no depth in it
+  kOtherMap,       // its keyframe is of another map of the tracker
+  kNotRegistered,  // it does not fit the model, or it cannot be told
+  kModelFull,
+  kOther,  // said in words alone
+};
 
 // A depth map that was tried again.
 struct RetriedMap {
@@ -32,15 +40,17 @@ struct RetriedMap {
   double timestamp_s = 0;
   FusionStatus status = FusionStatus::kRejected;
   bool is_waiting = false;
-  Pose T_world_cam;
   RegistrationEvidence registration;
 };
 
-// Where a depth map of the model is from now on.
-struct MovedView {
+// A depth map of the model.
+struct FusedDepthMap {
   std::int64_t frame_index = 0;
-  Pose T_world_cam;
-  double scale = 1;  // by which its depths have been multiplied altogether
+  double timestamp_s = 0;
+  std::int64_t keyframe_id = 0;
+  // Where the model has its keyframe, by the latest poses: S_world_kf of the tracker, moved where
+  // the model contradicted it.
+  Similarity S_world_kf;
 };
 
 // Submaps of the model, which hung together by the tracker's poses alone, have become one: a depth
@@ -50,17 +60,16 @@ struct SubmapJoin {
   int num_submaps = 0;           // that became one with the oldest of them
   double moved_px = 0;           // by how much the farthest was off, as motion in the image
   double scale = 1;              // by which its lengths were multiplied
-  std::vector<MovedView> views;  // every depth map of the model; empty: nothing had to be moved
   std::int64_t num_merged = 0;   // surfels that became one with another
 };
 
 // What became of one depth map.
 struct FusionResult {
   FusionStatus status = FusionStatus::kRejected;
+  FusionRejection rejection = FusionRejection::kOther;  // where it is rejected
   std::string reason;       // why it was rejected; the model is then as it was
   bool is_waiting = false;  // rejected for now: it is tried again when the model has changed
-  Pose T_world_cam;         // the pose at which it was fused, in the model's world
-  double scale = 1;         // by which its depths were multiplied
+  Similarity S_world_kf;    // where it was fused: its keyframe's, moved by the registration
   RegistrationEvidence registration;
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
@@ -73,23 +82,16 @@ struct FusionResult {
   bool starts_submap = false;  // it shows nothing of the model: it lies where the tracker has it
   std::vector<SubmapJoin> submap_joins;  // by it, and by those that were tried again
   // Of this depth map, and of those that were tried again, where the model contradicted the
-  // tracker: for Tracker::Constrain. Lengths are those at the time the depth maps came.
+  // tracker: for Tracker::Constrain.
   std::vector<KeyframeConstraint> constraints;
   ModelHealth health;  // afterwards
 };
 
 // What became of the model when its keyframes were moved.
-struct CorrectionResult {
-  std::vector<MovedView> views;  // every depth map of the model; empty: nothing was moved
+struct UpdateResult {
+  bool has_moved = false;  // a keyframe of the model is elsewhere, by a tenth of a pixel or more
   std::int64_t num_merged = 0;   // surfels that became one with another, of a part they fell upon
   std::int64_t num_surfels = 0;  // in the model afterwards
-};
-
-// Two maps of the tracker have become one.
-struct MapJoin {
-  int map_id = 0;                                   // of both from now on
-  Similarity S_this_other;                          // of their worlds
-  std::span<const KeyframeCorrection> corrections;  // where keyframes of both are from now on
 };
 
 // Which surfels belong to the exported model.
@@ -112,23 +114,30 @@ class SurfelMap {
  public:
   virtual ~SurfelMap() = default;
 
-  // Throws Error on an invalid depth map, one of a camera with distortion, and a pose that is not
-  // finite. Rejected, with the model as it was: a depth map without an estimate in it, one of
-  // another map_id than the first, and one whose registration with the model is not to be trusted.
+  // Throws Error on an invalid depth map, one of a camera with distortion, and one whose keyframe
+  // is not in `poses`, the tracker's of this moment, which the model follows as in Update.
+  // Rejected, with the model as it was: a depth map without an estimate in it, one of another map
+  // of the tracker than the first, and one whose registration with the model is not to be trusted.
   // Where there is no room for its new surfels, the model becomes coarser, with a warning in the
   // log, up to eight times; beyond that the map is rejected.
-  [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map) = 0;
+  [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) = 0;
 
-  // Keyframes were moved by the tracker: their surfels follow, smoothly from one depth map to the
-  // next, and parts that come to lie upon each other are merged. Corrections of other maps and of
-  // keyframes without a depth map in the model have no effect of their own.
-  virtual CorrectionResult Correct(std::span<const KeyframeCorrection> corrections) = 0;
+  // The tracker has its keyframes elsewhere: their surfels follow, and parts that come to lie upon
+  // each other are merged, at the latest with the next depth map that shows them. Keyframes that
+  // `poses` does not know follow their neighbours.
+  virtual UpdateResult Update(const KeyframePoses& poses) = 0;
 
-  // Takes over the model of another map of the tracker that has become one with this one's, and
-  // leaves it empty. Its depth maps go where their keyframes are, those without a correction as
-  // `S_this_other` says; this model's own follow as in Correct; what both show is merged. Nothing
-  // is returned, and nothing has changed, where `other` is of another kind or there is no room.
-  virtual std::optional<CorrectionResult> Join(SurfelMap& other, const MapJoin& join);
+  // Takes over the model of another map of the tracker that has become one with this one's by
+  // `poses`, and leaves it empty; what both show is merged. Nothing is returned, and nothing has
+  // changed, where `other` is of another kind or there is no room.
+  virtual std::optional<UpdateResult> Join(SurfelMap& other, const KeyframePoses& poses);
+
+  // The depth maps in the model, in the order of their frames.
+  virtual std::vector<FusedDepthMap> DepthMaps() const = 0;
+
+  // For a viewer: the surfels that have changed since the version it has, 0 at first. Costs what
+  // has changed, not what there is.
+  virtual SurfelChanges ChangesSince(std::uint64_t version);
 
   // No depth map will come for a while: lets go of the memory that is not the model itself. What
   // waited to be tried again is given up.

@@ -8,23 +8,23 @@
 
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/point_cloud.h"
-#include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/similarity.h"
 
 namespace mono3d {
 
 // Depth of one reference image. All images have the camera's size. No estimate: depth 0, normal 0,
 // confidence 0. `normal` and `confidence` may be empty when the estimator does not make them.
+// Lengths are in the own unit of the reference keyframe, whose place in the world is in
+// KeyframePoses.
 struct DepthMap {
   cv::Mat depth;       // CV_32FC1, z-depth along the optical axis, su
   cv::Mat normal;      // CV_32FC3, unit length, camera frame, towards the camera (n_z < 0)
   cv::Mat confidence;  // CV_32FC1, 0 to 1
   cv::Mat bgr;         // CV_8UC3, the reference image
   CameraModel camera;
-  Pose T_world_cam;
   std::int64_t keyframe_id = 0;
   std::int64_t frame_index = 0;
   double timestamp_s = 0;
-  int map_id = 0;
   // Depth error of one pixel of matching error, as a share of depth^2: sigma(z) = z^2 * this.
   // 1 / (f * baseline); 0 when not known.
   double depth_sigma_per_square_depth = 0;
@@ -37,8 +37,9 @@ struct DepthMap {
 // Number of pixels with an estimate.
 std::int64_t CountEstimates(const DepthMap& map);
 
-// The points of the map in the world, with colour, and normal where the map has normals.
-PointCloud ToPointCloud(const DepthMap& map);
+// The points of the map in the world, with colour, and normal where the map has normals. The
+// default is the frame of the reference image's camera.
+PointCloud ToPointCloud(const DepthMap& map, const Similarity& S_world_kf = Similarity());
 
 // Throws Error unless the images have the camera's size and the types stated above.
 void Validate(const DepthMap& map);

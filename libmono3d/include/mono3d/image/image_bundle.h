@@ -3,9 +3,12 @@
 
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "mono3d/image/keyframe.h"
+#include "mono3d/image/keyframe_poses.h"
 
 namespace mono3d {
 
@@ -13,6 +16,9 @@ namespace mono3d {
 // one is the reference (paper, section 3.1: five).
 struct ImageBundle {
   std::vector<Keyframe> keyframes;
+  // Of each keyframe: from its camera frame into that of the reference, whose own unit of length
+  // is that of the translations. Identity for the reference.
+  std::vector<Pose> T_ref_cam;
 
   std::size_t reference_index() const { return keyframes.size() / 2; }
   const Keyframe& reference() const { return keyframes[reference_index()]; }
@@ -28,8 +34,16 @@ constexpr bool IsBundleSize(std::size_t num_images) {
   return num_images % 2 == 1 && num_images >= kMinBundleSize && num_images <= kMaxBundleSize;
 }
 
-// Throws Error unless IsBundleSize() keyframes of one map are there, with valid frames of one size
-// and finite poses.
+// Throws Error unless IsBundleSize() keyframes are there, with valid frames of one size and a
+// finite pose each.
 void Validate(const ImageBundle& bundle);
+
+// Sets T_ref_cam from these poses. False, with the bundle as it was, where a keyframe is not known
+// or the keyframes are not of one map.
+[[nodiscard]] bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle);
+
+// The same from poses in one world, one for each keyframe in their order. The unit of that world is
+// the own unit of the reference. Throws Error unless there are as many as keyframes.
+void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle);
 
 }  // namespace mono3d

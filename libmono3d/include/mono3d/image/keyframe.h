@@ -6,18 +6,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 
 namespace mono3d {
 
-// A frame that bears novel content, with its pose and what the tracker knows of the scene in view.
+// A frame that bears novel content, with what the tracker knows of the scene in view. Where it is,
+// and in which map, stands in KeyframePoses, which change; this does not.
 struct Keyframe {
-  std::int64_t id = 0;
-  int map_id = 0;  // poses of different maps have nothing in common
+  std::int64_t id = 0;  // over all maps of a tracker
   Frame frame;
-  Pose T_world_cam;
-  // z-depths, in su, of the tracker's points that this keyframe sees; may be empty (bare poses).
+  // z-depths of the tracker's points that this keyframe sees, in the keyframe's own unit; may be
+  // empty (bare poses).
   std::vector<float> sparse_depths_su;
 };
 

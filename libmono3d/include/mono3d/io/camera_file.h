@@ -10,13 +10,13 @@
 namespace mono3d {
 
 // Reads the calibration of one camera. The content decides on the form:
-// - YAML with image_width, image_height, camera_matrix and distortion_coefficients (k1 k2 p1 p2
-// [k3]),
-//   as cv::FileStorage and ROS camera_calibration write it;
+// - YAML with image_width, image_height, camera_matrix and distortion_coefficients
+//   (k1 k2 p1 p2 [k3]), as cv::FileStorage and ROS camera_calibration write it;
 // - COLMAP's cameras.txt with one camera, of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
 //   RADIAL, OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Its pixel (0, 0) is a corner, ours is a
 //   pixel's centre: 0.5 is taken off the principal point.
-// Throws Error with file, line, expected and found.
+// Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for other
+// camera models and distortions, kInvalidInput for wrong content.
 CameraModel ReadCameraFile(const std::filesystem::path& path);
 
 // Writes the YAML form; every number survives.

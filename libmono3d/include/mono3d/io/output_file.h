@@ -3,39 +3,14 @@
 
 #pragma once
 
-#include <cstdio>
 #include <filesystem>
-#include <string>
-#include <string_view>
+
+#include "mono3d/core/atomic_file.h"  // with which files are written
 
 namespace mono3d {
 
-// A file that appears under its name only when it is complete: it is written beside, as
-// "<name>.partial", and renamed. A killed run or a full disk leaves the old file as it was.
-class AtomicFile {
- public:
-  // Throws Error when the file cannot be created.
-  explicit AtomicFile(std::filesystem::path path);
-  // Removes what was written, unless it was committed.
-  ~AtomicFile();
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
-
-  // Both throw Error that names the file and what the system says ("No space left on device").
-  void Write(std::string_view bytes);
-  void Commit();
-
- private:
-  std::filesystem::path path_;
-  std::filesystem::path partial_path_;
-  std::FILE* file_ = nullptr;
-};
-
-// All of a file at once. Throws Error as AtomicFile does.
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
-
-// Creates the folder, with those above it, unless it exists. Throws Error when files cannot be
-// created in it.
+// Creates the folder, with those above it, unless it exists. Throws Error (kIo) when files cannot
+// be created in it.
 void CreateOutputFolder(const std::filesystem::path& folder);
 
 }  // namespace mono3d

@@ -6,37 +6,36 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 
 #include "mono3d/core/options.h"
 #include "mono3d/image/image_bundle.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 
 namespace mono3d {
 
-// What the depth map of a bundle was worth.
+// The quality of the depth map of a bundle.
 struct DepthQuality {
   std::int64_t reference_id = 0;  // of the bundle's reference keyframe
   double density = 0;     // share of pixels with an estimate; 0 where there was no depth map
   double confidence = 0;  // mean over all pixels, 0 where there is no estimate
 };
 
-// Chooses the bundles of images from which depth is estimated (paper, section 3.1).
+// Chooses the bundles of images from which depth is estimated (paper, section 3.1). Calls from one
+// thread at a time.
 class KeyframeSelector {
  public:
   virtual ~KeyframeSelector() = default;
 
   // Takes the next finalised keyframe, in the order of flight; returns a bundle when one is
-  // complete. A keyframe without sparse depths cannot be judged and is passed over. A keyframe of a
-  // new map starts afresh.
-  [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe) = 0;
+  // complete. `poses` are the tracker's of this moment: every keyframe that is still to become part
+  // of a bundle is where they have it. A keyframe without sparse depths or without a pose cannot be
+  // judged and is passed over. A keyframe of another map starts afresh.
+  [[nodiscard]] virtual std::optional<ImageBundle> Add(const Keyframe& keyframe,
+                                                       const KeyframePoses& poses) = 0;
 
-  // Keyframes were moved: those that are still to become part of a bundle move as well.
-  virtual void Correct(std::span<const KeyframeCorrection> corrections) = 0;
-
-  // What earlier bundles have come to, so that the next ones may be chosen otherwise. A selector
-  // need not listen.
-  virtual void ReportDepthQuality(const DepthQuality& /*worth*/) {}
+  // The quality of the depth map of an earlier bundle, so that the next bundles may be chosen
+  // accordingly. By default it is ignored.
+  virtual void ReportDepthQuality(const DepthQuality& /*quality*/) {}
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,

@@ -6,79 +6,17 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "mono3d/core/options.h"
-#include "mono3d/core/timing.h"
-#include "mono3d/depth/depth_estimator.h"
-#include "mono3d/fusion/surfel_map.h"
-#include "mono3d/geometry/point_cloud.h"
-#include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
-#include "mono3d/image/sparse_model.h"
 #include "mono3d/io/frame_source.h"
-#include "mono3d/keyframes/keyframe_selector.h"
-#include "mono3d/tracking/tracker.h"
+#include "mono3d/pipeline/reconstruction.h"
+#include "mono3d/pipeline/snapshot.h"
+#include "mono3d/pipeline/stages.h"
 
 namespace mono3d {
-
-// All options of the chain, by module.
-struct PipelineOptions {
-  TrackerOptions tracking;
-  KeyframeSelectorOptions keyframes;
-  DepthEstimatorOptions depth;
-  SurfelMapOptions fusion;
-  // What belongs to the exported model. When fewer maps were fused than must agree on a surfel, all
-  // that every map agrees on are exported.
-  SurfelExportOptions surfel_export;
-
-  void Visit(OptionVisitor& visit);
-  void Validate() const;  // throws UsageError
-};
-
-// The stages of the chain; each can be replaced by one of your own.
-struct PipelineStages {
-  std::unique_ptr<Tracker> tracker;
-  std::unique_ptr<KeyframeSelector> keyframe_selector;
-  std::unique_ptr<DepthEstimator> depth_estimator;
-  // Called once for each map of the tracker from which there is a depth map.
-  std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
-};
-
-// mono3d's own stages. `times`, where given, must outlive them.
-PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
-                            StageTimes* times = nullptr);
-
-// What happened so far.
-struct PipelineCounts {
-  std::int64_t num_frames = 0;
-  std::int64_t num_tracked = 0;                  // when they came
-  std::int64_t num_recovered = 0;                // later: before a start, or during a loss
-  std::int64_t num_keyframes = 0;                // finalised ones
-  std::int64_t num_keyframes_without_image = 0;  // they came to nothing; see Tracker
-  std::int64_t num_bundles = 0;
-  std::int64_t num_dropped_bundles = 0;  // of them, live: the depth stage was busy
-  std::int64_t num_depth_maps = 0;
-  std::int64_t num_fused = 0;
-  std::int64_t num_fused_late = 0;       // of them, at a later attempt
-  std::int64_t num_repairs = 0;          // times that the latest part of a model was made again
-  std::int64_t num_submaps_started = 0;  // depth maps that showed nothing of the model so far
-  std::int64_t num_submaps_joined = 0;   // that a depth map showed to be part of an older one
-  std::int64_t num_models_joined = 0;    // of two maps of the tracker that became one
-  std::int64_t num_corrections = 0;      // times that the model was moved with the tracker's map
-  // Depth maps of which the tracker was told that the model has them elsewhere; some twice, of two
-  // submaps.
-  std::int64_t num_constraints = 0;
-  // How often, by reason.
-  std::map<std::string, std::int64_t> untracked_frames;  // when they came
-  std::map<std::string, std::int64_t> rejected_bundles;
-  std::map<std::string, std::int64_t> rejected_depth_maps;
-};
 
 struct PipelineProgress {
   const PipelineCounts& counts;
@@ -88,71 +26,39 @@ struct PipelineProgress {
 };
 
 // Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is
-// called by another thread, and what it throws comes out of a later call.
+// called by the thread that makes the models, on_frame, after Start, by the one that tracks; what
+// they throw comes out of a later call.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
 };
 
-// What became of one depth map, or of a later attempt with it.
-struct FusionRecord {
-  std::int64_t frame_index = 0;
-  FusionStatus status = FusionStatus::kRejected;
-  std::string reason;     // why it was rejected
-  bool is_retry = false;  // it had been tried before
-  RegistrationEvidence registration;
-  bool starts_submap = false;  // it showed nothing of the model so far
-  bool is_repaired = false;    // after it the latest part of the model was made again
+// What became of a pushed frame: it waits to be tracked, or is being tracked.
+struct PushResult {
+  std::vector<std::int64_t> dropped;  // indices of earlier frames that were dropped instead
+  std::int64_t num_waiting = 0;       // with this one
 };
 
-// From this depth map on the model was in another state.
-struct HealthChange {
-  std::int64_t frame_index = 0;
-  HealthState state = HealthState::kGood;
-  std::string reason;
-};
-
-// What the chain knows of one map of the tracker; maps have no common frame or scale.
-struct MapReconstruction {
-  int map_id = 0;
-  std::vector<TrajectoryEntry> trajectory;         // every tracked frame, final
-  std::vector<TrajectoryEntry> online_trajectory;  // as known when tracked, in order of time
-  std::vector<TrajectoryEntry> keyframes;
-  std::vector<TrajectoryEntry> model_trajectory;  // fused depth maps
-  PointCloud model;
-  SparseModel sparse;                        // the tracker's keyframes and points
-  std::vector<FusionRecord> fusions;         // in the order in which they were tried
-  ModelHealth health;                        // at the end
-  std::vector<HealthChange> health_changes;  // good at first
-  std::vector<SubmapJoin> submap_joins;      // without the views that were moved
-};
-
-struct Reconstruction {
-  std::vector<MapReconstruction> maps;  // the one with most tracked frames first
-  PipelineCounts counts;
-};
-
-enum class PipelineMode {
-  // One step after the other: every bundle is processed, and the same input with the same options
-  // gives the same result, if the tracker does.
-  kSequential,
-  // Depth and fusion in a thread of their own, so that no frame waits for them. One bundle waits
-  // while another is worked at; a newer one takes its place, and is counted as dropped (paper,
-  // section 3.1). For a tracker in live mode.
-  kLive,
-};
-
-// The chain of the paper's Figure 1.
+// The chain of the paper's Figure 1. Used in one of two ways:
+//
+//   In the order of the frames        At the pace of a camera (options.is_live)
+//   Process, Process, ..., Finish     Start; Push, Push, ...; Stop
+//   or Run
+//
+// Snapshot may be called at any time by any thread, Push by any thread, in the order of time. All
+// other calls come from one thread at a time.
 class Pipeline {
  public:
+  // Of the options, those of the stages have been given to CreateStages.
   explicit Pipeline(PipelineStages stages, PipelineObserver observer = {},
-                    const SurfelExportOptions& surfel_export = {},
-                    PipelineMode mode = PipelineMode::kSequential);
+                    const PipelineOptions& options = {});
+  // Ends after the work in hand. What waits is left undone.
   ~Pipeline();
 
   // Takes the next frame through all stages that it sets in motion; live, through tracking and the
-  // choice of keyframes.
-  void Process(const Frame& frame);
+  // choice of keyframes. The caller may change its image afterwards: where the frame is not the
+  // only one that holds it, it is copied. Throws Error after Start.
+  void Process(Frame frame);
 
   // Takes what is still on its way through the stages and hands over the result. Call once, last.
   // After a Process that threw, or a Finish, too: what there was before is not lost, and what is on
@@ -162,11 +68,34 @@ class Pipeline {
   // Process for all frames of the source, until it ends or `*stop` becomes true; then Finish.
   [[nodiscard]] Reconstruction Run(FrameSource& source, const std::atomic<bool>* stop = nullptr);
 
+  // Begins to track frames that are pushed, in a thread of its own. Throws Error on the second call
+  // and after Process.
+  void Start();
+
+  // Hands a frame over and returns at once. While the tracker is busy frames wait, and old ones are
+  // dropped as LiveOptions says. The caller may change the image afterwards: where the frame is not
+  // the only one that holds it, it is copied. Throws Error before Start and after Stop; on a frame
+  // that is invalid, of another camera than the first or not after the one before, which is then
+  // left out; and what one of the threads has thrown, after which no more frames are tracked.
+  PushResult Push(Frame frame);
+
+  // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. The
+  // first call asks for surfels: from then on they are published, in the thread that makes the
+  // models, as often as that takes no more than a tenth of its time. Throws what one of the threads
+  // has thrown, unless an earlier call has.
+  [[nodiscard]] PipelineSnapshot Snapshot(std::uint64_t since_version = 0) const;
+
+  // No more frames: tracks those that wait, and then as Finish. Throws what one of the threads has
+  // thrown, unless an earlier call has; another call returns what there was before. Without Start
+  // there was no frame.
+  [[nodiscard]] Reconstruction Stop();
+
+  // Until Start, or after Finish or Stop.
   const Tracker& tracker() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mono3d

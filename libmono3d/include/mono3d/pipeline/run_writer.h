@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,14 +24,6 @@ enum class RunEnd {
   kFailed,    // an error; the model is that of the input before it
 };
 
-// How a run kept up with an input that came at its own pace.
-struct LiveRecord {
-  std::int64_t num_dropped_frames = 0;  // they had waited for longer than live.max_delay_s
-  double frames_per_s = 0;              // that were taken
-  // From when a frame was due until its pose was known: mean, exceeded by one in twenty, largest.
-  double mean_latency_ms = 0, p95_latency_ms = 0, max_latency_ms = 0;
-};
-
 // What run.json tells beside the counts.
 struct RunRecord {
   RunEnd end = RunEnd::kFinished;
@@ -44,8 +35,7 @@ struct RunRecord {
   std::vector<StageTime> stages;
   std::int64_t num_skipped_images = 0;
   double wall_s = 0;
-  double cpu_s = 0;                // of the process
-  std::optional<LiveRecord> live;  // of a live run
+  double cpu_s = 0;  // of the process
 };
 
 // Writes the files of a run into one folder:

@@ -13,12 +13,11 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
-#include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_constraint.h"
-#include "mono3d/image/keyframe_correction.h"
+#include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d {
@@ -27,37 +26,37 @@ enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 
 const char* ToString(TrackingStatus status);
 
-struct TrajectoryEntry {
-  std::int64_t frame_index = 0;
-  double timestamp_s = 0;
-  int map_id = 0;
-  Pose T_world_cam;
+// Why a frame has no pose.
+enum class TrackingLoss {
+  kTooFewFeatures,  // the image shows too little structure
+  kNoStart,         // no two views make a map yet: parallax, matches, or a clear motion are missing
+  kTooFewMapPoints,  // too little of the map is found in the image
+  kOther,            // said in words alone
 };
 
 // What became of one frame.
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kNotInitialised;
+  TrackingLoss loss = TrackingLoss::kOther;  // where there is no pose
   std::string reason;  // why there is no pose: "62 matches, 100 needed"; empty while tracking
   // Counts the starts; poses of different maps have nothing in common. When the camera sees what
   // another map holds, its own goes into that one, and the number of its own is no more.
   int map_id = 0;
-  std::optional<Pose> T_world_cam;
+  std::optional<FramePose> pose;    // of this frame
+  std::optional<Pose> T_world_cam;  // the same in the world of its map, as known now
   bool is_keyframe = false;
   int num_inliers = 0;         // map points that the pose rests on
   double reprojection_px = 0;  // root mean square over the inliers
-  // Frames that came before without a pose and have one now, as known now: those before a start,
-  // tracked backwards, and those of a loss, once the track is found again. Of map `map_id`.
-  std::vector<TrajectoryEntry> recovered;
+  // Frames that came before without a pose and have one now: those before a start, tracked
+  // backwards, and those of a loss, once the track is found again. Of map `map_id`.
+  std::vector<FramePose> recovered;
   // Keyframes that are final since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> finalised_keyframes;
-  // Where a loop was closed or another map joined: all keyframes of the map that were handed out
-  // before.
-  std::vector<KeyframeCorrection> corrections;
 };
 
 // Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
-// its first median depth is 1 su.
+// its first median depth is 1 su. Calls come from one thread at a time, but for Poses.
 class Tracker {
  public:
   virtual ~Tracker() = default;
@@ -66,18 +65,26 @@ class Tracker {
   // Throws Error on an invalid frame, or one whose camera differs from the first frame's.
   [[nodiscard]] virtual TrackingResult Track(const Frame& frame) = 0;
 
-  // What else is known of where keyframes are that were handed out. A map that contradicts it
-  // follows, with its next keyframe or WaitForMapping, where its own observations allow that. What
-  // does not fit them, or is of keyframes that have no map in common, is left aside. A tracker
-  // need not listen.
+  // Model-to-tracker constraints: measured poses of keyframes that were handed out, relative to
+  // each other. One that agrees with the map (chi2) is kept and holds in all adjustments that
+  // follow. For one that does not, the keyframes of the map move, with its next keyframe or in
+  // WaitForMapping, where they can agree with it within the drift of a tracker; else it is
+  // discarded, as it is when the keyframes are of different maps. A tracker may ignore all
+  // constraints.
   virtual void Constrain(std::span<const KeyframeConstraint> /*constraints*/) {}
 
-  // Until everything is mapped, live by the thread behind, and the map follows its constraints.
-  // Where it has moved by that, all keyframes that were handed out before, as in TrackingResult.
-  [[nodiscard]] virtual std::vector<KeyframeCorrection> WaitForMapping() { return {}; }
+  // The latest poses of all keyframes that were handed out or that a FramePose names. When
+  // keyframes have come or moved, there is a new snapshot at the latest when Track, WaitForMapping
+  // or Finish returns; live also in between. Never null. From any thread, at any time: it only
+  // copies a pointer under a lock.
+  virtual KeyframePosesPtr Poses() const = 0;
 
-  // No more frames will come: returns the keyframes that had not finalised yet. After
-  // WaitForMapping, or corrections may be missed.
+  // Returns when all keyframes are mapped, live by the mapping thread, and the map has moved as its
+  // constraints ask.
+  virtual void WaitForMapping() {}
+
+  // No more frames will come: returns the keyframes that were not final yet. After
+  // WaitForMapping, or what it changes may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
 
   // Keyframes that were finalised so far but could not be handed out, as their images were no
@@ -88,8 +95,6 @@ class Tracker {
   virtual std::vector<TrajectoryEntry> Trajectory() const = 0;
   // The keyframes alone.
   virtual std::vector<TrajectoryEntry> KeyframeTrajectory() const = 0;
-  // The sparse points of one map.
-  virtual PointCloud MapPoints(int map_id) const = 0;
   // The keyframes of one map, its points and where they show; empty where the tracker has none.
   virtual SparseModel Sparse(int map_id) const;
 
@@ -161,7 +166,7 @@ struct TrackerOptions {
   InitialisationOptions initialisation;
   KeyframeInsertionOptions insertion;
   LocalMappingOptions mapping;
-  // The map follows what the model says of where its keyframes are (Tracker::Constrain).
+  // Model-to-tracker constraints (Tracker::Constrain) may move the map.
   bool with_constraints = true;
   int min_inliers = 30;   // map points a pose must rest on
   double recovery_s = 1;  // how long a lost pose is searched for before a new map starts

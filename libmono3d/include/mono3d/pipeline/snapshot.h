@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "mono3d/fusion/surfel_changes.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/point_cloud.h"
+#include "mono3d/image/keyframe_poses.h"
+#include "mono3d/pipeline/reconstruction.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d {
+
+// What there is at one moment.
+struct PipelineSnapshot {
+  // The latest frame: what became of it, and its pose by `keyframe_poses`.
+  std::int64_t frame_index = -1;  // none yet
+  double timestamp_s = 0;
+  TrackingStatus status = TrackingStatus::kNotInitialised;
+  TrackingLoss loss = TrackingLoss::kOther;  // where it has no pose: why
+  std::string reason;                        // the same in words
+  std::optional<TrajectoryEntry> pose;
+  KeyframePosesPtr keyframe_poses;  // never null
+  PipelineCounts counts;
+  std::int64_t num_surfels = 0;  // in the current model
+  ModelHealth health;            // of the current model
+  // The current model as it was published last: what has changed in it since the version that was
+  // asked about, all of it since version 0. The world is that of map `model_map_id`, by
+  // `model_poses`.
+  SurfelChanges surfels;
+  int model_map_id = 0;
+  KeyframePosesPtr model_poses;  // null where nothing was published yet
+};
+
+// The surfels that have changed in the world, without those of less confidence. Those of a snapshot
+// since version 0 are the model, though not yet without what only an export finds: surfels that
+// stand alone, or that more depth maps contradict than confirm.
+PointCloud ToPointCloud(const SurfelChanges& surfels,
+                        double min_confidence = SurfelExportOptions().min_confidence);
+
+}  // namespace mono3d

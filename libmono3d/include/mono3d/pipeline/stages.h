@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "mono3d/core/options.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/depth/depth_estimator.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/gpu/device.h"
+#include "mono3d/keyframes/keyframe_selector.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d {
+
+// Frames that come at their own pace (Pipeline::Push) and wait while the tracker is busy. The
+// oldest one is dropped when one of the limits is passed; the newest one never is.
+struct LiveOptions {
+  double max_delay_s = 0.5;     // that a frame waits
+  double max_waiting_mb = 512;  // images of all frames that wait
+
+  void Visit(OptionVisitor& visit);
+};
+
+// All options of the chain, by module.
+struct PipelineOptions {
+  // Real time: the tracker maps, and the models are made, in threads of their own, so that no frame
+  // waits for them. One bundle waits while another is worked at; a newer one takes its place, and
+  // is counted as dropped (paper, section 3.1). Else everything is processed in the order of the
+  // frames, and the same input with the same options gives the same result, if the tracker does.
+  bool is_live = false;  // not among the listed options: tools have --live for it
+  LiveOptions live;
+  TrackerOptions tracking;
+  KeyframeSelectorOptions keyframes;
+  DepthEstimatorOptions depth;
+  SurfelMapOptions fusion;
+  // What belongs to the exported model. When fewer maps were fused than must agree on a surfel, all
+  // that every map agrees on are exported.
+  SurfelExportOptions surfel_export;
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// The stages of the chain; each can be replaced by one of your own.
+struct PipelineStages {
+  std::unique_ptr<Tracker> tracker;
+  std::unique_ptr<KeyframeSelector> keyframe_selector;
+  std::unique_ptr<DepthEstimator> depth_estimator;
+  // Called once for each map of the tracker from which there is a depth map.
+  std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
+};
+
+// mono3d's own stages; with `options.is_live` the tracker is in its mode "live". `times`, where
+// given, must outlive them.
+PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
+                            StageTimes* times = nullptr);
+
+}  // namespace mono3d

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/kernels.h"
+
+#include <numeric>
+#include <vector>
+
+#include "depth/census.params.h"
+#include "depth/census.spirv.h"
+#include "depth/detail.spirv.h"
+#include "depth/dog.params.h"
+#include "depth/dog.spirv.h"
+#include "depth/fine_census.params.h"
+#include "depth/fine_census.spirv.h"
+#include "depth/fine_sgm.params.h"
+#include "depth/fine_sgm.spirv.h"
+#include "depth/fine_sweep.spirv.h"
+#include "depth/fine_volume.h"
+#include "depth/fine_winner.spirv.h"
+#include "depth/measurement.h"
+#include "depth/median.spirv.h"
+#include "depth/normals.spirv.h"
+#include "depth/photometric.spirv.h"
+#include "depth/plane_sweep.spirv.h"
+#include "depth/prior.spirv.h"
+#include "depth/pyramid.params.h"
+#include "depth/pyramid.spirv.h"
+#include "depth/sgm.params.h"
+#include "depth/sgm.spirv.h"
+#include "depth/surface.spirv.h"
+#include "depth/texture_filter.spirv.h"
+#include "depth/upsample.spirv.h"
+#include "depth/winner_takes_all.spirv.h"
+#include "gpu/device_handle.h"
+
+namespace mono3d {
+namespace {
+
+using Constants = std::vector<std::uint32_t>;
+using Grid = std::array<std::uint32_t, 3>;
+
+// Pixels of an invocation, as the shaders say.
+constexpr std::uint32_t kPixelsOfAGroup = 4;
+constexpr std::uint64_t kCensusRows = 2;
+constexpr std::uint32_t kFineSweepColumns = 2;
+constexpr std::uint64_t kFineSweepRows = 16;  // in blocks of 2x2
+constexpr std::uint64_t kDetailRows = 4;
+constexpr std::uint64_t kPhotometricRows = 16;
+constexpr std::uint64_t kSurfaceColumnsAndRows = 2;
+
+// An invocation for each of `columns` times `rows`, times `layers`.
+Grid GridOf(const Kernel& kernel, std::uint64_t columns, std::uint32_t rows,
+            std::uint32_t layers = 1) {
+  return {DivideRoundingUp(columns, kernel.workgroup_size()[0]), rows, layers};
+}
+
+std::uint64_t GroupsOfFour(std::uint32_t width_px) {
+  return (width_px + kPixelsOfAGroup - 1) / kPixelsOfAGroup;
+}
+
+Constants ConstantsOf(const SweepSources& sources) {
+  return {static_cast<std::uint32_t>(sources.num_sources / 2),
+          static_cast<std::uint32_t>(sources.side_tolerance)};
+}
+
+Constants FineWinnerConstants(std::uint32_t num_paths, bool sub_plane) {
+  return {num_paths == kNumPaths ? 1u : 0u, sub_plane ? 1u : 0u};
+}
+
+}  // namespace
+
+DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
+    : num_lanes_(Limits(*device).subgroup_size),
+      pyramid_(device, {"depth/pyramid", depth_pyramid_spirv}),
+      census_(device, {"depth/census", depth_census_spirv}),
+      plane_sweep_(device, {"depth/plane_sweep", depth_plane_sweep_spirv}),
+      sgm_(device, {"depth/sgm", depth_sgm_spirv}),
+      winner_takes_all_(device, {"depth/winner_takes_all", depth_winner_takes_all_spirv}),
+      prior_(device, {"depth/prior", depth_prior_spirv}),
+      fine_census_(device, {"depth/fine_census", depth_fine_census_spirv}),
+      fine_sweep_(device, {"depth/fine_sweep", depth_fine_sweep_spirv}),
+      fine_sgm_(device, {"depth/fine_sgm", depth_fine_sgm_spirv}),
+      fine_winner_(device, {"depth/fine_winner", depth_fine_winner_spirv}),
+      median_(device, {"depth/median", depth_median_spirv}),
+      normals_(device, {"depth/normals", depth_normals_spirv}),
+      upsample_(device, {"depth/upsample", depth_upsample_spirv}),
+      detail_(device, {"depth/detail", depth_detail_spirv}),
+      photometric_(device, {"depth/photometric", depth_photometric_spirv}),
+      surface_(device, {"depth/surface", depth_surface_spirv}),
+      dog_(device, {"depth/dog", depth_dog_spirv}),
+      texture_filter_(device, {"depth/texture_filter", depth_texture_filter_spirv}) {}
+
+void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
+  const SweepSources sources{kBundleSize - 1, options.plane_sweep.side_tolerance};
+  const bool sub_plane = options.winner_takes_all.sub_plane;
+  for (KernelVariants* kernel : {&pyramid_, &census_, &prior_, &fine_census_, &fine_sgm_, &normals_,
+                                 &upsample_, &detail_, &dog_, &texture_filter_}) {
+    kernel->With();
+  }
+  plane_sweep_.With(ConstantsOf(sources));
+  fine_sweep_.With(ConstantsOf(sources));
+  photometric_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
+  winner_takes_all_.With({sub_plane ? 1u : 0u});
+  fine_winner_.With(FineWinnerConstants(kNumPaths, sub_plane));
+  fine_winner_.With(
+      FineWinnerConstants(static_cast<std::uint32_t>(options.sgm.finest_paths), sub_plane));
+  for (const std::uint32_t with_confidence : {0u, 1u}) {
+    median_.With({with_confidence});
+    surface_.With({with_confidence});
+  }
+}
+
+void DepthKernels::Pyramid(Recorder& recorder, const Buffer& fine, LevelSize size,
+                           std::uint32_t num_images, const Buffer& coarse) {
+  const Kernel& kernel = pyramid_.With();
+  const LevelSize half = size.Halved();
+  recorder.Dispatch(kernel, {fine, coarse}, PyramidParams{size.width_px, size.height_px},
+                    GridOf(kernel, PaddedWordsPerRow(half), PaddedRows(half), num_images));
+}
+
+void DepthKernels::Census(Recorder& recorder, const Buffer& images, LevelSize size,
+                          std::uint32_t num_images, const Buffer& census) {
+  const Kernel& kernel = census_.With();
+  recorder.Dispatch(kernel, {images, census}, CensusParams{size.width_px, size.height_px},
+                    GridOf(kernel, size.groups_per_row(),
+                           DivideRoundingUp(size.height_px, kCensusRows), num_images));
+}
+
+void DepthKernels::PlaneSweep(Recorder& recorder, const SweepSources& sources,
+                              const PlaneSweepParams& params, const Buffer& census,
+                              const Buffer& projections, const Buffer& costs) {
+  const Kernel& kernel = plane_sweep_.With(ConstantsOf(sources));
+  recorder.Dispatch(kernel, {census, projections, costs}, params,
+                    GridOf(kernel, params.width_px, params.height_px));
+}
+
+std::uint32_t DepthKernels::PaddedPlanes(std::uint32_t num_planes) const {
+  // The sweep writes 16 planes at a time, a lane holds whole words of 4.
+  const std::uint32_t unit = std::lcm(16u, 4 * num_lanes_);
+  return DivideRoundingUp(num_planes, unit) * unit;
+}
+
+void DepthKernels::Sgm(Recorder& recorder, LevelSize size, std::uint32_t padded_planes,
+                       const SgmPenalties& penalties, const Buffer& images, const Buffer& costs,
+                       const Buffer& sums) {
+  const Kernel& kernel = sgm_.With({num_lanes_, padded_planes / num_lanes_});
+  for (std::uint32_t i = 0; i < kNumPaths; ++i) {
+    const auto& [step_x, step_y] = kPathDirections[i];
+    const std::uint32_t num_scanlines = step_y == 0 ? size.height_px : size.width_px;
+    recorder.Dispatch(kernel, {costs, images, penalties.p2, sums, sums},
+                      SgmParams{.width_px = size.width_px,
+                                .height_px = size.height_px,
+                                .step_x = step_x,
+                                .step_y = step_y,
+                                .p1 = penalties.p1,
+                                .is_first = i == 0 ? 1u : 0u},
+                      GridOf(kernel, std::uint64_t{num_scanlines} * num_lanes_, 1));
+  }
+}
+
+void DepthKernels::WinnerTakesAll(Recorder& recorder, bool sub_plane,
+                                  const WinnerTakesAllParams& params, const Buffer& sums,
+                                  const Buffer& costs, const EstimateBuffers& winners) {
+  const Kernel& kernel = winner_takes_all_.With({sub_plane ? 1u : 0u});
+  recorder.Dispatch(kernel, {sums, costs, winners.inverse_depth, winners.confidence}, params,
+                    GridOf(kernel, params.width_px, params.height_px));
+}
+
+void DepthKernels::Prior(Recorder& recorder, const PriorParams& params, const Buffer& coarse_depth,
+                         const Buffer& coarse_normals, const Buffer& images,
+                         const FineVolumes& volumes) {
+  const Kernel& kernel = prior_.With();
+  recorder.Dispatch(kernel, {coarse_depth, coarse_normals, images, volumes.ranges}, params,
+                    GridOf(kernel, params.coarse_width_px, params.coarse_height_px));
+}
+
+void DepthKernels::FineCensus(Recorder& recorder, const Buffer& images, LevelSize size,
+                              std::uint32_t num_images, const Buffer& census) {
+  const Kernel& kernel = fine_census_.With();
+  recorder.Dispatch(kernel, {images, census}, FineCensusParams{size.width_px, size.height_px},
+                    GridOf(kernel, size.groups_per_row(),
+                           DivideRoundingUp(size.height_px, kCensusRows), num_images));
+}
+
+void DepthKernels::FineSweep(Recorder& recorder, const SweepSources& sources,
+                             const FineSweepParams& params, const Buffer& census,
+                             const Buffer& projections, const FineVolumes& volumes) {
+  const Kernel& kernel = fine_sweep_.With(ConstantsOf(sources));
+  recorder.Dispatch(kernel, {census, projections, volumes.ranges, volumes.costs}, params,
+                    GridOf(kernel, (params.width_px + kFineSweepColumns - 1) / kFineSweepColumns,
+                           DivideRoundingUp(params.height_px, kFineSweepRows)));
+}
+
+void DepthKernels::FineSgm(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
+                           std::uint32_t num_paths, const FineVolumes& volumes) {
+  const Kernel& kernel = fine_sgm_.With();
+  const auto num_pixels = static_cast<std::uint32_t>(NumFinePixels(size));
+  for (std::uint32_t i = 0; i < num_paths; ++i) {
+    const auto& [step_x, step_y] = kPathDirections[i];
+    const std::uint32_t num_scanlines = step_y == 0 ? size.height_px : size.width_px;
+    recorder.Dispatch(
+        kernel,
+        {volumes.costs, volumes.ranges, penalties.p2, i < 4 ? volumes.paths : volumes.more_paths},
+        FineSgmParams{.width_px = size.width_px,
+                      .height_px = size.height_px,
+                      .step_x = step_x,
+                      .step_y = step_y,
+                      .direction = i,
+                      .p1 = penalties.p1,
+                      .first_texel = i % 4 * num_pixels},
+        GridOf(kernel, num_scanlines, 1));
+  }
+}
+
+void DepthKernels::FineWinner(Recorder& recorder, std::uint32_t num_paths, bool sub_plane,
+                              const FineWinnerParams& params, const FineVolumes& volumes,
+                              const EstimateBuffers& winners) {
+  const Kernel& kernel = fine_winner_.With(FineWinnerConstants(num_paths, sub_plane));
+  // In the order of the volumes: columns of eight pixels.
+  recorder.Dispatch(
+      kernel,
+      {volumes.paths, volumes.more_paths, volumes.costs, volumes.ranges, winners.inverse_depth,
+       winners.confidence},
+      params,
+      GridOf(kernel, std::uint64_t{8} * params.height_px, DivideRoundingUp(params.width_px, 8)));
+}
+
+void DepthKernels::Median(Recorder& recorder, bool with_confidence, const MedianParams& params,
+                          const EstimateBuffers& from, const EstimateBuffers& to) {
+  const Kernel& kernel = median_.With({with_confidence ? 1u : 0u});
+  recorder.Dispatch(kernel, {from.inverse_depth, from.confidence, to.inverse_depth, to.confidence},
+                    params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+}
+
+void DepthKernels::Normals(Recorder& recorder, const NormalsParams& params,
+                           const Buffer& inverse_depth, const Buffer& normals) {
+  const Kernel& kernel = normals_.With();
+  recorder.Dispatch(kernel, {inverse_depth, normals}, params,
+                    GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+}
+
+void DepthKernels::Upsample(Recorder& recorder, const UpsampleParams& params,
+                            const EstimateBuffers& coarse, const EstimateBuffers& fine) {
+  const Kernel& kernel = upsample_.With();
+  recorder.Dispatch(kernel,
+                    {coarse.inverse_depth, coarse.confidence, fine.inverse_depth, fine.confidence},
+                    params, GridOf(kernel, params.width_px, params.height_px));
+}
+
+void DepthKernels::Detail(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
+                          const Buffer& images, const Buffer& quarter, const Buffer& detail) {
+  const Kernel& kernel = detail_.With();
+  recorder.Dispatch(kernel, {images, quarter, detail}, params,
+                    GridOf(kernel, GroupsOfFour(params.width_px),
+                           DivideRoundingUp(params.height_px, kDetailRows), num_images));
+}
+
+void DepthKernels::Photometric(Recorder& recorder, std::size_t num_sources,
+                               const PhotometricParams& params, const DetailBuffers& detail,
+                               const Buffer& projections, const Buffer& inverse_depth,
+                               const Buffer& measurements) {
+  const Kernel& kernel = photometric_.With({static_cast<std::uint32_t>(num_sources / 2)});
+  recorder.Dispatch(
+      kernel,
+      {detail.reference, detail.before, detail.after, projections, inverse_depth, measurements},
+      params,
+      GridOf(kernel, params.width_px + 2 * kMeasurementBorder,
+             DivideRoundingUp(params.height_px + 2 * kMeasurementBorder, kPhotometricRows)));
+}
+
+void DepthKernels::Surface(Recorder& recorder, bool with_confidence, const SurfaceParams& params,
+                           const Buffer& measurements, const Buffer& uniqueness,
+                           const EstimateBuffers& estimates) {
+  const Kernel& kernel = surface_.With({with_confidence ? 1u : 0u});
+  recorder.Dispatch(
+      kernel, {measurements, uniqueness, estimates.inverse_depth, estimates.confidence}, params,
+      GridOf(kernel, DivideRoundingUp(params.width_px, kSurfaceColumnsAndRows),
+             DivideRoundingUp(params.height_px, kSurfaceColumnsAndRows)));
+}
+
+void DepthKernels::Dog(Recorder& recorder, const Buffer& images, LevelSize size,
+                       const Buffer& response) {
+  const Kernel& kernel = dog_.With();
+  recorder.Dispatch(kernel, {images, response}, DogParams{size.width_px, size.height_px},
+                    GridOf(kernel, size.groups_per_row(), size.height_px));
+}
+
+void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& params,
+                                 const Buffer& response, const EstimateBuffers& estimates,
+                                 const Buffer& depth, const Buffer& confidence) {
+  const Kernel& kernel = texture_filter_.With();
+  recorder.Dispatch(kernel,
+                    {response, estimates.inverse_depth, estimates.confidence, depth, confidence},
+                    params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+}
+
+}  // namespace mono3d

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/anchor_map.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace mono3d {
+namespace {
+
+// Where the tracker has the keyframe of an anchor now; null where it does not know.
+const Similarity* FindPose(const KeyframePoses& poses, int map_id, const Anchor& anchor) {
+  const KeyframePose* found = poses.Find(anchor.keyframe_id);
+  return found == nullptr || found->map_id != map_id ? nullptr : &found->S_world_kf;
+}
+
+// How far a motion takes what the view looks at from where another one takes it, over its depth.
+double Apart(const PlacedAnchor& view, const Similarity& a, const Similarity& b) {
+  return (a * Centre(view) - b * Centre(view)).norm() / view.median_depth();
+}
+
+bool IsSame(const Similarity& a, const Similarity& b) {
+  return a.scale() == b.scale() && a.pose().translation() == b.pose().translation() &&
+         a.pose().rotation().coeffs() == b.pose().rotation().coeffs();
+}
+
+}  // namespace
+
+std::vector<int> AnchorMap::SubmapIds() const {
+  std::vector<int> ids;
+  for (const Submap& submap : submaps_) {
+    if (!submap.empty()) ids.push_back(submap.id());
+  }
+  return ids;
+}
+
+void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id) {
+  assert(submap_id <= NextSubmapId());
+  if (submap_id == NextSubmapId()) submaps_.emplace_back(submap_id);
+  const bool starts_part = empty() || SubmapOfLatest() != submap_id;
+  const int part = empty() ? 0 : part_of_.back() + (starts_part ? 1 : 0);
+  submaps_[static_cast<std::size_t>(submap_id)].Add(size(), S_world_kf);
+  anchors_.push_back(anchor);
+  S_world_kf_.push_back(S_world_kf);
+  S_world_surfels_.push_back(S_world_kf);
+  observers_.push_back({{size() - 1, 1, Similarity()}});
+  submap_of_.push_back(submap_id);
+  part_of_.push_back(part);
+  Anchor& added = anchors_.back();
+  added.is_moved = !IsSame(S_world_kf, anchor.S_tracker_kf);
+  added.S_tracker_kf_then = anchor.S_tracker_kf;
+  added.S_tracker_oldest_then = anchors_.front().S_tracker_kf;
+}
+
+void AnchorMap::RemoveFrom(std::uint32_t first_anchor) {
+  if (first_anchor >= size()) return;
+  for (Submap& submap : submaps_) submap.RemoveFrom(first_anchor);
+  anchors_.resize(first_anchor);
+  S_world_kf_.resize(first_anchor);
+  S_world_surfels_.resize(first_anchor);
+  observers_.resize(first_anchor);
+  for (std::vector<Observer>& observers : observers_) {
+    std::erase_if(observers, [&](const Observer& w) { return w.number >= first_anchor; });
+  }
+  submap_of_.resize(first_anchor);
+  part_of_.resize(first_anchor);
+}
+
+void AnchorMap::Append(AnchorMap other) {
+  const std::uint32_t first_anchor = size();
+  const int first_id = NextSubmapId();
+  const int first_part = empty() ? 0 : part_of_.back() + 1;
+  for (Submap& submap : other.submaps_) {
+    submap.Renumber(first_anchor, first_id);
+    submaps_.push_back(std::move(submap));
+  }
+  for (std::uint32_t i = 0; i < other.size(); ++i) {
+    anchors_.push_back(other.anchors_[i]);
+    // From now on the oldest keyframe is another one.
+    anchors_.back().S_tracker_kf_then = anchors_.back().S_tracker_kf;
+    anchors_.back().S_tracker_oldest_then = anchors_.front().S_tracker_kf;
+    S_world_kf_.push_back(other.S_world_kf_[i]);
+    S_world_surfels_.push_back(other.S_world_surfels_[i]);
+    for (Observer& observer : other.observers_[i]) observer.number += first_anchor;
+    observers_.push_back(std::move(other.observers_[i]));
+    submap_of_.push_back(other.submap_of_[i] + first_id);
+    part_of_.push_back(other.part_of_[i] + first_part);
+  }
+}
+
+Similarity AnchorMap::ModelFromTracker() const {
+  return S_world_kf_.back() * anchors_.back().S_tracker_kf.Inverse();
+}
+
+std::optional<int> AnchorMap::MapIdBy(const KeyframePoses& poses) const {
+  for (const Anchor& anchor : anchors_) {
+    const KeyframePose* found = poses.Find(anchor.keyframe_id);
+    if (found != nullptr) return found->map_id;
+  }
+  return std::nullopt;
+}
+
+// Anchors that the model has moved are expected to move as its oldest one does. Whether the
+// tracker's new poses are nearer to that than to do both, its motion and the model's, since the
+// model moved them.
+bool AnchorMap::TrackerConverged(const KeyframePoses& poses, int map_id) const {
+  if (empty()) return false;
+  const Similarity* oldest = FindPose(poses, map_id, anchors_.front());
+  double to_tracker = 0;
+  double both = 0;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const Anchor& anchor = anchors_[i];
+    const Similarity* found = FindPose(poses, map_id, anchor);
+    if (found == nullptr || !anchor.is_moved) continue;
+    const Similarity tracker_motion = *found * anchor.S_tracker_kf_then.Inverse();
+    const Similarity S_offset = anchor.S_tracker_kf.Inverse() * S_world_kf_[i];
+    const Similarity S_world_then = anchor.S_tracker_kf_then * S_offset;
+    const PlacedAnchor then{anchor, S_world_then};
+    const Similarity expected =
+        oldest == nullptr ? Similarity() : *oldest * anchor.S_tracker_oldest_then.Inverse();
+    to_tracker += Apart(then, expected, *found * S_world_then.Inverse());
+    both += Apart(then, expected, tracker_motion);
+  }
+  return to_tracker < both;
+}
+
+bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
+  const bool to_tracker = TrackerConverged(poses, map_id);
+  std::vector<std::optional<Similarity>> motions(size());
+  std::optional<Similarity> latest;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    Anchor& anchor = anchors_[i];
+    const Similarity* found = FindPose(poses, map_id, anchor);
+    if (found == nullptr) continue;
+    if (IsSame(*found, anchor.S_tracker_kf) && !to_tracker) {
+      motions[i] = Similarity();
+    } else if (anchor.is_moved && !to_tracker) {
+      motions[i] = *found * anchor.S_tracker_kf.Inverse();
+    } else {
+      motions[i] = *found * S_world_kf_[i].Inverse();
+    }
+    if (!latest) latest = motions[i];
+    anchor.is_moved = anchor.is_moved && !to_tracker;
+    anchor.S_tracker_kf = *found;
+  }
+  if (!latest) return false;
+  bool has_moved = false;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    Anchor& anchor = anchors_[i];
+    const bool is_known = motions[i].has_value();
+    if (is_known) latest = motions[i];
+    has_moved =
+        has_moved || anchor.camera.fx * MotionOverDepth(Placed(i), *latest) >= kMinMotion_px;
+    // Exactly the tracker's pose where the model has nothing to say: rounding must not add up.
+    SetPlace(i, is_known && !anchor.is_moved ? anchor.S_tracker_kf : *latest * S_world_kf_[i]);
+    if (!is_known) anchor.S_tracker_kf = *latest * anchor.S_tracker_kf;
+  }
+  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+  return has_moved;
+}
+
+void AnchorMap::SetPlace(std::uint32_t number, const Similarity& S_world_kf) {
+  submaps_[static_cast<std::size_t>(submap_of_[number])].Place(number, S_world_kf);
+  S_world_kf_[number] = S_world_kf;
+}
+
+void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
+  Submap& submap = submaps_[static_cast<std::size_t>(submap_id)];
+  submap.Move(motion);
+  for (const std::uint32_t number : submap.anchors()) {
+    S_world_kf_[number] = submap.S_world_kf(number);
+    Anchor& anchor = anchors_[number];
+    anchor.is_moved = true;
+    anchor.S_tracker_kf_then = anchor.S_tracker_kf;
+    anchor.S_tracker_oldest_then = anchors_.front().S_tracker_kf;
+  }
+  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+}
+
+void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
+  if (number + 1 == size() || share <= 0) return;
+  std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == kMaxObservers) {
+    for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
+      observers[i] = observers[2 * i];
+      observers[i].weight += observers[2 * i + 1].weight;
+    }
+    observers.resize(kMaxObservers / 2);
+  }
+  observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+}
+
+// The mean of where each observer has them, by weight: of the place at which the anchor looks, of
+// the rotation, and of the logarithm of the scale.
+void AnchorMap::PlaceSurfels(std::uint32_t number) {
+  const std::vector<Observer>& observers = observers_[number];
+  if (observers.size() == 1) {
+    S_world_surfels_[number] = S_world_kf_[number];
+    return;
+  }
+  const Eigen::Vector3d centre(0, 0, anchors_[number].median_depth_su);
+  Eigen::Vector3d sum_centre = Eigen::Vector3d::Zero();
+  Eigen::Vector4d sum_rotation = Eigen::Vector4d::Zero();
+  double sum_log_scale = 0;
+  double sum = 0;
+  for (const Observer& observer : observers) {
+    const Similarity S = S_world_kf_[observer.number] * observer.S_kf_surfels;
+    const Eigen::Vector4d q = S.pose().rotation().coeffs();
+    sum_rotation += (q.dot(sum_rotation) < 0 ? -observer.weight : observer.weight) * q;
+    sum_centre += observer.weight * (S * centre);
+    sum_log_scale += observer.weight * std::log(S.scale());
+    sum += observer.weight;
+  }
+  const double scale = std::exp(sum_log_scale / sum);
+  const Eigen::Quaterniond rotation(Eigen::Vector4d(sum_rotation.normalized()));
+  S_world_surfels_[number] =
+      Similarity(scale, Pose(rotation, sum_centre / sum - rotation * (scale * centre)));
+}
+
+void AnchorMap::JoinSubmaps(int submap_id, int other_id) {
+  Submap& other = submaps_[static_cast<std::size_t>(other_id)];
+  submaps_[static_cast<std::size_t>(submap_id)].TakeOver(other);
+  for (const std::uint32_t number : other.anchors()) submap_of_[number] = submap_id;
+  other.RemoveFrom(0);
+}
+
+bool AnchorMap::AreOnePart(std::uint32_t a, std::uint32_t b) const {
+  const std::uint32_t gap = a > b ? a - b : b - a;
+  return gap <= kMaxAnchorGap && part_of_[a] == part_of_[b];
+}
+
+std::vector<std::uint32_t> AnchorMap::EndOfOlderParts() const {
+  std::vector<std::uint32_t> ends;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    std::uint32_t end = i;
+    while (end > 0 && AreOnePart(end - 1, i)) --end;
+    ends.push_back(end);
+  }
+  return ends;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/change_log.h"
+
+#include <algorithm>
+
+#include "fusion/export.h"
+
+namespace mono3d {
+namespace {
+
+std::shared_ptr<const PointCloud> DownloadChunk(const SurfelModel& model, std::uint32_t anchor) {
+  const SurfelStorage& storage = model.surfels;
+  const Surfels surfels =
+      storage.Download(storage.FirstSlotOf(anchor), storage.FirstSlotOf(anchor + 1));
+  const std::vector<Similarity> in_own_frame(anchor + 1);
+  const SurfelExportOptions all{.min_observations = 1, .min_confidence = 0};
+  return std::make_shared<const PointCloud>(ToPointCloud(surfels, in_own_frame, all));
+}
+
+}  // namespace
+
+void ChangeLog::Changed(std::span<const std::uint32_t> anchors) {
+  if (anchors.empty()) return;
+  ++version_;
+  for (const std::uint32_t anchor : anchors) {
+    if (anchor >= chunks_.size()) chunks_.resize(anchor + 1);
+    chunks_[anchor].version = version_;
+  }
+}
+
+void ChangeLog::AllChanged(std::uint32_t num_anchors) {
+  ++version_;
+  chunks_.resize(num_anchors);
+  for (Chunk& chunk : chunks_) chunk.version = version_;
+}
+
+SurfelChanges ChangeLog::Since(std::uint64_t version, const SurfelModel& model) {
+  SurfelChanges changes;
+  changes.version = version_;
+  chunks_.resize(model.anchors.size());
+  for (std::uint32_t i = 0; i < model.anchors.size(); ++i) {
+    const Anchor& anchor = model.anchors.anchor(i);
+    changes.anchors.push_back(
+        {i, anchor.keyframe_id, anchor.frame_index, model.anchors.S_world_surfels()[i]});
+    Chunk& chunk = chunks_[i];
+    if (chunk.version <= version) continue;
+    if (chunk.downloaded_version < chunk.version) {
+      chunk.surfels = DownloadChunk(model, i);
+      chunk.downloaded_version = chunk.version;
+    }
+    changes.changed.push_back({i, chunk.surfels});
+  }
+  return changes;
+}
+
+}  // namespace mono3d

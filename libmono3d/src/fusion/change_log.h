@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fusion/fusion_context.h"
+#include "mono3d/fusion/surfel_changes.h"
+
+namespace mono3d {
+
+// Keeps count of which anchors' surfels have changed, and hands them out.
+class ChangeLog {
+ public:
+  // The surfels of these anchors have changed; new anchors are among them.
+  void Changed(std::span<const std::uint32_t> anchors);
+  // Those of all of `num_anchors` have; there are no others any more.
+  void AllChanged(std::uint32_t num_anchors);
+
+  // Downloads what has changed since it was last asked for, once for all that ask.
+  SurfelChanges Since(std::uint64_t version, const SurfelModel& model);
+
+ private:
+  struct Chunk {
+    std::uint64_t version = 0;  // of its surfels
+    std::uint64_t downloaded_version = 0;
+    std::shared_ptr<const PointCloud> surfels;
+  };
+
+  std::uint64_t version_ = 0;
+  std::vector<Chunk> chunks_;  // per anchor
+};
+
+}  // namespace mono3d

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/depth_map_fuser.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "fusion/coarsen.h"
+#include "fusion/selection.h"
+#include "fusion/view.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+
+namespace mono3d {
+namespace {
+
+// A 64th of the surfels; coarser is not worth having.
+constexpr std::uint32_t kMaxMergeRadius_px = 8;
+
+constexpr std::uint32_t kFuseMargin_px = 1;  // so that no rounding matters at the image's border
+
+}  // namespace
+
+ViewParams DepthMapFuser::Params(const DepthMap& map) const {
+  ViewParams params =
+      MakeViewParams(map, context_.options, model_.surfels.size(), model_.anchors.size());
+  params.merge_radius_px = merge_radius_px_;
+  return params;
+}
+
+bool DepthMapFuser::Upload(const DepthMap& map) {
+  const PackedDepthMap packed = Pack(map, context_.options.with_confidence);
+  num_candidates_ = packed.num_candidates;
+  if (packed.num_candidates == 0) return false;
+  if (map.camera.width != width_px_ || map.camera.height != height_px_) {
+    buffers_ = DepthMapBuffers(context_.device, map.camera.width, map.camera.height);
+    width_px_ = map.camera.width;
+    height_px_ = map.camera.height;
+  }
+  buffers_.Upload(packed);
+  context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
+  return true;
+}
+
+std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, const Anchor& anchor,
+                                                         const Similarity& S_world_kf, int submap) {
+  SurfelStorage& surfels = model_.surfels;
+  // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
+  if (surfels.max_size() - surfels.size() < num_candidates_) surfels.Compact();
+  anchors_.Set(context_.device, S_world_kf, model_.anchors.S_world_surfels());
+  Associate(map, submap);
+  while (!MakeRoom(WholeBlocks(num_new_)) && Coarsen()) Associate(map, submap);
+  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new_)) return std::nullopt;
+
+  if (!model_.anchors.empty() && model_.anchors.SubmapOfLatest() != submap) past_views_.Clear();
+  const std::uint32_t number = model_.anchors.size();
+  model_.anchors.Add(anchor, S_world_kf, submap);
+  Counts counts;
+  counts.num_removed = ChangeSurfels(map, number);
+  past_views_.Push(context_.device, map, number, buffers_);
+  surfels.EndInsert(number, num_new_, static_cast<std::uint32_t>(counts.num_removed));
+  counts.num_merged = num_candidates_ - num_new_;
+  counts.num_inserted = num_new_;
+  return counts;
+}
+
+// What the depth map says of each surfel, and which of its pixels are new: num_new_, and in
+// buffers_.new_pixels. Leaves the model alone.
+// Of the surfels those of one submap: another one may be off, and must not be drawn to it.
+void DepthMapFuser::Associate(const DepthMap& map, int submap) {
+  const ViewParams params = Params(map);
+  const ModelView view{params, anchors_};
+  context_.culler.FindVisible(context_.recorder, {&view, 1}, kFuseMargin_px, model_.surfels,
+                              visible_, context_.times);
+  if (model_.anchors.num_submaps() > 1) {
+    visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_, submap));
+  }
+  Recorder& recorder = context_.recorder;
+  const FusionKernels& kernels = context_.kernels;
+  kernels.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
+  kernels.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
+  recorder.Submit(context_.times);
+  std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
+  if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
+  const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
+  buffers_.new_pixels.Upload(std::span(new_pixels));
+  num_new_ = static_cast<std::uint32_t>(new_pixels.size());
+}
+
+// Returns the number of surfels removed.
+std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t number) {
+  SurfelStorage& surfels = model_.surfels;
+  ViewParams params = Params(map);
+  params.map_index = number;
+  params.num_new = num_new_;
+  Recorder& recorder = context_.recorder;
+  const FusionKernels& kernels = context_.kernels;
+  surfels.BeginInsert(number, num_new_);
+  kernels.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
+  recorder.Fill(buffers_.num_removed, 0);
+  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels);
+  ReviewNew(params.num_surfels, params.num_surfels + WholeBlocks(num_new_), number);
+  recorder.Submit(context_.times);
+  NoteChanges();
+  return buffers_.num_removed.Download<std::uint32_t>().front();
+}
+
+// Of which anchors the depth map has confirmed how much.
+void DepthMapFuser::NoteChanges() {
+  const SurfelStorage& surfels = model_.surfels;
+  const std::vector<std::uint32_t> num_confirmed = surfels.DownloadNumConfirmed();
+  std::map<std::uint32_t, std::uint32_t> of_anchor;
+  for (const std::uint32_t block : visible_.numbers()) {
+    of_anchor[surfels.anchors()[block]] += num_confirmed[block];
+  }
+  changed_anchors_.clear();
+  for (const auto& [anchor, count] : of_anchor) {
+    const std::uint32_t num_slots = surfels.FirstSlotOf(anchor + 1) - surfels.FirstSlotOf(anchor);
+    changed_anchors_.push_back(anchor);
+    model_.anchors.LatestConfirmed(anchor, static_cast<double>(count) / num_slots);
+  }
+}
+
+// What the depth maps before this one say of its new surfels: they cannot confirm them, or there
+// would be a surfel there already, but they may have seen through them, or something before them.
+void DepthMapFuser::ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number) {
+  if (first_slot == end) return;
+  latest_.SetRange(context_.device, first_slot, end);
+  const AnchorMap& anchors = model_.anchors;
+  for (PastView& past : past_views_.views()) {
+    ViewParams params = MakeViewParams(past.map, context_.options, end, number);
+    params.first_surfel = first_slot;
+    params.is_past = 1;
+    past.anchors.Set(context_.device, anchors.S_world_kf()[past.anchor], anchors.S_world_surfels());
+    context_.kernels.Associate(context_.recorder, params, past.anchors, past.buffers,
+                               model_.surfels, latest_);
+    context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
+                                    latest_);
+  }
+}
+
+bool DepthMapFuser::MakeRoom(std::uint32_t num_slots) {
+  SurfelStorage& surfels = model_.surfels;
+  if (surfels.max_size() - surfels.size() < num_slots) return false;
+  try {
+    surfels.Reserve(context_.recorder, surfels.size() + num_slots);
+  } catch (const Error& error) {  // the device has no more memory
+    Log(LogLevel::kWarning, std::string("the model cannot grow: ") + error.what());
+    surfels.StopGrowing();
+    return surfels.max_size() - surfels.size() >= num_slots;
+  }
+  return true;
+}
+
+// Fewer surfels, further apart, from now on. False when they are as far apart as they may be.
+bool DepthMapFuser::Coarsen() {
+  if (merge_radius_px_ >= kMaxMergeRadius_px) return false;
+  merge_radius_px_ *= 2;
+  SurfelStorage& surfels = model_.surfels;
+  const std::uint32_t before = surfels.num_surfels();
+  surfels.Upload(InWholeBlocks(Coarsened(surfels.Download(), model_.anchors.S_world_surfels())));
+  Log(LogLevel::kWarning, "the model is full with " + std::to_string(before) +
+                              " surfels: made coarser, " + std::to_string(surfels.num_surfels()) +
+                              " remain, new ones are " + std::to_string(merge_radius_px_) +
+                              " px apart");
+  return true;
+}
+
+void DepthMapFuser::Rest() {
+  past_views_.Clear();
+  buffers_ = {};
+  width_px_ = height_px_ = 0;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "fusion/depth_map_buffers.h"
+#include "fusion/fusion_context.h"
+#include "fusion/past_views.h"
+
+namespace mono3d {
+
+// Makes a depth map a part of the model where it has been placed: surfels that it confirms take it
+// up, new ones are inserted, those that it speaks against go.
+class DepthMapFuser {
+ public:
+  DepthMapFuser(FusionContext& context, SurfelModel& model)
+      : context_(context),
+        model_(model),
+        past_views_(static_cast<std::size_t>(context.options.num_reviews)) {}
+
+  // Takes over the depth map. False where it has no estimate.
+  bool Upload(const DepthMap& map);
+  const DepthMapBuffers& buffers() const { return buffers_; }
+
+  struct Counts {
+    std::int64_t num_merged = 0;
+    std::int64_t num_inserted = 0;
+    std::int64_t num_removed = 0;
+  };
+  // Fuses what was uploaded as the next anchor, of this submap. Where there is no room for its new
+  // surfels, the model becomes coarser. Nothing, with the model as it was or coarser, where that is
+  // not enough; num_wanted() new surfels were to be inserted then.
+  std::optional<Counts> Fuse(const DepthMap& map, const Anchor& anchor,
+                             const Similarity& S_world_kf, int submap);
+  std::uint32_t num_wanted() const { return num_new_; }
+
+  // Makes room for so many slots more. False where there is none.
+  bool MakeRoom(std::uint32_t num_slots);
+
+  // Depth maps of the past say no more of new surfels.
+  void ForgetPastViews() { past_views_.Clear(); }
+  // Lets go of the memory that is needed only while depth maps come.
+  void Rest();
+  // New surfels are so many pixels apart; more than 1 where the model was too large.
+  std::uint32_t merge_radius_px() const { return merge_radius_px_; }
+  void SetMergeRadius(std::uint32_t radius_px) { merge_radius_px_ = radius_px; }
+
+  // Anchors whose surfels the latest depth map may have changed, but its own.
+  const std::vector<std::uint32_t>& changed_anchors() const { return changed_anchors_; }
+
+ private:
+  ViewParams Params(const DepthMap& map) const;
+  void Associate(const DepthMap& map, int submap);
+  std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
+  void NoteChanges();
+  void ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number);
+  bool Coarsen();
+
+  FusionContext& context_;
+  SurfelModel& model_;
+  DepthMapBuffers buffers_;
+  AnchorTable anchors_;  // as the depth map's camera has them
+  BlockList visible_;    // what the stages work on
+  BlockList latest_;     // what the depth map adds
+  PastViews past_views_;
+  std::int64_t num_candidates_ = 0;  // of what was uploaded
+  std::uint32_t num_new_ = 0;        // pixels that become a surfel, as Associate found
+  std::uint32_t merge_radius_px_ = 1;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  std::vector<std::uint32_t> changed_anchors_;
+};
+
+}  // namespace mono3d

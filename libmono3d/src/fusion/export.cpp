@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/export.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "fusion/isolated_surfels.h"
+#include "mono3d/geometry/voxel_grid.h"
+
+namespace mono3d {
+namespace {
+
+// Depth is matched by windows of pixels: a surface never brings one surfel alone. What stands alone
+// is a mismatch that nothing has contradicted yet. Eight: the pixels around one.
+constexpr int kMinNeighbours = 8;
+
+float Against(const Surfels::Uint4& history) {
+  return static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
+}
+
+float For(const Surfels::Uint4& history) {
+  return static_cast<float>(ConfidenceFor(history)) / 256.0F;
+}
+
+// Does more speak against it than for it? What stands before a surface that two depth maps agree on
+// hides it, as a house hides what is behind it; of one that a single depth map claims, it may as
+// well be the true one.
+bool IsDisputed(const Surfels::Uint4& history) {
+  const std::uint32_t hidden = Low16(history[1]) > 1 ? 0 : HiddenAgainst(history);
+  return SeenThroughAgainst(history) + hidden > ConfidenceFor(history);
+}
+
+// The rule of succession with one doubt to begin with: a single observation is not certain.
+float Confidence(const Surfels::Uint4& history) {
+  const float for_it = For(history);
+  const float against_it = Against(history);
+  return for_it / (for_it + against_it + 1);
+}
+
+std::uint8_t Colour8(std::uint32_t colour10) {
+  return static_cast<std::uint8_t>(std::min((colour10 & 0x3FFU) + 2, 0x3FFU) / 4);
+}
+
+PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
+  std::vector<float> radii = cloud.radii;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return ThinToVoxels(cloud, voxel_radii * *middle);
+}
+
+// The surfels that the options ask for, each by what it holds alone.
+PointCloud Chosen(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
+                  const SurfelExportOptions& options) {
+  PointCloud cloud;
+  std::optional<std::uint32_t> last_anchor;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  double scale = 1;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    const auto& history = surfels.history[i];
+    const std::uint32_t observations = Low16(history[1]);
+    const float confidence = Confidence(history);
+    if (IsRemoved(surfels, i) || static_cast<int>(observations) < options.min_observations ||
+        confidence < static_cast<float>(options.min_confidence)) {
+      continue;
+    }
+    if (options.min_confidence > 0 && IsDisputed(history)) continue;
+    const auto& p = surfels.position_radius[i];
+    const auto& n = surfels.normal_weight[i];
+    const std::uint32_t anchor = AnchorOf(surfels, i);
+    if (anchor != last_anchor) {
+      last_anchor = anchor;
+      R = S_world_anchor[anchor].pose().rotation().toRotationMatrix();
+      t = S_world_anchor[anchor].pose().translation();
+      scale = S_world_anchor[anchor].scale();
+    }
+    cloud.points.emplace_back((R * (scale * Eigen::Vector3d(p[0], p[1], p[2])) + t).cast<float>());
+    cloud.normals.emplace_back((R * Eigen::Vector3d(n[0], n[1], n[2])).cast<float>());
+    cloud.colours.push_back(
+        {Colour8(history[0]), Colour8(history[0] >> 10), Colour8(history[0] >> 20)});
+    cloud.radii.push_back(static_cast<float>(scale * p[3]));
+    cloud.confidences.push_back(confidence);
+    cloud.observations.push_back(observations);
+  }
+  return cloud;
+}
+
+PointCloud WithoutIsolated(const PointCloud& cloud) {
+  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours);
+  PointCloud kept;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (is_isolated[i]) continue;
+    kept.points.push_back(cloud.points[i]);
+    kept.normals.push_back(cloud.normals[i]);
+    kept.colours.push_back(cloud.colours[i]);
+    kept.radii.push_back(cloud.radii[i]);
+    kept.confidences.push_back(cloud.confidences[i]);
+    kept.observations.push_back(cloud.observations[i]);
+  }
+  return kept;
+}
+
+}  // namespace
+
+PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options) {
+  options.Validate();
+  PointCloud cloud = Chosen(surfels, S_world_anchor, options);
+  if (options.min_confidence > 0) cloud = WithoutIsolated(cloud);
+  if (options.voxel_radii > 0 && !cloud.empty()) return Thinned(cloud, options.voxel_radii);
+  return cloud;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <span>
+
+#include "fusion/surfel.h"
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geometry/point_cloud.h"
+#include "mono3d/geometry/similarity.h"
+
+namespace mono3d {
+
+// The surfels that are not removed and meet the options, in their order; the fields as
+// SurfelMap::Export states them. With a min_confidence above 0, those that stand alone among the
+// others are left out as well (FindIsolated: fewer than 8 within three radii).
+// `S_world_anchor`: per anchor.
+PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options);
+
+}  // namespace mono3d

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "fusion/anchor_map.h"
+#include "fusion/blocks.h"
+#include "fusion/kernels.h"
+#include "fusion/storage.h"
+#include "gpu/recorder.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/fusion/surfel_map.h"
+
+namespace mono3d {
+
+// What the parts of a surfel map work with.
+struct FusionContext {
+  FusionContext(std::shared_ptr<Device> of_device, SurfelMapOptions of_map, StageTimes* stage_times)
+      : device(std::move(of_device)),
+        options(std::move(of_map)),
+        times(stage_times),
+        kernels(device),
+        culler(device),
+        recorder(device) {}
+
+  std::shared_ptr<Device> device;
+  SurfelMapOptions options;
+  StageTimes* times;
+  FusionKernels kernels;
+  BlockCuller culler;
+  Recorder recorder;
+};
+
+// The surfels, and the depth maps in whose frames they lie.
+struct SurfelModel {
+  SurfelStorage surfels;
+  AnchorMap anchors;
+};
+
+// Of these blocks of surfels, those anchored to depth maps of the submap.
+inline std::vector<std::uint32_t> BlocksOfSubmap(std::span<const std::uint32_t> blocks,
+                                                 const SurfelModel& model, int submap) {
+  std::vector<std::uint32_t> chosen;
+  std::ranges::copy_if(blocks, std::back_inserter(chosen), [&](std::uint32_t block) {
+    return model.anchors.SubmapOf(model.surfels.anchors()[block]) == submap;
+  });
+  return chosen;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/health.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace mono3d {
+namespace {
+
+std::string Percent(const char* what, double share) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "%s: %.0f %%", what, 100 * share);
+  return text.data();
+}
+
+}  // namespace
+
+const char* ToString(HealthState state) {
+  switch (state) {
+    case HealthState::kGood:
+      return "good";
+    case HealthState::kDegraded:
+      return "degraded";
+    case HealthState::kBroken:
+      return "broken";
+  }
+  return "unknown";
+}
+
+void HealthMonitor::Add(const RegistrationEvidence& evidence, bool is_accepted) {
+  records_.push_back({evidence, is_accepted});
+  if (static_cast<int>(records_.size()) > options_.num_registrations) records_.pop_front();
+}
+
+void HealthMonitor::AcceptLate() {
+  const auto refused = std::find_if(records_.begin(), records_.end(),
+                                    [](const Record& record) { return !record.is_accepted; });
+  if (refused != records_.end()) records_.erase(refused);
+}
+
+ModelHealth HealthMonitor::Assess() const {
+  ModelHealth health;
+  health.num_registrations = static_cast<int>(records_.size());
+  double num_accepted = 0;
+  double num_moved = 0;
+  double squares = 0;
+  for (const Record& record : records_) {
+    if (!record.is_accepted) continue;
+    num_accepted += 1;
+    num_moved += record.evidence.moved ? 1 : 0;
+    squares += record.evidence.depth_residual * record.evidence.depth_residual;
+    health.scale_drift = record.evidence.scale_deviation;
+    health.deviation_px = record.evidence.deviation_px;
+  }
+  if (records_.empty()) return health;
+  health.accepted_share = num_accepted / static_cast<double>(records_.size());
+  if (num_accepted > 0) {
+    health.moved_share = num_moved / num_accepted;
+    health.depth_residual = std::sqrt(squares / num_accepted);
+  }
+  if (health.num_registrations < options_.min_registrations) return health;
+  health.state = HealthState::kDegraded;
+  if (health.accepted_share < options_.min_accepted_share) {
+    health.state = HealthState::kBroken;
+    health.reason = Percent("depth maps that fit the model", health.accepted_share);
+  } else if (health.accepted_share < options_.good_accepted_share) {
+    health.reason = Percent("depth maps that fit the model", health.accepted_share);
+  } else if (health.moved_share > options_.max_moved_share) {
+    health.reason = Percent("depth maps not where the tracker has them", health.moved_share);
+  } else if (health.depth_residual > options_.max_depth_residual) {
+    health.reason =
+        Percent("distance of depth maps from the model in sigmas", health.depth_residual);
+  } else if (std::abs(health.scale_drift) > options_.max_scale_drift) {
+    health.reason = Percent("scale of the tracker off by", health.scale_drift);
+  } else {
+    health.state = HealthState::kGood;
+  }
+  return health;
+}
+
+}  // namespace mono3d

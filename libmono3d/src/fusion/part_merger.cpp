@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/part_merger.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "fusion/overlap_views.h"
+#include "fusion/view.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+
+namespace mono3d {
+namespace {
+
+// After a correction, views from which overlapping parts are merged at once.
+constexpr std::size_t kMaxMergingViews = 6;
+// Of parts that have become one: more, for they may lie upon each other all over.
+constexpr std::size_t kMaxJoiningViews = 24;
+
+constexpr std::uint32_t kMergeMargin_px = 1;  // so that no rounding matters at the image's border
+
+}  // namespace
+
+void PartMerger::AnchorsRemovedFrom(std::uint32_t first_anchor) {
+  S_world_kf_merged_.resize(std::min<std::size_t>(S_world_kf_merged_.size(), first_anchor));
+  std::erase_if(pending_, [&](std::uint32_t view) { return view >= first_anchor; });
+}
+
+void PartMerger::FindPending() {
+  if (!is_due_) return;
+  is_due_ = false;
+  const std::vector<std::uint32_t> views = ViewsOfOverlap(model_.anchors, S_world_kf_merged_);
+  if (views.empty()) return;  // what has not moved apart by a pixel may yet
+  std::vector<std::uint32_t> all;
+  std::ranges::set_union(pending_, views, std::back_inserter(all));
+  pending_ = std::move(all);
+  S_world_kf_merged_ = model_.anchors.S_world_kf();
+}
+
+std::int64_t PartMerger::MergeSeenBy(const PlacedAnchor& view) {
+  FindPending();
+  const AnchorMap& anchors = model_.anchors;
+  const Eigen::Vector3d centre = Centre(view);
+  const auto distance = [&](std::uint32_t number) {
+    return (Centre(anchors.Placed(number)) - centre).squaredNorm();
+  };
+  std::vector<std::uint32_t> seen;
+  std::ranges::copy_if(pending_, std::back_inserter(seen), [&](std::uint32_t number) {
+    return Sees(view, Centre(anchors.Placed(number)));
+  });
+  const auto nearest = std::ranges::min_element(seen, {}, distance);
+  if (nearest == seen.end()) return 0;
+  const PlacedAnchor from = anchors.Placed(*nearest);
+  const std::int64_t num_merged = MergeFrom({&*nearest, 1});
+  // Those that look at the same place as it does have seen all that there was to merge.
+  std::erase_if(pending_, [&](std::uint32_t number) {
+    const PlacedAnchor other = anchors.Placed(number);
+    return number == *nearest || (Sees(from, Centre(other)) && Sees(other, Centre(from)));
+  });
+  return num_merged;
+}
+
+std::int64_t PartMerger::MergePending() {
+  FindPending();
+  const std::vector<std::uint32_t> views = Evenly(pending_, kMaxMergingViews);
+  pending_.clear();
+  return MergeFrom(views);
+}
+
+std::int64_t PartMerger::MergeAcross(const std::vector<bool>& is_other) {
+  S_world_kf_merged_ = model_.anchors.S_world_kf();
+  return MergeFrom(Evenly(ViewsAcross(model_.anchors, is_other), kMaxJoiningViews));
+}
+
+std::vector<std::uint32_t> PartMerger::TakeChangedAnchors() {
+  return std::exchange(changed_anchors_, {});
+}
+
+// Without memory for it things stay double.
+std::int64_t PartMerger::MergeFrom(std::span<const std::uint32_t> views) {
+  std::int64_t num_merged = 0;
+  try {
+    for (const std::uint32_t view : views) num_merged += MergeFromOne(view);
+  } catch (const Error& error) {
+    Log(LogLevel::kWarning, std::string("overlapping parts are not merged: ") + error.what());
+  }
+  merger_.End();
+  return num_merged;
+}
+
+std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
+  SurfelStorage& surfels = model_.surfels;
+  DepthMap seen;
+  seen.camera = model_.anchors.anchor(view).camera;
+  const ViewParams params =
+      MakeViewParams(seen, context_.options, surfels.size(), model_.anchors.size());
+  anchors_.Set(context_.device, model_.anchors.S_world_kf()[view],
+               model_.anchors.S_world_surfels());
+  const ModelView model_view{params, anchors_};
+  context_.culler.FindVisible(context_.recorder, {&model_view, 1}, kMergeMargin_px, surfels,
+                              visible_, context_.times);
+  std::vector<std::uint32_t> end_of_older = model_.anchors.EndOfOlderParts();
+  for (std::uint32_t& end : end_of_older) end = surfels.FirstSlotOf(end);
+  const std::uint32_t num_removed =
+      merger_.Merge(context_.recorder, context_.kernels, params, anchors_, end_of_older, surfels,
+                    visible_, context_.times);
+  surfels.Remove(num_removed);
+  if (num_removed == 0) return 0;
+  context_.culler.Bound(context_.recorder, visible_, surfels.size(), surfels);
+  context_.recorder.Submit(context_.times);
+  for (const std::uint32_t block : visible_.numbers()) {
+    changed_anchors_.push_back(surfels.anchors()[block]);
+  }
+  return num_removed;
+}
+
+}  // namespace mono3d

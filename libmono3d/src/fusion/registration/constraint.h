@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "fusion/anchor.h"
+#include "fusion/registration/problem.h"
+#include "mono3d/image/keyframe_constraint.h"
+
+namespace mono3d {
+
+// What a registration knows of the pose that it has found, without the prior, in the order of
+// RegistrationSystem: the residuals of pixels whose windows overlap count as one, and up to
+// `max_misfit` of a sigma may be common to all of them; where they are larger than expected, so
+// are the errors.
+Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
+                       const RegistrationOptions& options);
+
+// The anchor of most of these blocks of surfels. `anchors`: per block of the model.
+std::optional<std::uint32_t> MostFrequentAnchor(std::span<const std::uint32_t> blocks,
+                                                std::span<const std::uint32_t> anchors);
+
+// What a depth map that was registered at `S_world_kf` says of its keyframe.
+KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
+                                  const Matrix7d& information, const PlacedAnchor& anchor);
+
+}  // namespace mono3d

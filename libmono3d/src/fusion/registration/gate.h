@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "fusion/registration/problem.h"
+
+namespace mono3d {
+
+// What `system`, evaluated at `S_world_kf` over every `stride`-th surfel, says of the registration.
+RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
+                                const RegistrationSystem& system, std::uint32_t stride,
+                                const Similarity& S_world_kf);
+
+// Why a depth map with this evidence must not be fused; empty: it may.
+std::string RejectionReason(const RegistrationEvidence& evidence,
+                            const RegistrationGateOptions& gate);
+
+// One line for people.
+std::string Describe(const RegistrationEvidence& evidence);
+
+}  // namespace mono3d

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/registration/registrar.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fusion/grid.h"
+#include "fusion/register.spirv.h"
+#include "fusion/registration/constraint.h"
+#include "fusion/registration/gate.h"
+
+namespace mono3d {
+namespace {
+
+// To judge a pose, or to come near it, a quarter of the surfels is enough that finding it takes.
+constexpr std::uint32_t kCoarseStride = 4;
+
+// Steps on one level, over every `stride`-th of the surfels that it looks at.
+struct Pass {
+  int level;
+  std::uint32_t stride;
+};
+constexpr std::array<Pass, 4> kPasses = {{{2, 1}, {1, 1}, {0, kCoarseStride}, {0, 1}}};
+constexpr int kMaxStepsPerPass = 6;
+// A step that moves the image by less ends a pass, in pixels of its level: the next pass may well
+// start farther away.
+constexpr double kNearStep_px = 0.1;
+// The last step of all is shorter than so many standard errors of the pose: the next one, a part of
+// it, would be lost in the noise.
+constexpr double kLastStepErrors = 1.5;
+// Root mean square of residuals in sigmas that is no reason for a closer look: 1, half as much
+// again.
+constexpr double kExpectedResidual = 1.5;
+// Surfels in view per pixel below which a pose that is not well known is so for want of overlap;
+// else for want of anything in the scene that could tell.
+constexpr double kLittleOverlap = 0.25;
+
+// Length of a step in standard errors of the pose that it leads to, root mean square over the
+// unknowns. Turning and moving together, which no residual notices, count nothing.
+double StandardErrors(const RegistrationSystem& system, const Vector7d& step,
+                      std::uint32_t stride) {
+  const double independent = std::min(1.0, stride / kPixelsPerMeasurement);
+  const double square = independent * step.dot(system.information * step);
+  return std::sqrt(std::max(0.0, square) / static_cast<double>(step.size()));
+}
+
+// A pose against the tracker's needs twice the evidence.
+RegistrationGateOptions Strict(const RegistrationGateOptions& gate) {
+  RegistrationGateOptions strict = gate;
+  strict.min_agreement = 1 - (1 - gate.min_agreement) / 2;
+  strict.max_contradiction = gate.max_contradiction / 2;
+  strict.max_residual = gate.max_residual / 2;
+  strict.max_grey_residual = gate.max_grey_residual / 2;
+  return strict;
+}
+
+// The share of the model that is where the depth map says counts first, then how exactly.
+double Cost(const RegistrationEvidence& evidence) {
+  return (evidence.depth_residual * evidence.depth_residual +
+          evidence.grey_residual * evidence.grey_residual + 1) /
+         std::max(evidence.agreement, 1e-3);
+}
+
+// Whether the prediction is where the model shows the depth map, as exactly as that can be told.
+bool IsConfirmed(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
+  return evidence.registered && evidence.tracker_misfit <= options.registration.max_misfit &&
+         evidence.grey_residual <= kExpectedResidual &&
+         evidence.depth_residual <= kExpectedResidual &&
+         RejectionReason(evidence, options.gate).empty();
+}
+
+// Whether the tracker's pose is not where the model shows the depth map, but too little of that is
+// in view to say where it is. The model's word would move all that comes after it.
+bool TellsTooLittle(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
+  return evidence.tracker_misfit > options.registration.max_misfit &&
+         evidence.overlap < kLittleOverlap &&
+         evidence.uncertainty_px > options.gate.max_join_uncertainty_px;
+}
+
+}  // namespace
+
+Registrar::Registrar(const std::shared_ptr<Device>& device)
+    : device_(device), register_(device, {"fusion/register", fusion_register_spirv}) {}
+
+void Registrar::UploadGrey(const DepthMap& map) {
+  cv::Mat grey;
+  if (map.bgr.empty()) {
+    grey = cv::Mat(map.camera.height, map.camera.width, CV_8UC1, cv::Scalar(0));
+  } else {
+    cv::cvtColor(map.bgr, grey, cv::COLOR_BGR2GRAY);
+  }
+  cv::Mat level;
+  grey.convertTo(level, CV_32F);
+  for (Buffer& buffer : grey_) {
+    const std::size_t bytes = std::max<std::size_t>(level.total() * sizeof(float), 4);
+    if (buffer.size_bytes() != bytes) buffer = Buffer(device_, bytes, "fusion/grey");
+    if (level.empty()) continue;
+    buffer.Upload(std::span<const float>(level.ptr<float>(), level.total()));
+    // Means of 2x2 pixels: the centre of pixel u of the half is that of 2u + 0.5.
+    const cv::Size half(level.cols / 2, level.rows / 2);
+    cv::Mat next;
+    if (!half.empty()) {
+      const cv::Rect whole_pairs(0, 0, 2 * half.width, 2 * half.height);
+      cv::resize(level(whole_pairs), next, half, 0, 0, cv::INTER_AREA);
+    }
+    level = next;
+  }
+}
+
+RegistrationSystem Registrar::Evaluate(Recorder& recorder, const RegisterParams& params,
+                                       const AnchorTable& anchors, const DepthMapBuffers& buffers,
+                                       const SurfelStorage& surfels, const BlockList& blocks,
+                                       StageTimes* times) {
+  const std::uint64_t num_listed = std::uint64_t{params.num_blocks} * kSurfelsPerBlock;
+  const std::uint32_t num_samples = DivideRoundingUp(num_listed, params.stride);
+  const std::uint32_t num_rows = DivideRoundingUp(num_samples, kSurfelsPerRegistrationRow);
+  const std::size_t num_floats = std::size_t{num_rows} * kFloatsPerRegistrationRow;
+  if (num_rows == 0) return {};
+  if (rows_.size_bytes() < num_floats * sizeof(float)) {
+    rows_ = Buffer(device_, num_floats * sizeof(float), "fusion/registration_rows");
+  }
+  recorder.Dispatch(register_,
+                    {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
+                     buffers.depth, buffers.candidate, grey_.at(params.grey_level), blocks.buffer(),
+                     surfels.anchor_of_block(), anchors.buffer(), rows_},
+                    params, GridFor(register_, num_rows));
+  recorder.Submit(times);
+  downloaded_.resize(num_floats);
+  rows_.Download(std::span<float>(downloaded_));
+  return SumRegistrationRows(downloaded_);
+}
+
+// Surfels, depth map, and how to work on them.
+struct Registrar::Target {
+  Recorder& recorder;
+  const DepthMapBuffers& buffers;
+  const SurfelStorage& surfels;
+  const BlockList& blocks;
+  std::span<const Similarity> S_world_anchor;
+  const SurfelMapOptions& options;
+  StageTimes* times;
+
+  bool with_grey(const DepthMap& map) const {
+    return options.registration.with_grey && !map.bgr.empty();
+  }
+};
+
+// Evaluates the prediction on one level, with fewer surfels than a registration takes.
+Registrar::Evaluation Registrar::EvaluateAt(const Target& target,
+                                            const RegistrationProblem& problem, int level,
+                                            int& num_evaluations) {
+  Evaluation evaluation{problem.predicted_S_world_kf, {}, 1};
+  RegisterParams params =
+      MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), level);
+  anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
+  if (level == 0) params.stride *= kCoarseStride;
+  evaluation.stride = params.stride;
+  for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
+    if (i > 0) SetExposure(params, evaluation.system);
+    evaluation.system = Evaluate(target.recorder, params, anchors_, target.buffers, target.surfels,
+                                 target.blocks, target.times);
+    ++num_evaluations;
+  }
+  return evaluation;
+}
+
+// What the model says of the prediction. Fine texture tells nothing of how far away a pose is that
+// is off by pixels, so the coarsest level is asked as well.
+Registrar::Assessment Registrar::Assess(const Target& target, const RegistrationProblem& of_tracker,
+                                        const Similarity& predicted, int& num_evaluations) {
+  RegistrationProblem problem = of_tracker;
+  problem.predicted_S_world_kf = predicted;
+  double misfit = 0;
+  Evaluation evaluation;
+  for (const int level : {static_cast<int>(kNumLevels) - 1, 0}) {
+    evaluation = EvaluateAt(target, problem, level, num_evaluations);
+    misfit = std::max(
+        misfit, Misfit(evaluation.system, Solve(problem, evaluation.system, evaluation.S_world_kf,
+                                                evaluation.stride)));
+  }
+  RegistrationEvidence evidence =
+      EvidenceOf(of_tracker, evaluation.system, evaluation.stride, evaluation.S_world_kf);
+  evidence.registered = evidence.overlap >= target.options.gate.min_overlap;
+  evidence.tracker_misfit = misfit;
+  evidence.num_iterations = num_evaluations;
+  return {evidence,
+          InformationOf(evaluation.system, evaluation.stride, target.options.registration)};
+}
+
+// Gauss-Newton from the prediction, coarse to fine.
+Registrar::Evaluation Registrar::Converge(const Target& target, const RegistrationProblem& problem,
+                                          int& num_evaluations) {
+  Evaluation evaluation{problem.predicted_S_world_kf, {}, 1};
+  for (const Pass& pass : kPasses) {
+    for (int i = 0; i < kMaxStepsPerPass; ++i) {
+      RegisterParams params =
+          MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), pass.level);
+      anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
+      params.stride *= pass.stride;
+      if (target.with_grey(problem.map)) SetExposure(params, evaluation.system);
+      evaluation.system = Evaluate(target.recorder, params, anchors_, target.buffers,
+                                   target.surfels, target.blocks, target.times);
+      evaluation.stride = params.stride;
+      ++num_evaluations;
+      const Vector7d step = Solve(problem, evaluation.system, evaluation.S_world_kf, params.stride);
+      evaluation.S_world_kf = Moved(evaluation.S_world_kf, step);
+      const bool is_last_pass = &pass == &kPasses.back();
+      if (is_last_pass ? StandardErrors(evaluation.system, step, params.stride) < kLastStepErrors
+                       : std::ldexp(ImageMotion(problem, step), -pass.level) < kNearStep_px) {
+        break;
+      }
+    }
+  }
+  return evaluation;
+}
+
+// Maximum likelihood of two explanations: the tracker's pose is right, and what separates it from
+// the best fit is the depth map's own error, of which a part is common to all its pixels; or the
+// tracker is wrong, by anything.
+Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
+                                 const DepthMapBuffers& buffers, const SurfelStorage& surfels,
+                                 const BlockList& blocks,
+                                 std::span<const Similarity> S_world_anchor,
+                                 const Predictions& predictions, const SurfelMapOptions& options,
+                                 StageTimes* times) {
+  const Target target{recorder, buffers, surfels, blocks, S_world_anchor, options, times};
+  const RegistrationProblem of_tracker = MakeProblem(map, options, predictions.front());
+  UploadGrey(map);
+  int num_evaluations = 0;
+  RegistrationEvidence best;
+  Matrix7d information = Matrix7d::Zero();
+  const Similarity* best_start = nullptr;
+  for (const Similarity& predicted : predictions) {
+    Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
+    RegistrationEvidence& evidence = assessment.evidence;
+    evidence.moved = &predicted != &predictions.front();
+    // With hardly any of the model in view there is nothing to say.
+    if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
+    if (IsConfirmed(evidence, options))
+      return {predicted, evidence, {}, assessment.information, {}};
+    if (best_start == nullptr || Cost(evidence) < Cost(best)) {
+      best = evidence;
+      information = assessment.information;
+      best_start = &predicted;
+    }
+  }
+  RegistrationProblem problem = of_tracker;
+  problem.predicted_S_world_kf = *best_start;
+  const Evaluation found = Converge(target, problem, num_evaluations);
+  RegistrationEvidence evidence =
+      EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
+  evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
+  const bool is_better =
+      evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
+  best.tracker_misfit = evidence.tracker_misfit;
+  if (!is_better) evidence = best;
+  if (is_better) information = InformationOf(found.system, found.stride, options.registration);
+  evidence.registered = true;
+  evidence.moved = evidence.moved || is_better;
+  evidence.num_iterations = num_evaluations;
+  std::string rejection =
+      RejectionReason(evidence, is_better ? Strict(options.gate) : options.gate);
+  if (rejection.empty() && TellsTooLittle(evidence, options)) {
+    evidence.registered = false;
+    evidence.moved = false;
+    return {predictions.front(), evidence, {}, {}, {}};
+  }
+  return {
+      is_better ? found.S_world_kf : *best_start, evidence, std::move(rejection), information, {}};
+}
+
+}  // namespace mono3d

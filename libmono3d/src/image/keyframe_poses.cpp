@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/image/keyframe_poses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+
+KeyframePoses::KeyframePoses(std::uint64_t version, std::vector<KeyframePose> poses)
+    : version_(version), poses_(std::move(poses)) {
+  std::ranges::sort(poses_, {}, &KeyframePose::keyframe_id);
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    const KeyframePose& pose = poses_[i];
+    const std::string name = "keyframe " + std::to_string(pose.keyframe_id);
+    if (i > 0 && poses_[i - 1].keyframe_id == pose.keyframe_id) {
+      throw Error(ErrorParts{.what = "two poses",
+                             .where = name,
+                             .expected = "one",
+                             .found = {},
+                             .code = ErrorCode::kInvalidArgument});
+    }
+    const double scale = pose.S_world_kf.scale();
+    if (!pose.T_world_cam().Matrix().allFinite() || !std::isfinite(scale) || scale <= 0) {
+      throw Error(ErrorParts{.what = "pose is not finite, or its scale is not positive",
+                             .where = name,
+                             .expected = {},
+                             .found = {}});
+    }
+  }
+}
+
+const KeyframePose* KeyframePoses::Find(std::int64_t keyframe_id) const {
+  const auto found = std::ranges::lower_bound(poses_, keyframe_id, {}, &KeyframePose::keyframe_id);
+  return found == poses_.end() || found->keyframe_id != keyframe_id ? nullptr : &*found;
+}
+
+const KeyframePose& KeyframePoses::At(std::int64_t keyframe_id) const {
+  const KeyframePose* found = Find(keyframe_id);
+  if (found != nullptr) return *found;
+  throw Error(ErrorParts{.what = "no pose",
+                         .where = "keyframe " + std::to_string(keyframe_id),
+                         .expected = "a keyframe of this tracker",
+                         .found = {},
+                         .code = ErrorCode::kInvalidArgument});
+}
+
+std::optional<TrajectoryEntry> InWorld(const FramePose& frame, const KeyframePoses& poses) {
+  const KeyframePose* keyframe = poses.Find(frame.keyframe_id);
+  if (keyframe == nullptr) return std::nullopt;
+  return TrajectoryEntry{frame.frame_index, frame.timestamp_s, keyframe->map_id,
+                         keyframe->S_world_kf * frame.T_kf_cam};
+}
+
+std::vector<MapJoin> FindMapJoins(const KeyframePoses& before, const KeyframePoses& after) {
+  std::map<int, MapJoin> joins;  // by `from`; poses come by ascending id, the newest last
+  for (const KeyframePose& was : before.poses()) {
+    const KeyframePose* is = after.Find(was.keyframe_id);
+    if (is == nullptr || is->map_id == was.map_id) continue;
+    joins[was.map_id] = {was.map_id, is->map_id, is->S_world_kf * was.S_world_kf.Inverse()};
+  }
+  std::vector<MapJoin> sorted;
+  for (const auto& [from, join] : joins) sorted.push_back(join);
+  return sorted;
+}
+
+}  // namespace mono3d

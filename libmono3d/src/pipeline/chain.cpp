@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/chain.h"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "pipeline/map_joins.h"
+#include "pipeline/model_counts.h"
+
+namespace mono3d {
+namespace {
+
+std::vector<TrajectoryEntry> EntriesOfMap(const std::vector<TrajectoryEntry>& entries, int map_id) {
+  std::vector<TrajectoryEntry> selected;
+  std::copy_if(entries.begin(), entries.end(), std::back_inserter(selected),
+               [&](const TrajectoryEntry& entry) { return entry.map_id == map_id; });
+  return selected;
+}
+
+void SortByFrame(std::vector<TrajectoryEntry>& entries) {
+  std::ranges::stable_sort(entries, {}, &TrajectoryEntry::frame_index);
+}
+
+std::vector<TrajectoryEntry> EntriesInWorld(const std::vector<FramePose>& frames,
+                                            const KeyframePoses& poses) {
+  std::vector<TrajectoryEntry> entries;
+  for (const FramePose& frame : frames) {
+    if (const auto entry = InWorld(frame, poses)) entries.push_back(*entry);
+  }
+  SortByFrame(entries);
+  return entries;
+}
+
+}  // namespace
+
+Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
+             std::unique_ptr<ModelWorker> worker)
+    : tracker_(std::move(tracker)),
+      keyframe_selector_(std::move(keyframe_selector)),
+      worker_(std::move(worker)) {}
+
+TrackingResult Chain::Process(const Frame& frame) {
+  ++counts_.num_frames;
+  (void)FeedBack();
+  TrackingResult tracking = tracker_->Track(frame);
+  TakePoses(frame, tracking);
+  try {
+    Update();
+    for (const Keyframe& keyframe : tracking.finalised_keyframes) Select(keyframe);
+  } catch (...) {
+    has_thrown_ = true;
+    throw;
+  }
+  Publish(frame, tracking);
+  return tracking;
+}
+
+// Of what is done so far, for State.
+void Chain::TakeCounts() {
+  PipelineCounts counts = counts_;
+  counts.num_keyframes_without_image = tracker_->num_keyframes_without_image();
+  const std::lock_guard lock(mutex_);
+  latest_.snapshot.counts = std::move(counts);
+}
+
+void Chain::Publish(const Frame& frame, const TrackingResult& tracking) {
+  TakeCounts();
+  const std::lock_guard lock(mutex_);
+  PipelineSnapshot& snapshot = latest_.snapshot;
+  snapshot.frame_index = frame.index;
+  snapshot.timestamp_s = frame.timestamp_s;
+  snapshot.status = tracking.status;
+  snapshot.loss = tracking.loss;
+  snapshot.reason = tracking.reason;
+  latest_.pose = tracking.pose;
+}
+
+// In this order, so that no model is made of bundles that are not counted yet, and the latest frame
+// has its keyframe among the poses.
+PipelineSnapshot Chain::State() const {
+  const ModelProgress progress = worker_->Progress();
+  Latest latest;
+  {
+    const std::lock_guard lock(mutex_);
+    latest = latest_;
+  }
+  PipelineSnapshot& snapshot = latest.snapshot;
+  snapshot.keyframe_poses = tracker_->Poses();
+  if (latest.pose) snapshot.pose = InWorld(*latest.pose, *snapshot.keyframe_poses);
+  AddModelCounts(progress.counts, snapshot.counts);
+  snapshot.num_surfels = progress.num_surfels;
+  snapshot.health = progress.health;
+  return snapshot;
+}
+
+PipelineSnapshot Chain::Snapshot(std::uint64_t since_version) const {
+  PipelineSnapshot snapshot = State();
+  PublishedModel published = worker_->Published(since_version);
+  snapshot.surfels = std::move(published.surfels);
+  snapshot.model_map_id = published.map_id;
+  snapshot.model_poses = std::move(published.poses);
+  return snapshot;
+}
+
+// Tells the tracker where its keyframes are in the model, and the selector how good depth maps are,
+// since the last call. True where the tracker was told something.
+bool Chain::FeedBack() {
+  const ModelFeedback feedback = worker_->TakeFeedback();
+  for (const DepthQuality& quality : feedback.qualities) {
+    keyframe_selector_->ReportDepthQuality(quality);
+  }
+  if (feedback.constraints.empty()) return false;
+  tracker_->Constrain(feedback.constraints);
+  return true;
+}
+
+void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
+  if (tracking.T_world_cam) {
+    ++counts_.num_tracked;
+    online_trajectory_.push_back(
+        {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
+  } else {
+    ++counts_.untracked_frames[ReasonClass(tracking.reason)];
+  }
+  counts_.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
+  if (tracking.recovered.empty()) return;
+  const std::vector<TrajectoryEntry> recovered =
+      EntriesInWorld(tracking.recovered, *tracker_->Poses());
+  online_trajectory_.insert(online_trajectory_.end(), recovered.begin(), recovered.end());
+}
+
+// What follows keyframes goes where the tracker has them now.
+void Chain::Update() {
+  const KeyframePosesPtr poses = tracker_->Poses();
+  if (poses == poses_) return;
+  for (const MapJoin& join : FindMapJoins(*poses_, *poses)) MoveEntries(join, online_trajectory_);
+  poses_ = poses;
+  if (!has_thrown_) worker_->Update(poses);
+}
+
+void Chain::Select(const Keyframe& keyframe) {
+  ++counts_.num_keyframes;
+  std::optional<ImageBundle> bundle = keyframe_selector_->Add(keyframe, *poses_);
+  if (!bundle) return;
+  ++counts_.num_bundles;
+  TakeCounts();
+  worker_->Add(*std::move(bundle), poses_);
+}
+
+// What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
+void Chain::ProcessLast() {
+  if (has_thrown_) {
+    (void)worker_->End();
+  } else {
+    worker_->Wait();
+  }
+  (void)FeedBack();
+  tracker_->WaitForMapping();
+  const std::vector<Keyframe> last_keyframes = tracker_->Finish();
+  Update();
+  if (!has_thrown_) {
+    for (const Keyframe& keyframe : last_keyframes) {
+      worker_->Wait();
+      Select(keyframe);
+    }
+    worker_->Wait();
+    if (FeedBack()) {
+      tracker_->WaitForMapping();
+      Update();
+    }
+    worker_->Wait();
+  }
+  worker_->End().Close(poses_);
+}
+
+Reconstruction Chain::Finish() {
+  try {
+    ProcessLast();
+  } catch (...) {
+    has_thrown_ = true;
+    throw;
+  }
+  const std::vector<TrajectoryEntry> trajectory = tracker_->Trajectory();
+  const std::vector<TrajectoryEntry> keyframes = tracker_->KeyframeTrajectory();
+  SortByFrame(online_trajectory_);
+  std::map<int, std::int64_t> num_frames_of_map;
+  for (const TrajectoryEntry& entry : trajectory) ++num_frames_of_map[entry.map_id];
+  Reconstruction result;
+  ModelBuilder& builder = worker_->End();
+  for (const auto& [map_id, num_frames] : num_frames_of_map) {
+    result.maps.push_back(OfMap(map_id, builder.Of(map_id), trajectory, keyframes));
+  }
+  std::stable_sort(result.maps.begin(), result.maps.end(),
+                   [](const MapReconstruction& a, const MapReconstruction& b) {
+                     return a.trajectory.size() > b.trajectory.size();
+                   });
+  TakeCounts();
+  result.counts = latest_.snapshot.counts;
+  AddModelCounts(worker_->Progress().counts, result.counts);
+  return result;
+}
+
+MapReconstruction Chain::OfMap(int map_id, ModelBuilder::OfMap& made,
+                               const std::vector<TrajectoryEntry>& trajectory,
+                               const std::vector<TrajectoryEntry>& keyframes) const {
+  return {map_id,
+          EntriesOfMap(trajectory, map_id),
+          EntriesOfMap(online_trajectory_, map_id),
+          EntriesOfMap(keyframes, map_id),
+          EntriesInWorld(made.depth_maps, *poses_),
+          std::move(made.model),
+          tracker_->Sparse(map_id),
+          std::move(made.fusions),
+          made.health,
+          std::move(made.health_changes),
+          std::move(made.submap_joins)};
+}
+
+}  // namespace mono3d

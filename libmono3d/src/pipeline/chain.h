@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "mono3d/pipeline/pipeline.h"
+#include "pipeline/model_worker.h"
+
+namespace mono3d {
+
+// From frames to models: the tracker, the choice of bundles, and the worker that makes models of
+// them. Used by one thread at a time, but for
+// Snapshot and State.
+class Chain {
+ public:
+  Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
+        std::unique_ptr<ModelWorker> worker);
+
+  // Takes the frame through tracking and the choice of bundles; how far its bundle is then depends
+  // on the worker.
+  TrackingResult Process(const Frame& frame);
+
+  // As Pipeline::Finish.
+  [[nodiscard]] Reconstruction Finish();
+
+  // The worker has failed: Finish does not ask it for more.
+  void Abandon() { has_thrown_ = true; }
+
+  // As Pipeline::Snapshot, and that without surfels. From any thread.
+  PipelineSnapshot Snapshot(std::uint64_t since_version) const;
+  PipelineSnapshot State() const;
+
+  const Tracker& tracker() const { return *tracker_; }
+
+ private:
+  bool FeedBack();
+  void TakePoses(const Frame& frame, const TrackingResult& tracking);
+  void TakeCounts();
+  void Publish(const Frame& frame, const TrackingResult& tracking);
+  void Update();
+  void Select(const Keyframe& keyframe);
+  void ProcessLast();
+  MapReconstruction OfMap(int map_id, ModelBuilder::OfMap& made,
+                          const std::vector<TrajectoryEntry>& trajectory,
+                          const std::vector<TrajectoryEntry>& keyframes) const;
+
+  std::unique_ptr<Tracker> tracker_;
+  std::unique_ptr<KeyframeSelector> keyframe_selector_;
+  std::unique_ptr<ModelWorker> worker_;
+  PipelineCounts counts_;                                       // without those of the worker
+  KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
+  std::vector<TrajectoryEntry> online_trajectory_;
+  bool has_thrown_ = false;  // a stage after the tracker: it would again
+
+  // For Snapshot: of the latest frame, its pose fixed to its keyframe, and counts_ as of then.
+  struct Latest {
+    PipelineSnapshot snapshot;
+    std::optional<FramePose> pose;
+  };
+  mutable std::mutex mutex_;
+  Latest latest_;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "mono3d/fusion/surfel_map.h"
+#include "mono3d/image/keyframe_poses.h"
+
+namespace mono3d {
+
+// A model for who watches it grow.
+struct PublishedModel {
+  SurfelChanges surfels;   // their version counts the publications, whichever model they are of
+  int map_id = 0;          // of the tracker's map that it shows
+  KeyframePosesPtr poses;  // that it follows; null where nothing was published yet
+};
+
+// Passes a model that grows in one thread to others, as often as that takes no more than a tenth of
+// the thread's time.
+class ModelPublisher {
+ public:
+  // From any thread: the latest publication, with the surfels that are newer than `since_version`.
+  // Somebody is interested from the first call on.
+  PublishedModel Latest(std::uint64_t since_version);
+
+  // The rest by the thread of the model.
+  void NoteChange() { has_changed_ = true; }
+  // When the next publication is due, in seconds of the clock; nothing while none is.
+  std::optional<double> Due_s() const;
+  void PublishIfDue(SurfelMap& model, int map_id, const KeyframePosesPtr& poses);
+
+ private:
+  void Take(const SurfelChanges& changes, bool is_other_model);
+
+  struct Chunk {
+    std::uint64_t version = 0;
+    std::shared_ptr<const PointCloud> surfels;
+  };
+
+  mutable std::mutex mutex_;
+  bool is_wanted_ = false;
+  PublishedModel latest_;                  // without surfels
+  std::map<std::uint32_t, Chunk> chunks_;  // by anchor
+
+  // The model thread's own.
+  bool has_changed_ = false;          // since the latest publication
+  double earliest_s_ = 0;             // of the next publication
+  const SurfelMap* model_ = nullptr;  // that was published last, to compare with
+  std::uint64_t model_version_ = 0;   // of it
+};
+
+}  // namespace mono3d

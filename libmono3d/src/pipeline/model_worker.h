@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+
+#include "mono3d/image/image_bundle.h"
+#include "mono3d/image/keyframe_poses.h"
+#include "pipeline/model_builder.h"
+
+namespace mono3d {
+
+// Has the models built, by the calling thread or by another one. Called by one thread at a time,
+// but for Progress and Published, which any thread may call at any time.
+// Add, Update and Wait throw what the work has thrown, once; after that nothing more is done.
+class ModelWorker {
+ public:
+  virtual ~ModelWorker() = default;
+
+  virtual void Add(ImageBundle bundle, KeyframePosesPtr poses) = 0;
+  virtual void Update(KeyframePosesPtr poses) = 0;
+  // Until nothing waits or is worked at.
+  virtual void Wait() = 0;
+
+  // As ModelBuilder has it, of the work that is done.
+  virtual ModelFeedback TakeFeedback() = 0;
+  // As of the latest work done.
+  virtual ModelProgress Progress() const = 0;
+  // As ModelPublisher::Latest.
+  virtual PublishedModel Published(std::uint64_t since_version) = 0;
+
+  // Ends after the work in hand; what waits is left undone. The builder is the caller's from then
+  // on, as long as the worker lives. May be called again.
+  virtual ModelBuilder& End() = 0;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/run_json.h"
+
+#include <map>
+#include <utility>
+
+#include "mono3d/core/version.h"
+#include "pipeline/json_value.h"
+
+namespace mono3d {
+namespace {
+
+const char* ToString(RunEnd end) {
+  switch (end) {
+    case RunEnd::kFinished:
+      return "finished";
+    case RunEnd::kStopped:
+      return "stopped";
+    case RunEnd::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+// The options as one object, by their dotted names.
+JsonValue OptionsJson(const std::vector<OptionField>& options) {
+  JsonValue json = JsonValue::Object();
+  for (const OptionField& field : options) {
+    std::visit([&](const auto* value) { json.Set(field.name, *value); }, field.value);
+  }
+  return json;
+}
+
+JsonValue ReasonsJson(const std::map<std::string, std::int64_t>& reasons) {
+  JsonValue json = JsonValue::Object();
+  for (const auto& [reason, times] : reasons) json.Set(reason, times);
+  return json;
+}
+
+JsonValue CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
+  JsonValue json = JsonValue::Object();
+  json.Set("frames", counts.num_frames);
+  json.Set("images_skipped", num_skipped_images);
+  json.Set("tracked", counts.num_tracked);
+  json.Set("recovered", counts.num_recovered);
+  json.Set("keyframes", counts.num_keyframes);
+  json.Set("keyframes_without_image", counts.num_keyframes_without_image);
+  json.Set("bundles", counts.num_bundles);
+  json.Set("bundles_dropped", counts.num_dropped_bundles);
+  json.Set("depth_maps", counts.num_depth_maps);
+  json.Set("fused", counts.num_fused);
+  json.Set("fused_late", counts.num_fused_late);
+  json.Set("repairs", counts.num_repairs);
+  json.Set("submaps_started", counts.num_submaps_started);
+  json.Set("submaps_joined", counts.num_submaps_joined);
+  json.Set("models_joined", counts.num_models_joined);
+  json.Set("corrections", counts.num_corrections);
+  json.Set("constraints", counts.num_constraints);
+  json.Set("untracked_frames", ReasonsJson(counts.untracked_frames));
+  json.Set("rejected_bundles", ReasonsJson(counts.rejected_bundles));
+  json.Set("rejected_depth_maps", ReasonsJson(counts.rejected_depth_maps));
+  return json;
+}
+
+// Over the points, of each one's mean: what COLMAP calls the mean reprojection error.
+double MeanReprojection_px(const SparseModel& model) {
+  const std::vector<double> errors_px = ReprojectionErrors_px(model);
+  double sum = 0;
+  for (const double error_px : errors_px) sum += error_px;
+  return errors_px.empty() ? 0 : sum / static_cast<double>(errors_px.size());
+}
+
+JsonValue HealthJson(const ModelHealth& health) {
+  JsonValue json = JsonValue::Object();
+  json.Set("state", ToString(health.state));
+  json.Set("registrations", health.num_registrations);
+  json.Set("accepted_share", health.accepted_share);
+  json.Set("moved_share", health.moved_share);
+  json.Set("depth_residual_sigmas", health.depth_residual);
+  json.Set("scale_drift", health.scale_drift);
+  json.Set("deviation_px", health.deviation_px);
+  json.Set("submaps", health.num_submaps);
+  if (!health.reason.empty()) json.Set("reason", health.reason);
+  return json;
+}
+
+JsonValue HealthChangesJson(const std::vector<HealthChange>& changes) {
+  JsonValue list = JsonValue::List();
+  for (const HealthChange& change : changes) {
+    JsonValue json = JsonValue::Object();
+    json.Set("frame", change.frame_index);
+    json.Set("state", ToString(change.state));
+    if (!change.reason.empty()) json.Set("reason", change.reason);
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
+JsonValue SubmapJoinsJson(const std::vector<SubmapJoin>& joins) {
+  JsonValue list = JsonValue::List();
+  for (const SubmapJoin& join : joins) {
+    JsonValue json = JsonValue::Object();
+    json.Set("frame", join.frame_index);
+    json.Set("submaps", join.num_submaps);
+    json.Set("moved_px", join.moved_px);
+    json.Set("scale", join.scale);
+    json.Set("merged", join.num_merged);
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
+void SetEvidence(const RegistrationEvidence& evidence, JsonValue& json) {
+  json.Set("registered", evidence.registered);
+  if (!evidence.registered) return;
+  json.Set("moved", evidence.moved);
+  json.Set("overlap", evidence.overlap);
+  json.Set("agreement", evidence.agreement);
+  json.Set("contradiction", evidence.contradiction);
+  json.Set("depth_residual_sigmas", evidence.depth_residual);
+  json.Set("grey_residual_sigmas", evidence.grey_residual);
+  json.Set("tracker_misfit_sigmas", evidence.tracker_misfit);
+  json.Set("deviation_px", evidence.deviation_px);
+  json.Set("scale_deviation", evidence.scale_deviation);
+  json.Set("uncertainty_px", evidence.uncertainty_px);
+}
+
+// One line of evidence per attempt.
+JsonValue FusionsJson(const std::vector<FusionRecord>& fusions) {
+  JsonValue list = JsonValue::List();
+  for (const FusionRecord& fusion : fusions) {
+    JsonValue json = JsonValue::Object();
+    json.Set("frame", fusion.frame_index);
+    json.Set("fused", fusion.status == FusionStatus::kFused);
+    if (!fusion.reason.empty()) json.Set("reason", fusion.reason);
+    if (fusion.is_retry) json.Set("retry", true);
+    if (fusion.starts_submap) json.Set("starts_submap", true);
+    if (fusion.is_repaired) json.Set("repair", true);
+    SetEvidence(fusion.registration, json);
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
+JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
+  JsonValue list = JsonValue::List();
+  for (const MapReconstruction& map : maps) {
+    JsonValue json = JsonValue::Object();
+    json.Set("map", map.map_id);
+    json.Set("frames", map.trajectory.size());
+    json.Set("keyframes", map.keyframes.size());
+    json.Set("depth_maps_fused", map.model_trajectory.size());
+    json.Set("surfels", map.model.size());
+    json.Set("sparse_images", map.sparse.images.size());
+    json.Set("sparse_points", map.sparse.points.size());
+    json.Set("sparse_reprojection_px", MeanReprojection_px(map.sparse));
+    json.Set("health", HealthJson(map.health));
+    json.Set("health_changes", HealthChangesJson(map.health_changes));
+    json.Set("submap_joins", SubmapJoinsJson(map.submap_joins));
+    json.Set("fusions", FusionsJson(map.fusions));
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
+JsonValue LiveJson(const LiveStatistics& live) {
+  JsonValue dropped = JsonValue::Object();
+  if (live.num_dropped_frames > 0) {
+    dropped.Set("waited past live.max_delay_s or live.max_waiting_mb", live.num_dropped_frames);
+  }
+  JsonValue latency = JsonValue::Object();
+  latency.Set("mean", live.mean_latency_ms);
+  latency.Set("p95", live.p95_latency_ms);
+  latency.Set("max", live.max_latency_ms);
+  JsonValue json = JsonValue::Object();
+  json.Set("frames_dropped", std::move(dropped));
+  json.Set("frames_per_s", live.frames_per_s);
+  json.Set("latency_ms", std::move(latency));
+  return json;
+}
+
+JsonValue DeviceJson(const DeviceInfo& device) {
+  JsonValue json = JsonValue::Object();
+  json.Set("name", device.name);
+  json.Set("type", device.type);
+  json.Set("driver", device.driver);
+  return json;
+}
+
+JsonValue TimesJson(const RunRecord& record) {
+  JsonValue json = JsonValue::Object();
+  json.Set("wall_s", record.wall_s);
+  json.Set("cpu_s", record.cpu_s);
+  return json;
+}
+
+JsonValue StagesJson(const std::vector<StageTime>& stages) {
+  JsonValue json = JsonValue::Object();
+  for (const StageTime& stage : stages) {
+    JsonValue times = JsonValue::Object();
+    times.Set("calls", stage.num_calls);
+    times.Set("wall_ms", stage.wall_ms);
+    times.Set("gpu_ms", stage.gpu_ms);
+    times.Set("cpu_ms", stage.cpu_ms);
+    json.Set(stage.stage, std::move(times));
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string RunJson(const Reconstruction& reconstruction, const RunRecord& record) {
+  JsonValue json = JsonValue::Object();
+  json.Set("mono3d", Version());
+  json.Set("end", ToString(record.end));
+  if (!record.error.empty()) json.Set("error", record.error);
+  json.Set("input", record.input);
+  json.Set("camera", record.camera);
+  json.Set("device", DeviceJson(record.device));
+  json.Set("options", OptionsJson(record.options));
+  json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));
+  if (reconstruction.live) json.Set("live", LiveJson(*reconstruction.live));
+  json.Set("maps", MapsJson(reconstruction.maps));
+  json.Set("times", TimesJson(record));
+  json.Set("stages", StagesJson(record.stages));
+  json.Set("peak_memory_bytes", PeakMemoryBytes());
+  return json.Text() + "\n";
+}
+
+}  // namespace mono3d

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/alignment/patch_tracking.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "tracking/alignment/image_alignment.h"
+#include "tracking/alignment/image_cells.h"
+#include "tracking/alignment/point_patches.h"
+#include "tracking/features/feature_grid.h"
+#include "tracking/features/matching.h"
+#include "tracking/map/point_set.h"
+
+namespace mono3d::tracking {
+namespace {
+
+struct PatchCandidate {
+  PointId point;
+  Eigen::Vector2d pixel;
+  int num_observations = 0;
+};
+
+// The points of the keyframes that see what `near` sees.
+std::vector<PointId> PointsAround(const Map& map, const View& near) {
+  constexpr std::size_t kMaxKeyframes = 15;  // bounds the time of a frame
+  std::vector<PointId> points;
+  PointSet listed(map);
+  const auto list = [&](const std::vector<std::optional<PointId>>& seen) {
+    for (const std::optional<PointId>& point : seen) {
+      if (point && map.IsAlive(*point) && listed.Insert(*point)) points.push_back(*point);
+    }
+  };
+  list(near.points);
+  const std::vector<Covisible> seeing = map.KeyframesSeeing(near.points);
+  for (std::size_t i = 0; i < std::min(seeing.size(), kMaxKeyframes); ++i) {
+    list(map.keyframe(seeing[i].keyframe).view.points);
+  }
+  return points;
+}
+
+std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
+  std::vector<SeenPoint> seen;
+  for (std::size_t i = 0; i < previous.points.size(); ++i) {
+    const std::optional<PointId>& point = previous.points[i];
+    if (!point || !map.IsAlive(*point)) continue;
+    const Eigen::Vector3d p_cam = previous.T_cam_world * map.point(*point).p_world;
+    if (p_cam.z() > 0) seen.push_back({map.camera().Project(p_cam), p_cam});
+  }
+  return seen;
+}
+
+}  // namespace
+
+PoseResult TrackDirectly(Map& map, const View& previous, View& view) {
+  const Pose T_view_previous = view.T_cam_world * previous.T_cam_world.Inverse();
+  view.T_cam_world = AlignImages(map.camera(), previous.octaves, SeenPoints(map, previous),
+                                 view.octaves, T_view_previous) *
+                     previous.T_cam_world;
+  return TrackPatches(map, previous, view);
+}
+
+int CountTrackable(const Map& map, const View& view) {
+  const ImageCells cells(map.camera());
+  std::vector<char> is_filled(cells.size(), 0);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (!view.points[i] || !map.camera().Contains(view.features[i].pixel)) continue;
+    if (map.point(*view.points[i]).observations.size() < kMinConfirmedObservations) continue;
+    is_filled[cells.Index(view.features[i].pixel)] = 1;
+  }
+  return static_cast<int>(std::count(is_filled.begin(), is_filled.end(), 1));
+}
+
+int CountExpected(const Map& map, const View& previous, const View& view) {
+  const ImageCells cells(map.camera());
+  std::vector<char> is_filled(cells.size(), 0);
+  for (const std::optional<PointId>& point : previous.points) {
+    if (!point || !map.IsAlive(*point)) continue;
+    const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*point).p_world;
+    if (p_cam.z() <= 0) continue;
+    const Eigen::Vector2d pixel = map.camera().Project(p_cam);
+    if (map.camera().Contains(pixel)) is_filled[cells.Index(pixel)] = 1;
+  }
+  return static_cast<int>(std::count(is_filled.begin(), is_filled.end(), 1));
+}
+
+PoseResult TrackPatches(Map& map, const View& near, View& view) {
+  const ImageCells cells(map.camera());
+  std::vector<std::vector<PatchCandidate>> candidates(cells.size());
+  for (const PointId point : PointsAround(map, near)) {
+    if (!map.point(point).patch) continue;
+    const std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
+    if (!at) continue;
+    candidates[cells.Index(at->pixel)].push_back(
+        {point, at->pixel, static_cast<int>(map.point(point).observations.size())});
+  }
+  for (std::vector<PatchCandidate>& cell : candidates) {
+    // Those that most keyframes see first.
+    std::stable_sort(cell.begin(), cell.end(),
+                     [](const PatchCandidate& a, const PatchCandidate& b) {
+                       return a.num_observations > b.num_observations;
+                     });
+  }
+  std::vector<Feature> features;
+  std::vector<std::optional<PointId>> points;
+  const auto find = [&](const PatchCandidate& candidate) {
+    ++map.point(candidate.point).num_predicted;
+    const std::optional<Feature> found = FindPatch(map, candidate.point, view, candidate.pixel);
+    if (!found) return false;
+    features.push_back(*found);
+    points.emplace_back(candidate.point);
+    return true;
+  };
+  constexpr std::size_t kMaxTries = 3;  // in a cell: bounds the time of a frame
+  std::vector<std::size_t> num_tried(cells.size(), 0);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t num_tries = std::min(candidates[i].size(), kMaxTries);
+    while (num_tried[i] < num_tries && !find(candidates[i][num_tried[i]++])) continue;
+  }
+  // Where they are few, every one counts.
+  for (std::size_t i = 0; i < cells.size() && features.size() < kFewPoints; ++i) {
+    while (num_tried[i] < candidates[i].size()) find(candidates[i][num_tried[i]++]);
+  }
+  view.features = std::move(features);
+  view.points = std::move(points);
+  view.grid = FeatureGrid(view.features, map.camera().width, map.camera().height);
+  const PoseResult result = RefinePose(map, view);
+  for (const std::optional<PointId>& point : view.points) {
+    if (point) ++map.point(*point).num_found;
+  }
+  return result;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/atlas.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "tracking/map/map_bytes.h"
+#include "tracking/map/sparse_export.h"
+
+namespace mono3d::tracking {
+
+void Atlas::StartMap(const CameraModel& camera) {
+  current_ = maps_.size();
+  maps_.push_back(std::make_unique<Map>(static_cast<int>(current_), camera, features_));
+  places_.emplace_back();
+  is_in_use_ = true;
+  is_starting_ = true;
+  newest_ = 0;
+}
+
+void Atlas::Use(std::size_t index) {
+  current_ = index;
+  is_in_use_ = true;
+  newest_ = map().keyframes().size() - 1;
+  while (!map().keyframe(newest_).alive) --newest_;
+}
+
+KeyframeId Atlas::AddKeyframe(const View& view) {
+  newest_ = map().AddKeyframe(view);
+  if (!is_starting_) map().keyframe(newest_).id = next_keyframe_id_++;
+  return newest_;
+}
+
+void Atlas::EndStart() {
+  for (const KeyframeId id : map().InOrderOfFlight()) map().keyframe(id).id = next_keyframe_id_++;
+  is_starting_ = false;
+}
+
+void Atlas::AddPlace(KeyframeId keyframe) {
+  places().Add(keyframe, FeaturesWithPoints(map().keyframe(keyframe).view));
+}
+
+std::size_t Atlas::AddFrame(const View& view, KeyframeId keyframe) {
+  while (!map().keyframe(keyframe).alive) --keyframe;
+  frames_.push_back(MakeRecord(view, map(), keyframe));
+  return frames_.size() - 1;
+}
+
+std::vector<FramePose> Atlas::FramePosesFrom(std::size_t first_frame) const {
+  std::vector<FramePose> poses;
+  for (std::size_t i = first_frame; i < frames_.size(); ++i) poses.push_back(frame_pose(i));
+  return poses;
+}
+
+NumberShift Atlas::JoinInto(std::size_t other, const PlaceFound& place,
+                            const LocalMappingOptions& options, MappingLock& lock) {
+  const NumberShift shift = JoinMaps(*maps_[other], places_[other], map(), place, options, lock);
+  for (FrameRecord& frame : frames_) {
+    if (frame.map_id != map().id()) continue;
+    frame.map_id = maps_[other]->id();
+    frame.keyframe += shift.keyframes;
+  }
+  places() = PlaceIndex();
+  current_ = other;
+  newest_ += shift.keyframes;
+  return shift;
+}
+
+std::vector<TrajectoryEntry> Atlas::KeyframeTrajectory() const {
+  std::vector<TrajectoryEntry> entries;
+  for (const std::unique_ptr<Map>& of : maps_) {
+    for (const KeyframeId id : of->InOrderOfFlight()) {
+      if (of->id() == 0 && id < num_loaded_keyframes_) continue;
+      const Frame& frame = of->keyframe(id).view.frame;
+      entries.push_back({frame.index, frame.timestamp_s, of->id(), of->T_cam_world(id).Inverse()});
+    }
+  }
+  return entries;
+}
+
+SparseModel Atlas::Sparse(int map_id) const {
+  if (map_id < 0 || static_cast<std::size_t>(map_id) >= maps_.size()) return {};
+  const Map& of = *maps_[static_cast<std::size_t>(map_id)];
+  SparseModel model = ToSparseModel(of);
+  NumberByFrames(of, model);
+  return model;
+}
+
+std::string Atlas::Save() const {
+  if (maps_.empty()) throw Error("there is no map to save: tracking has not started");
+  std::vector<std::vector<FrameRecord>> frames(maps_.size());
+  for (const FrameRecord& frame : frames_) {
+    frames[static_cast<std::size_t>(frame.map_id)].push_back(frame);
+  }
+  const auto most =
+      std::max_element(frames.begin(), frames.end(),
+                       [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  return ToBytes(*maps_[static_cast<std::size_t>(most - frames.begin())], features_, *most);
+}
+
+void Atlas::Load(std::string_view bytes, const std::string& where) {
+  SavedMap saved = FromBytes(bytes, where);
+  if (saved.features.num_levels != features_.num_levels ||
+      saved.features.scale_factor != features_.scale_factor) {
+    throw UsageError(ErrorParts{.what = "saved map has other pyramid levels than tracking.features",
+                                .where = where,
+                                .expected = std::to_string(features_.num_levels) + " levels by " +
+                                            std::to_string(features_.scale_factor),
+                                .found = std::to_string(saved.features.num_levels) + " levels by " +
+                                         std::to_string(saved.features.scale_factor)});
+  }
+  const std::size_t index = maps_.size();
+  maps_.push_back(std::move(saved.map));
+  places_.emplace_back();
+  frames_ = std::move(saved.frames);
+  Use(index);
+  Leave();
+  num_loaded_keyframes_ = map().keyframes().size();
+  is_loaded_ = true;
+  for (KeyframeId id = 0; id < map().keyframes().size(); ++id) {
+    next_keyframe_id_ = std::max(next_keyframe_id_, map().keyframe(id).id + 1);
+    if (map().keyframe(id).alive) AddPlace(id);
+  }
+  PublishPoses();
+}
+
+void Atlas::BeginFootage(const Frame& first) {
+  if (!is_loaded_) return;
+  is_loaded_ = false;
+  const bool goes_on = std::all_of(frames_.begin(), frames_.end(), [&](const FrameRecord& frame) {
+    return frame.frame_index < first.index && frame.timestamp_s < first.timestamp_s;
+  });
+  if (goes_on) {
+    num_loaded_keyframes_ = 0;
+  } else {
+    frames_.clear();
+  }
+}
+
+}  // namespace mono3d::tracking

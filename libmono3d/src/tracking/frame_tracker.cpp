@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/frame_tracker.h"
+
+#include <utility>
+#include <vector>
+
+#include "mono3d/image/keyframe.h"
+#include "tracking/alignment/octaves.h"
+#include "tracking/alignment/patch_tracking.h"
+#include "tracking/features/feature_extraction.h"
+#include "tracking/features/feature_grid.h"
+#include "tracking/features/feature_tracking.h"
+#include "tracking/optimisation/pose_optimisation.h"
+
+namespace mono3d::tracking {
+
+View FrameTracker::MakeView(const Frame& frame) const {
+  const ScopedStageTimer timer(times_, "tracking/octaves");
+  View view;
+  view.frame = frame;
+  view.octaves = BuildOctaves(ToGrey(frame.bgr));
+  return view;
+}
+
+void FrameTracker::AddFeatures(View& view) const {
+  const ScopedStageTimer timer(times_, "tracking/features");
+  std::vector<Feature> known;
+  std::vector<std::optional<PointId>> points;
+  for (std::size_t i = 0; i < view.features.size(); ++i) {
+    if (!view.points[i]) continue;
+    known.push_back(view.features[i]);
+    points.push_back(view.points[i]);
+  }
+  const int num_features =
+      options_.features.num_features * (atlas_->IsInUse() && !SharesLittle(view) ? 1 : 2);
+  view.features = ExtractFeatures(view.octaves[0], options_.features, num_features, known);
+  view.grid = FeatureGrid(view.features, view.frame.camera.width, view.frame.camera.height);
+  view.points = std::move(points);
+  view.points.resize(view.features.size());
+}
+
+// Between few images a second, does the camera leave more than half of what it saw? Of what is left
+// the third image shows a part again, and on that its pose must rest.
+bool FrameTracker::SharesLittle(const View& view) const {
+  if (!atlas_->IsInUse() || !state_.previous || lost_since_s_) return false;
+  const Map& map = atlas_->map();
+  int num_before = 0;
+  int num_in_view = 0;
+  for (const std::optional<PointId>& point : state_.previous->points) {
+    if (!point || !map.IsAlive(*point)) continue;
+    ++num_before;
+    const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*point).p_world;
+    if (p_cam.z() > 0 && map.camera().Contains(map.camera().Project(p_cam))) ++num_in_view;
+  }
+  return 2 * num_in_view < num_before;
+}
+
+// Directly where the prediction holds, else by features.
+PoseResult FrameTracker::FindPose(View& view) const {
+  const ScopedStageTimer timer(times_, "tracking/frame_tracking");
+  // Fewer than this share of the previous view's points that should show: the prediction was
+  // wrong.
+  constexpr double kMinKeptShare = 0.4;
+  PoseResult pose;
+  if (!lost_since_s_) {
+    const View& previous = *state_.previous;
+    view.T_cam_world = PredictPose(view.frame.timestamp_s);
+    pose = TrackDirectly(atlas_->map(), previous, view);
+    if (pose.num_inliers >= options_.min_inliers &&
+        pose.num_inliers >= kMinKeptShare * CountExpected(atlas_->map(), previous, view)) {
+      return pose;
+    }
+  }
+  return FindPoseByFeatures(view);
+}
+
+PoseResult FrameTracker::FindPoseByFeatures(View& view) const {
+  view.points.clear();
+  view.features.clear();
+  if (!lost_since_s_) view.T_cam_world = PredictPose(view.frame.timestamp_s);
+  AddFeatures(view);
+  PoseResult pose;
+  if (lost_since_s_) {
+    pose = Relocalise(atlas_->current(), view);
+  } else {
+    pose = TrackFromPrevious(atlas_->map(), *state_.previous, view);
+    if (pose.num_inliers < kMinPoseInliers) {
+      view.T_cam_world = PreviousPose();
+      pose = TrackFromKeyframe(atlas_->map(), state_.reference, view);
+    }
+    if (pose.num_inliers >= kMinPoseInliers) pose = TrackLocalMap(atlas_->map(), view);
+    if (pose.num_inliers < options_.min_inliers) {
+      const PoseResult recovered = Relocalise(atlas_->current(), view);
+      if (recovered.num_inliers >= options_.min_inliers) pose = recovered;
+    }
+  }
+  return pose.num_inliers < kMinPoseInliers ? pose : RefineByPatchAlignment(view, pose);
+}
+
+PoseResult FrameTracker::Relocalise(std::size_t map, View& view) const {
+  const ScopedStageTimer timer(times_, "tracking/relocalisation");
+  return relocaliser_.Relocalise(atlas_->map(map), atlas_->places(map), view);
+}
+
+PoseResult FrameTracker::RefineByPatchAlignment(View& view, const PoseResult& pose) const {
+  View refined = view;
+  const PoseResult by_patches = TrackPatches(atlas_->map(), view, refined);
+  if (2 * by_patches.num_inliers < pose.num_inliers) return pose;
+  view = std::move(refined);
+  return by_patches;
+}
+
+void FrameTracker::UpdateMotion(const View& view) {
+  state_.motion.Reset();
+  if (state_.previous && !lost_since_s_) {
+    state_.motion.Set(view.T_cam_world * PreviousPose().Inverse(),
+                      view.frame.timestamp_s - state_.previous->frame.timestamp_s);
+  }
+  const std::vector<Covisible> seeing = atlas_->map().KeyframesSeeing(view.points);
+  if (!seeing.empty()) state_.reference = seeing.front().keyframe;
+}
+
+void FrameTracker::Remember(View view) {
+  state_.previous_frame = atlas_->AddFrame(view, state_.reference);
+  view.frame.bgr.release();
+  state_.previous = std::move(view);
+}
+
+InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& pose) const {
+  const Map& map = atlas_->map();
+  InsertionEvidence evidence;
+  evidence.T_current_last = view.T_cam_world * map.T_cam_world(atlas_->newest()).Inverse();
+  evidence.T_current_previous = state_.motion.last().value_or(Pose());
+  evidence.is_last_previous =
+      state_.previous &&
+      state_.previous->frame.index == map.keyframe(atlas_->newest()).view.frame.index;
+  evidence.median_depth_su = Median(map.Depths(view));
+  evidence.num_inliers = pose.num_inliers;
+  constexpr std::size_t kYoung = 5;  // keyframes: before, the points rest on few views
+  evidence.is_young = map.keyframes().size() < kYoung;
+  evidence.num_reference_points = CountTrackable(map, map.keyframe(state_.reference).view);
+  return evidence;
+}
+
+void FrameTracker::Renumber(const NumberShift& shift) {
+  state_.reference += shift.keyframes;
+  if (!state_.previous) return;
+  for (std::optional<PointId>& point : state_.previous->points) {
+    if (point) point->index += shift.points;
+  }
+}
+
+void FrameTracker::FollowMap() {
+  if (state_.previous) state_.previous->T_cam_world = PreviousPose();
+}
+
+void FrameTracker::SetLost(double timestamp_s) {
+  if (!lost_since_s_) lost_since_s_ = timestamp_s;
+}
+
+void FrameTracker::Reset() {
+  state_.previous.reset();
+  state_.motion.Reset();
+  lost_since_s_.reset();
+}
+
+// Constant velocity, also over frames left out.
+Pose FrameTracker::PredictPose(double timestamp_s) const {
+  const std::optional<Pose> motion =
+      state_.motion.Predict(timestamp_s - state_.previous->frame.timestamp_s);
+  return motion ? *motion * PreviousPose() : PreviousPose();
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/map/keyframe_handover.h"
+
+#include <algorithm>
+
+namespace mono3d::tracking {
+namespace {
+
+// Keyframes after this many newer ones in their bundle adjustments are final.
+constexpr int kMinNewer = 2;
+
+Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
+  Keyframe keyframe;
+  keyframe.id = from.id;
+  keyframe.frame = from.view.frame;
+  keyframe.sparse_depths_su = map.Depths(from.view);
+  for (float& depth : keyframe.sparse_depths_su) depth /= static_cast<float>(from.scale);
+  return keyframe;
+}
+
+}  // namespace
+
+std::vector<Keyframe> TakeFinalised(Map& map, bool all) {
+  // One that has lost sight of the newer ones is final by age: no local adjustment reaches it.
+  constexpr KeyframeId kMaxAge = 8;  // keyframes
+  std::vector<Keyframe> finalised;
+  for (const KeyframeId id : map.InOrderOfFlight()) {
+    MapKeyframe& keyframe = map.keyframe(id);
+    if (keyframe.is_finalised) continue;
+    const bool is_old = id + kMaxAge < map.keyframes().size();
+    if (!all && !is_old && keyframe.num_newer_adjusted < kMinNewer) break;
+    finalised.push_back(ToKeyframe(map, keyframe));
+    keyframe.is_finalised = true;
+    keyframe.view.frame.bgr.release();
+  }
+  return finalised;
+}
+
+void MarkAdjusted(Map& map, KeyframeId keyframe) {
+  int& count = map.keyframe(keyframe).num_newer_adjusted;
+  count = std::max(count, kMinNewer);
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/mapping/local_mapper.h"
+
+#include "tracking/alignment/patch_tracking.h"
+#include "tracking/alignment/point_patches.h"
+#include "tracking/mapping/keyframe_culling.h"
+#include "tracking/mapping/point_creation.h"
+#include "tracking/mapping/point_culling.h"
+#include "tracking/mapping/point_fusion.h"
+#include "tracking/optimisation/map_adjustment.h"
+
+namespace mono3d::tracking {
+
+void LocalMapper::MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) const {
+  AddPoints(map, keyframe, lock);
+  {
+    const ScopedStageTimer timer(times_, "tracking/local_bundle_adjustment");
+    AdjustLocally(map, keyframe, options_, lock);
+  }
+  lock.Yield();
+  const ScopedStageTimer timer(times_, "tracking/keyframe_culling");
+  CullKeyframes(map, keyframe, options_);
+  // Images are for new points and patches, which only the newest keyframes get.
+  // The neighbours of a new keyframe are among so many.
+  constexpr KeyframeId kNumWithImages = 20;
+  if (keyframe >= kNumWithImages) map.keyframe(keyframe - kNumWithImages).view.octaves = {};
+}
+
+void LocalMapper::AddPoints(Map& map, KeyframeId keyframe, MappingLock& lock) const {
+  const ScopedStageTimer timer(times_, "tracking/point_creation");
+  CullPoints(map);
+  EstimatePatchNormals(map, keyframe);
+  RenewPatches(map, keyframe);
+  const bool is_far = map.Depths(map.keyframe(keyframe).view).size() < kFewPoints;
+  CreatePoints(map, keyframe, options_);
+  if (is_far) CreatePointsByPatches(map, keyframe, options_);
+  lock.Yield();
+  FusePoints(map, keyframe, options_);
+  CountShown(map, keyframe);
+}
+
+}  // namespace mono3d::tracking

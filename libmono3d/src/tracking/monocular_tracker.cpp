@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/monocular_tracker.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "mono3d/image/keyframe.h"
+#include "tracking/map/keyframe_handover.h"
+#include "tracking/mapping/point_creation.h"
+#include "tracking/optimisation/constraint_following.h"
+#include "tracking/optimisation/map_adjustment.h"
+#include "tracking/optimisation/map_constraints.h"
+#include "tracking/reason.h"
+#include "tracking/start/map_start.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// By how much the points of a start move from its first image to the second: the median, in px.
+double ImageMotion(const MapStart& start) {
+  std::vector<float> lengths;
+  for (const FeatureMatch& match : start.motion.matches) {
+    lengths.push_back(static_cast<float>(
+        (start.second.features[match.feature_b].pixel - start.first.features[match.feature_a].pixel)
+            .norm()));
+  }
+  return Median(std::move(lengths));
+}
+
+void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
+  std::move(added.begin(), added.end(), std::back_inserter(keyframes));
+}
+
+}  // namespace
+
+MonocularTracker::MonocularTracker(const TrackerOptions& options, StageTimes* times)
+    : options_(options),
+      times_(times),
+      atlas_(options.features),
+      frame_tracker_(options, times, &atlas_),
+      local_mapper_(options.mapping, times),
+      loop_closer_(options, times, &atlas_),
+      initialiser_(options.initialisation, options.seed),
+      backlog_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))) {
+  options_.Validate();
+  if (options_.mode == "live") mapping_ = std::make_unique<MappingThread>(BackgroundWork());
+}
+
+TrackingResult MonocularTracker::Track(const Frame& frame) {
+  Validate(frame);
+  if (camera_ && !(*camera_ == frame.camera)) {
+    throw Error(ErrorParts{.what = "camera differs from the first frame's",
+                           .where = frame.name,
+                           .expected = "one camera for all frames",
+                           .found = {}});
+  }
+  View view = frame_tracker_.MakeView(frame);
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  lock_ = lock.get();
+  if (mapping_) mapping_->WaitForRoom(*lock);
+  camera_ = frame.camera;
+  atlas_.BeginFootage(frame);
+  if (mapping_) frame_tracker_.FollowMap();
+  TrackingResult result = atlas_.IsInUse() ? Follow(std::move(view)) : Initialise(std::move(view));
+  if (!result.T_world_cam) backlog_.Add(frame);
+  if (mapping_ && atlas_.IsInUse()) {
+    Append(TakeFinalised(atlas_.map(), false), result.finalised_keyframes);
+  }
+  if (is_publication_due_) PublishPoses();
+  return result;
+}
+
+TrackingResult MonocularTracker::Initialise(View view) {
+  frame_tracker_.AddFeatures(view);
+  if (std::optional<TrackingResult> returned = Return(view)) return *std::move(returned);
+  const ScopedStageTimer timer(times_, "tracking/initialisation");
+  TrackingResult result;
+  const bool has_features =
+      static_cast<int>(view.features.size()) >= options_.initialisation.min_matches;
+  result.loss = has_features ? TrackingLoss::kNoStart : TrackingLoss::kTooFewFeatures;
+  std::optional<MapStart> start = initialiser_.Add(std::move(view), result.reason);
+  if (!start) {
+    result.map_id = static_cast<int>(atlas_.num_maps());
+    return result;
+  }
+  result.reason.clear();
+  result.recovered = StartMap(*start);
+  View second = atlas_.map().keyframe(1).view;
+  result.status = TrackingStatus::kTracking;
+  result.map_id = atlas_.map().id();
+  result.T_world_cam = second.T_cam_world.Inverse();
+  result.is_keyframe = true;
+  result.num_inliers = static_cast<int>(atlas_.map().Depths(second).size());
+  frame_tracker_.Remember(std::move(second));
+  result.pose = atlas_.frame_pose(atlas_.num_frames() - 1);
+  return result;
+}
+
+// While no new map has started, one of the known ones may come into view again, most likely the
+// last one.
+std::optional<TrackingResult> MonocularTracker::Return(View& view) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = atlas_.num_maps(); i-- > 0;) {
+    if (i != atlas_.current() && !atlas_.map(i).keyframes().empty()) order.push_back(i);
+  }
+  if (atlas_.num_maps() > 0) order.insert(order.begin(), atlas_.current());
+  for (const std::size_t i : order) {
+    View returned = view;
+    PoseResult pose = frame_tracker_.Relocalise(i, returned);
+    if (pose.num_inliers < options_.min_inliers) continue;
+    atlas_.Use(i);
+    pose = frame_tracker_.RefineByPatchAlignment(returned, pose);
+    initialiser_ = MapInitialiser(options_.initialisation, options_.seed);
+    return Continue(std::move(returned), pose);
+  }
+  return std::nullopt;
+}
+
+// Then the frames that came before get their poses after all: those between the two views, and
+// those before the first, backwards, for which the map grows as it does forwards.
+std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
+  atlas_.StartMap(*camera_);
+  Map& map = atlas_.map();
+  FillMap(start, map);
+  // On what a third image far away shows of both, the pairs of the start alone are few.
+  if (ImageMotion(start) > options_.initialisation.search_radius_share * camera_->width) {
+    CreatePoints(map, 1, options_.mapping);
+    CreatePointsByPatches(map, 1, options_.mapping);
+  }
+  for (const KeyframeId id : {0, 1}) atlas_.AddPlace(id);
+  const View first = map.keyframe(0).view;
+  frame_tracker_.SetReference(0);
+  frame_tracker_.SetMotion(map.T_cam_world(1) * first.T_cam_world.Inverse(),
+                           start.second.frame.timestamp_s - first.frame.timestamp_s);
+  const std::size_t first_frame = atlas_.num_frames();
+  frame_tracker_.Remember(first);
+  TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false);
+  std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
+  std::reverse(before.begin(), before.end());
+  TrackBacklog(before, true);
+  backlog_.Clear();
+  // All of them are through with their adjustment: nothing older will come.
+  for (KeyframeId id = 2; id < map.keyframes().size(); ++id) MarkAdjusted(map, id);
+  atlas_.EndStart();
+  atlas_.SetNewest(1);
+  frame_tracker_.SetReference(1);
+  is_publication_due_ = true;
+  return atlas_.FramePosesFrom(first_frame);
+}
+
+TrackingResult MonocularTracker::Follow(View view) {
+  const PoseResult pose = frame_tracker_.FindPose(view);
+  if (pose.num_inliers < options_.min_inliers) {
+    return Lose(view, NeededText(pose.num_inliers, "map points found again", options_.min_inliers));
+  }
+  return Continue(std::move(view), pose);
+}
+
+TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
+  frame_tracker_.UpdateMotion(view);
+  const bool was_lost = frame_tracker_.lost_since_s().has_value() || backlog_.size() > 0;
+  frame_tracker_.SetFound();
+
+  TrackingResult result;
+  result.status = TrackingStatus::kTracking;
+  result.num_inliers = pose.num_inliers;
+  result.reprojection_px = pose.reprojection_px;
+  result.is_keyframe = InsertIfNeeded(view, pose);
+  if (result.is_keyframe && mapping_) {
+    mapping_->Add(atlas_.newest());
+  } else if (result.is_keyframe) {
+    MappingLock alone;
+    MapKeyframe(atlas_.newest(), alone);
+    result.finalised_keyframes = TakeFinalised(atlas_.map(), false);
+  }
+  if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
+  result.map_id = atlas_.map().id();  // another one where two were joined
+  result.T_world_cam = view.T_cam_world.Inverse();
+  frame_tracker_.Remember(std::move(view));
+  result.pose = atlas_.frame_pose(atlas_.num_frames() - 1);
+  if (was_lost) result.recovered = TrackLostFrames();
+  return result;
+}
+
+TrackingResult MonocularTracker::Lose(const View& view, const std::string& reason) {
+  frame_tracker_.SetLost(view.frame.timestamp_s);
+  const bool is_over =
+      view.frame.timestamp_s - *frame_tracker_.lost_since_s() >= options_.recovery_s;
+  // A map that is left is complete: what is mapped in the background is of the map in use.
+  if (is_over && mapping_) mapping_->Wait(*lock_);
+  TrackingResult result;
+  result.status = TrackingStatus::kLost;
+  result.loss = TrackingLoss::kTooFewMapPoints;
+  result.reason = reason;
+  result.map_id = atlas_.map().id();
+  if (is_over) {
+    result.finalised_keyframes = TakeFinalised(atlas_.map(), true);
+    result.reason += "; starting anew";
+    atlas_.Leave();
+    frame_tracker_.Reset();
+  }
+  return result;
+}
+
+// Tracks frames left without a pose, each from the one before in the list, the first from the last
+// tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
+void MonocularTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_insert) {
+  constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
+  const FrameTracker::State from = frame_tracker_.state();
+  int num_failures = 0;
+  for (const Frame& frame : frames) {
+    if (num_failures > kMaxFailures) break;
+    View view = frame_tracker_.MakeView(frame);
+    const PoseResult pose = frame_tracker_.FindPose(view);
+    ++num_failures;
+    if (pose.num_inliers < options_.min_inliers) continue;
+    num_failures = 0;
+    frame_tracker_.UpdateMotion(view);
+    if (may_insert && InsertIfNeeded(view, pose)) {
+      MappingLock alone;
+      local_mapper_.MapKeyframe(atlas_.map(), atlas_.newest(), alone);
+      atlas_.AddPlace(atlas_.newest());
+      view = atlas_.map().keyframe(atlas_.newest()).view;
+    }
+    frame_tracker_.Remember(std::move(view));
+  }
+  frame_tracker_.SetState(from);
+}
+
+// The frames of a loss, backwards from where the track was found again.
+std::vector<FramePose> MonocularTracker::TrackLostFrames() {
+  const std::size_t first_frame = atlas_.num_frames();
+  std::vector<Frame> lost = backlog_.Take(-1, frame_tracker_.state().previous->frame.index);
+  std::reverse(lost.begin(), lost.end());
+  TrackBacklog(lost, false);
+  std::vector<FramePose> tracked = atlas_.FramePosesFrom(first_frame);
+  std::reverse(tracked.begin(), tracked.end());
+  return tracked;
+}
+
+// The new keyframe, which has yet to be mapped, is the newest and the reference.
+bool MonocularTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
+  if (!NeedsKeyframe(frame_tracker_.EvidenceFor(view, pose), options_.insertion)) return false;
+  frame_tracker_.AddFeatures(view);
+  frame_tracker_.SetReference(atlas_.AddKeyframe(view));
+  is_publication_due_ = true;
+  return true;
+}
+
+void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
+  local_mapper_.MapKeyframe(atlas_.map(), keyframe, lock);
+  if (lock.IsShared()) PublishPoses();
+  lock.Yield();
+  const bool is_closed = ClosePlaces(keyframe, lock);
+  const bool has_followed = FollowModel(lock);
+  if (lock.IsShared() && (is_closed || has_followed)) PublishPoses();
+}
+
+// A new keyframe may show what an old one of its map has seen, or what another map holds. True
+// when the map has moved.
+bool MonocularTracker::ClosePlaces(KeyframeId keyframe, MappingLock& lock) {
+  const std::optional<PlaceClosure> closure = loop_closer_.Close(keyframe, lock);
+  if (!closure) return false;
+  if (closure->shift) {
+    frame_tracker_.Renumber(*closure->shift);
+    if (mapping_) mapping_->Renumber(closure->shift->keyframes);
+  }
+  frame_tracker_.Rescale(closure->scale);
+  RequestAdjustment(lock);
+  return true;
+}
+
+// True when the map has moved, to where the model has some of its keyframes.
+bool MonocularTracker::FollowModel(MappingLock& lock) {
+  const KeyframeId newest = atlas_.newest();  // another one may come while the map is given up
+  const double scale_before = atlas_.map().keyframe(newest).scale;
+  {
+    const ScopedStageTimer timer(times_, "tracking/constraints");
+    if (!FollowConstraints(atlas_.map(), lock)) return false;
+  }
+  frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
+  RequestAdjustment(lock);
+  return true;
+}
+
+// Who does not share the map has adjusted it at once.
+void MonocularTracker::RequestAdjustment(const MappingLock& lock) {
+  if (mapping_ && lock.IsShared()) mapping_->RequestAdjustment();
+}
+
+// Both work on the map in use: it is left only when all of it is mapped.
+MappingWork MonocularTracker::BackgroundWork() {
+  const auto map_keyframe = [this](KeyframeId keyframe, MappingLock& lock) {
+    MapKeyframe(keyframe, lock);
+  };
+  const auto adjust_all = [this](MappingLock& lock) {
+    const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
+    const bool is_done = AdjustAllAndScales(atlas_.map(), lock);
+    PublishPoses();
+    return is_done;
+  };
+  return {map_keyframe, adjust_all};
+}
+
+std::unique_ptr<TrackingLock> MonocularTracker::Lock() const {
+  return mapping_ ? std::make_unique<TrackingLock>(mapping_->mutex()) : nullptr;
+}
+
+void MonocularTracker::PublishPoses() {
+  atlas_.PublishPoses();
+  is_publication_due_ = false;
+}
+
+void MonocularTracker::Constrain(std::span<const KeyframeConstraint> constraints) {
+  if (!options_.with_constraints) return;
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  for (const KeyframeConstraint& constraint : constraints) {
+    for (std::size_t i = 0; i < atlas_.num_maps(); ++i) {
+      if (AddConstraint(atlas_.map(i), constraint)) break;
+    }
+  }
+}
+
+void MonocularTracker::WaitForMapping() {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (mapping_) mapping_->Wait(*lock);
+  MappingLock alone;  // nothing is mapped now
+  if (atlas_.IsInUse() && FollowModel(alone)) PublishPoses();
+}
+
+std::vector<Keyframe> MonocularTracker::Finish() {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (mapping_) mapping_->Wait(*lock);
+  if (!atlas_.IsInUse()) return {};
+  return TakeFinalised(atlas_.map(), true);
+}
+
+std::vector<TrajectoryEntry> MonocularTracker::Trajectory() const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  return atlas_.Trajectory();
+}
+
+std::vector<TrajectoryEntry> MonocularTracker::KeyframeTrajectory() const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  return atlas_.KeyframeTrajectory();
+}
+
+SparseModel MonocularTracker::Sparse(int map_id) const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  return atlas_.Sparse(map_id);
+}
+
+std::string MonocularTracker::SaveMap() const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  return atlas_.Save();
+}
+
+void MonocularTracker::LoadMap(std::string_view bytes, const std::string& where) {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (camera_) throw UsageError("a map must be loaded before the first frame");
+  atlas_.Load(bytes, where);
+  camera_ = atlas_.map().camera();
+}
+
+}  // namespace mono3d::tracking

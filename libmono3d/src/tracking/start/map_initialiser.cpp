@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/start/map_initialiser.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tracking/features/image_shift.h"
+
+namespace mono3d::tracking {
+namespace {
+
+constexpr std::size_t kMaxViews = 16;   // kept: beyond, every second one goes
+constexpr std::size_t kMaxBetween = 3;  // views that help to select a motion: each is matched
+
+}  // namespace
+
+std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
+  const auto num_features = static_cast<int>(view.features.size());
+  if (num_features < options_.min_matches) {
+    views_.clear();
+    reason = std::to_string(num_features) + " features, " + std::to_string(options_.min_matches) +
+             " needed";
+    return std::nullopt;
+  }
+  std::erase_if(views_, [&](const View& old) {
+    return view.frame.timestamp_s - old.frame.timestamp_s > options_.max_wait_s;
+  });
+  reason = "first view taken, waiting for parallax";
+  std::size_t oldest = FirstThatShares(view, reason);
+  // Views that share too little with the newest one will share less with the next; one of them may
+  // still tell two motions apart.
+  if (oldest > 1) {
+    views_.erase(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(oldest - 1));
+    oldest = 1;
+  }
+  // The second try: half as old, so better matched, where the first has parallax but no clear
+  // motion.
+  std::vector<std::size_t> tries;
+  const std::size_t num_sharing = views_.size() - oldest;
+  if (num_sharing > 0) tries.push_back(oldest);
+  if (num_sharing > 3) tries.push_back(oldest + num_sharing / 2);
+  for (const std::size_t first : tries) {
+    std::string this_reason;
+    std::optional<TwoViewStart> motion = Try(first, view, this_reason);
+    if (first == oldest) reason = this_reason;
+    if (!motion) continue;
+    MapStart start;
+    start.first = std::move(views_[first]);
+    start.second = std::move(view);
+    start.motion = *std::move(motion);
+    views_.clear();
+    return start;
+  }
+  Keep(std::move(view));
+  return std::nullopt;
+}
+
+// The number of the oldest view that shares enough with the newest one, as many as there are where
+// none does.
+std::size_t MapInitialiser::FirstThatShares(const View& view, std::string& reason) const {
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const bool is_last = i + 1 == views_.size();
+    const auto num_matches =
+        static_cast<int>((is_last ? Match(views_[i], view) : MatchNear(views_[i], view)).size());
+    if (num_matches >= options_.min_matches) return i;
+    reason = std::to_string(num_matches) + " matches, " + std::to_string(options_.min_matches) +
+             " needed";
+  }
+  return views_.size();
+}
+
+std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& view,
+                                                std::string& reason) const {
+  const View& a = views_[first];
+  const CameraModel& camera = view.frame.camera;
+  StartAttempt attempt = StartFromTwoViews(a, view, Match(a, view), camera, options_, seed_);
+  reason = attempt.reason;
+  if (attempt.candidates.size() < 2) {
+    if (attempt.candidates.empty()) return std::nullopt;
+    return std::move(attempt.candidates.front());
+  }
+  std::optional<TwoViewStart> motion =
+      SelectMotion(attempt.candidates, a, view, SupportViews(first, view), camera);
+  if (!motion) reason = "two motions explain the views equally well";
+  return motion;
+}
+
+// Views between the two of a start, or the one before them where there is none between.
+std::vector<BetweenView> MapInitialiser::SupportViews(std::size_t first, const View& view) const {
+  const View& a = views_[first];
+  const double duration_s = view.frame.timestamp_s - a.frame.timestamp_s;
+  std::vector<BetweenView> supports;
+  const auto add = [&](const View& support) {
+    const double progress =
+        duration_s > 0 ? (support.frame.timestamp_s - a.frame.timestamp_s) / duration_s : 0.5;
+    supports.push_back({&support, progress, Match(a, support)});
+  };
+  const std::size_t num_between = views_.size() - first - 1;
+  const std::size_t num_used = std::min(num_between, kMaxBetween);
+  for (std::size_t i = 0; i < num_used; ++i) {
+    add(views_[first + (i + 1) * (num_between + 1) / (num_used + 1)]);
+  }
+  if (num_used == 0 && first > 0) add(views_[first - 1]);
+  return supports;
+}
+
+std::vector<FeatureMatch> MapInitialiser::MatchNear(const View& a, const View& b) const {
+  return MatchNearby(a, b, {options_.search_radius_share * b.frame.camera.width, kMaxStartLevel});
+}
+
+// Near where they were, or else where most of the image has gone.
+std::vector<FeatureMatch> MapInitialiser::Match(const View& a, const View& b) const {
+  std::vector<FeatureMatch> matches = MatchNear(a, b);
+  if (static_cast<int>(matches.size()) >= options_.min_matches) return matches;
+  const auto shift_px = CommonShift(a, std::vector<char>(a.features.size(), 1), b, kMaxStartLevel);
+  if (!shift_px) return matches;
+  return MatchNearby(
+      a, b, {options_.search_radius_share * b.frame.camera.width, kMaxStartLevel, *shift_px});
+}
+
+void MapInitialiser::Keep(View view) {
+  views_.push_back(std::move(view));
+  if (views_.size() <= kMaxViews) return;
+  // Every second one goes, but the oldest and the newest stay.
+  std::vector<View> kept;
+  for (std::size_t i = 0; i < views_.size(); i += 2) kept.push_back(std::move(views_[i]));
+  views_ = std::move(kept);
+}
+
+}  // namespace mono3d::tracking

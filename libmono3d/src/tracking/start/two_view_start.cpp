@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/start/two_view_start.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <numbers>
+#include <sstream>
+
+#include "mono3d/geometry/fundamental.h"
+#include "mono3d/geometry/homography.h"
+#include "mono3d/geometry/triangulation.h"
+#include "mono3d/geometry/two_view_ransac.h"
+#include "tracking/reason.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Above it the scene is as good as planar (Mur-Artal, Montiel, Tardos 2015, section IV).
+constexpr double kPlanarShare = 0.45;
+// A motion wins if no other one has more than this share of its points.
+constexpr double kClearPointsShare = 0.75;
+// px^2: twice the standard deviation of a key point.
+constexpr double kMaxSquaredError = 4;
+
+struct StartCandidate {
+  TwoViewStart start;
+  double parallax_deg = 0;  // the 50th largest
+};
+
+std::string TooLittleParallax(double found_deg, double needed_deg) {
+  std::ostringstream text;
+  text << std::setprecision(2) << "too little parallax: " << found_deg << " degrees, " << needed_deg
+       << " needed";
+  return text.str();
+}
+
+std::vector<Pose> Motions(const TwoViewModel& model, bool is_planar, const CameraModel& camera) {
+  const Eigen::Matrix3d K = camera.Matrix();
+  std::vector<Pose> motions;
+  if (is_planar) {
+    for (const PlaneMotion& motion : DecomposeHomography(K.inverse() * model.matrix * K)) {
+      motions.push_back(motion.T_b_a);
+    }
+  } else {
+    for (const Pose& motion : DecomposeEssential(K.transpose() * model.matrix * K)) {
+      motions.push_back(motion);
+    }
+  }
+  return motions;
+}
+
+// Triangulates the inliers under one motion and keeps those that fit.
+StartCandidate Test(const Pose& T_b_a, const std::vector<PointPair>& pairs,
+                    const std::vector<FeatureMatch>& matches, const TwoViewModel& model,
+                    const CameraModel& camera) {
+  StartCandidate candidate;
+  candidate.start.T_b_a = T_b_a;
+  const Eigen::Vector3d centre_b = T_b_a.Inverse().translation();
+  std::vector<double> cosines;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (model.is_inlier[i] == 0) continue;
+    const std::optional<Eigen::Vector3d> p_a =
+        Triangulate(camera.Unproject(pairs[i].a), camera.Unproject(pairs[i].b), T_b_a);
+    if (!p_a) continue;
+    if ((camera.Project(*p_a) - pairs[i].a).squaredNorm() > kMaxSquaredError) continue;
+    if ((camera.Project(T_b_a * *p_a) - pairs[i].b).squaredNorm() > kMaxSquaredError) continue;
+    cosines.push_back(CosParallax(*p_a, Eigen::Vector3d::Zero(), centre_b));
+    candidate.start.matches.push_back(matches[i]);
+    candidate.start.p_a.push_back(*p_a);
+  }
+  if (cosines.empty()) return candidate;
+  const std::size_t rank = std::min<std::size_t>(50, cosines.size() - 1);
+  std::nth_element(cosines.begin(), cosines.begin() + static_cast<std::ptrdiff_t>(rank),
+                   cosines.end());
+  candidate.parallax_deg = std::acos(std::min(1.0, cosines[rank])) * 180 / std::numbers::pi;
+  return candidate;
+}
+
+// What the views share, and how it is to be read.
+struct Shared {
+  const std::vector<PointPair>& pairs;
+  const std::vector<FeatureMatch>& matches;
+  const CameraModel& camera;
+  const InitialisationOptions& options;
+  int num_explained = 0;  // pairs, by the model that explains most
+};
+
+// The motions that one model leaves open.
+StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
+  std::vector<StartCandidate> candidates;
+  for (const Pose& T_b_a : Motions(model, is_planar, shared.camera)) {
+    candidates.push_back(Test(T_b_a, shared.pairs, shared.matches, model, shared.camera));
+  }
+  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
+    return l.start.p_a.size() > r.start.p_a.size();
+  });
+  const StartCandidate& best = candidates[0];
+  const auto num_points = static_cast<int>(best.start.p_a.size());
+  const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
+  if (num_points < needed) return {{}, NeededText(num_points, "points triangulated", needed)};
+  if (best.parallax_deg < shared.options.min_parallax_deg) {
+    return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg)};
+  }
+  StartAttempt attempt;
+  for (StartCandidate& candidate : candidates) {
+    if (static_cast<double>(candidate.start.p_a.size()) < kClearPointsShare * num_points) break;
+    candidate.start.is_planar = is_planar;
+    attempt.candidates.push_back(std::move(candidate.start));
+  }
+  return attempt;
+}
+
+}  // namespace
+
+StartAttempt StartFromTwoViews(const View& a, const View& b,
+                               const std::vector<FeatureMatch>& matches, const CameraModel& camera,
+                               const InitialisationOptions& options, int seed) {
+  if (static_cast<int>(matches.size()) < options.min_matches) {
+    return {{}, NeededText(static_cast<int>(matches.size()), "matches", options.min_matches)};
+  }
+  std::vector<PointPair> pairs;
+  for (const FeatureMatch& match : matches) {
+    pairs.push_back({a.features[match.feature_a].pixel, b.features[match.feature_b].pixel});
+  }
+  TwoViewRansacOptions ransac;
+  ransac.seed = seed;
+  const std::optional<TwoViewModel> H = EstimateHomography(pairs, ransac);
+  const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
+  if (!H && !F) return {{}, "neither a homography nor a fundamental matrix fits the matches"};
+  const double score_H = H ? H->score : 0;
+  const double score_F = F ? F->score : 0;
+  const Shared shared{pairs, matches, camera, options,
+                      std::max(H ? H->num_inliers : 0, F ? F->num_inliers : 0)};
+  if (score_H > kPlanarShare * (score_H + score_F)) return StartFromModel(shared, *H, true);
+  StartAttempt attempt = StartFromModel(shared, *F, false);
+  if (!attempt.candidates.empty() || !H) return attempt;
+  // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
+  // that of no motion.
+  StartAttempt over_plane = StartFromModel(shared, *H, true);
+  return over_plane.candidates.empty() ? attempt : over_plane;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/start/two_view_start.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "mono3d/image/keyframe.h"
+#include "tracking/start/map_initialiser.h"
+#include "tracking/start/motion_selection.h"
+#include "tracking/tracking_world.h"
+
+namespace mono3d::tracking {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kNoise_px = 0.3;
+// 0.3 px of 345 over 200 points and 10 % of baseline.
+constexpr double kMaxRotationErrorDeg = 0.5;
+constexpr double kMaxDirectionErrorDeg = 5;
+
+Pose Motion(double share) {
+  return {RotationExp(share * Eigen::Vector3d(0.01, -0.06, 0.02)),
+          share * Eigen::Vector3d(-1.0, 0.1, 0.3)};
+}
+
+// Views of 200 points at depths around 10, or on a plane, from poses along one motion.
+std::vector<View> MakeViews(bool planar, const std::vector<Pose>& poses, std::mt19937& random) {
+  const CameraModel camera = SmallCamera();
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.2, -0.5, 1).normalized();
+  std::vector<std::vector<Eigen::Vector2d>> pixels(poses.size());
+  while (pixels[0].size() < 200) {
+    const Eigen::Vector2d pixel(Uniform(random, 40, 340), Uniform(random, 30, 190));
+    const Eigen::Vector3d ray = camera.Unproject(pixel);
+    const double depth = planar ? 9 / normal.dot(ray) : Uniform(random, 6, 15);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const Eigen::Vector2d noise(Normal(random, kNoise_px), Normal(random, kNoise_px));
+      pixels[i].push_back(camera.Project(poses[i] * (depth * ray)) + noise);
+    }
+  }
+  std::vector<View> views;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    views.push_back(MakeView(camera, pixels[i]));
+    views.back().frame.index = static_cast<std::int64_t>(i);
+    views.back().frame.timestamp_s = 0.1 * static_cast<double>(i);
+  }
+  return views;
+}
+
+// The same numbers match; the first `num_wrong` are turned round among themselves.
+std::vector<FeatureMatch> MatchAll(std::size_t num_wrong = 0) {
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < 200; ++i)
+    matches.push_back({i, i < num_wrong ? num_wrong - 1 - i : i});
+  return matches;
+}
+
+StartAttempt Start(const std::vector<View>& views, const std::vector<FeatureMatch>& matches) {
+  return StartFromTwoViews(views.front(), views.back(), matches, SmallCamera(), {}, 1);
+}
+
+struct PoseError {
+  double rotation_deg = 0;
+  double direction_deg = 0;  // of the translation
+};
+
+PoseError ErrorOf(const Pose& found, const Pose& truth) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const double cosine = found.translation().normalized().dot(truth.translation().normalized());
+  return {(found.Inverse() * truth).RotationAngle() * kDegrees,
+          std::acos(std::min(1.0, cosine)) * kDegrees};
+}
+
+void ExpectMotion(const Pose& found, const Pose& truth) {
+  const PoseError error = ErrorOf(found, truth);
+  EXPECT_LT(error.rotation_deg, kMaxRotationErrorDeg);
+  EXPECT_LT(error.direction_deg, kMaxDirectionErrorDeg);
+}
+
+TEST(StartFromTwoViews, RecoversTheMotionOverReliefWithWrongMatches) {
+  std::mt19937 random(SeedFromTestName());
+  const auto views = MakeViews(false, {Pose(), Motion(1)}, random);
+  const StartAttempt attempt = Start(views, MatchAll(40));
+  ASSERT_EQ(attempt.candidates.size(), 1U) << attempt.reason;
+  EXPECT_FALSE(attempt.candidates[0].is_planar);
+  ExpectMotion(attempt.candidates[0].T_b_a, Motion(1));
+  EXPECT_GE(attempt.candidates[0].p_a.size(), 140U);
+  EXPECT_EQ(attempt.candidates[0].p_a.size(), attempt.candidates[0].matches.size());
+}
+
+TEST(StartFromTwoViews, HoldsTheMotionOverAPlaneAmongItsCandidates) {
+  std::mt19937 random(SeedFromTestName());
+  const auto views = MakeViews(true, {Pose(), Motion(1)}, random);
+  const StartAttempt attempt = Start(views, MatchAll(40));
+  ASSERT_GE(attempt.candidates.size(), 1U) << attempt.reason;
+  EXPECT_TRUE(attempt.candidates[0].is_planar);
+  double smallest = 10;
+  for (const TwoViewStart& start : attempt.candidates) {
+    const Pose error = start.T_b_a * Motion(1).Inverse();
+    smallest = std::min(smallest, error.RotationAngle());
+  }
+  EXPECT_LT(smallest * 180 / std::numbers::pi, kMaxRotationErrorDeg);
+}
+
+TEST(StartFromTwoViews, SaysWhyItDoesNotStart) {
+  std::mt19937 random(SeedFromTestName());
+  const auto views = MakeViews(false, {Pose(), Motion(1)}, random);
+  auto few = MatchAll();
+  few.resize(62);
+  EXPECT_EQ(Start(views, few).reason, "62 matches, 100 needed");
+
+  const auto turned = MakeViews(
+      false, {Pose(), Pose(RotationExp({0.01, 0.05, 0}), Eigen::Vector3d::Zero())}, random);
+  EXPECT_TRUE(Start(turned, MatchAll()).candidates.empty());
+  EXPECT_FALSE(Start(turned, MatchAll()).reason.empty());
+
+  const auto close = MakeViews(false, {Pose(), Motion(0.02)}, random);
+  EXPECT_TRUE(Start(close, MatchAll()).candidates.empty());
+}
+
+TEST(SelectMotion, TellsTheTwoMotionsOverAPlaneApartByAThirdView) {
+  std::mt19937 random(SeedFromTestName());
+  // The way between bends, as real flights do.
+  const Pose middle(RotationExp({0.02, -0.01, 0.0}), Eigen::Vector3d(-0.5, 0.3, 0));
+  // Of 300 draws of the noise 6 % lead to more than the error allowed, the worst to 0.83 degrees.
+  constexpr int kNumDraws = 5;
+  std::vector<float> rotation_errors_deg;
+  std::vector<float> direction_errors_deg;
+  for (int i = 0; i < kNumDraws; ++i) {
+    const auto views = MakeViews(true, {Pose(), middle, Motion(1.5)}, random);
+    StartAttempt attempt = Start(views, MatchAll());
+    ASSERT_GE(attempt.candidates.size(), 1U) << attempt.reason;
+    const std::vector<BetweenView> between = {{&views[1], 0.5, MatchAll()}};
+    const auto chosen =
+        SelectMotion(attempt.candidates, views[0], views[2], between, SmallCamera());
+    ASSERT_TRUE(chosen.has_value());
+    const PoseError error = ErrorOf(chosen->T_b_a, Motion(1.5));
+    rotation_errors_deg.push_back(static_cast<float>(error.rotation_deg));
+    direction_errors_deg.push_back(static_cast<float>(error.direction_deg));
+  }
+  EXPECT_LT(Median(rotation_errors_deg), kMaxRotationErrorDeg);
+  EXPECT_LT(Median(direction_errors_deg), kMaxDirectionErrorDeg);
+}
+
+TEST(SelectMotion, TakesTheOnlyOneAndNoneWithoutAThirdView) {
+  std::mt19937 random(SeedFromTestName());
+  const auto views = MakeViews(false, {Pose(), Motion(1)}, random);
+  const StartAttempt attempt = Start(views, MatchAll());
+  ASSERT_EQ(attempt.candidates.size(), 1U);
+  EXPECT_TRUE(SelectMotion(attempt.candidates, views[0], views[1], {}, SmallCamera()).has_value());
+  const std::vector<TwoViewStart> twice = {attempt.candidates[0], attempt.candidates[0]};
+  EXPECT_FALSE(SelectMotion(twice, views[0], views[1], {}, SmallCamera()).has_value());
+}
+
+TEST(MapInitialiser, WaitsForParallax) {
+  std::mt19937 random(SeedFromTestName());
+  std::vector<Pose> poses;
+  for (int i = 0; i <= 10; ++i) poses.push_back(Motion(0.05 * i));
+  const auto views = MakeViews(false, poses, random);
+  MapInitialiser initialiser({}, 1);
+  std::optional<MapStart> start;
+  std::string reason;
+  for (const View& view : views) {
+    if (!start) start = initialiser.Add(view, reason);
+    if (!start && view.frame.index > 0) {
+      EXPECT_FALSE(reason.empty());
+    }
+  }
+  ASSERT_TRUE(start.has_value()) << reason;
+  EXPECT_EQ(start->first.frame.index, 0);
+  EXPECT_GT(start->second.frame.index, 1);
+}
+
+TEST(MapInitialiser, NamesTheLackOfFeatures) {
+  MapInitialiser initialiser({}, 1);
+  std::string reason;
+  EXPECT_FALSE(initialiser.Add(MakeView(SmallCamera(), {{1, 1}}), reason).has_value());
+  EXPECT_EQ(reason, "1 features, 100 needed");
+}
+
+}  // namespace
+}  // namespace mono3d::tracking
