@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "drawing/chart.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d::tools {
