@@ -15,8 +15,8 @@ namespace mono3d {
 // - COLMAP's cameras.txt with one camera, of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
 //   RADIAL, OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Its pixel (0, 0) is a corner, ours is a
 //   pixel's centre: 0.5 is taken off the principal point.
-// Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for other
-// camera models and distortions, kInvalidInput for wrong content.
+// Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for
+// other camera models and distortions, kInvalidInput for wrong content.
 CameraModel ReadCameraFile(const std::filesystem::path& path);
 
 // Writes the YAML form; every number survives.
