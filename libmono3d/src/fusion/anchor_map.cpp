@@ -51,7 +51,7 @@ void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int subm
   anchors_.push_back(anchor);
   S_world_kf_.push_back(S_world_kf);
   S_world_surfels_.push_back(S_world_kf);
-  observers_.push_back({{size() - 1, 1, Similarity()}});
+  observers_.emplace_back().kept.push_back({size() - 1, 1, Similarity()});
   submap_of_.push_back(submap_id);
   part_of_.push_back(part);
   Anchor& added = anchors_.back();
@@ -67,8 +67,8 @@ void AnchorMap::RemoveFrom(std::uint32_t first_anchor) {
   S_world_kf_.resize(first_anchor);
   S_world_surfels_.resize(first_anchor);
   observers_.resize(first_anchor);
-  for (std::vector<Observer>& observers : observers_) {
-    std::erase_if(observers, [&](const Observer& w) { return w.number >= first_anchor; });
+  for (Observers& observers : observers_) {
+    std::erase_if(observers.kept, [&](const Observer& o) { return o.number >= first_anchor; });
   }
   submap_of_.resize(first_anchor);
   part_of_.resize(first_anchor);
@@ -89,7 +89,7 @@ void AnchorMap::Append(AnchorMap other) {
     anchors_.back().S_tracker_oldest_then = anchors_.front().S_tracker_kf;
     S_world_kf_.push_back(other.S_world_kf_[i]);
     S_world_surfels_.push_back(other.S_world_surfels_[i]);
-    for (Observer& observer : other.observers_[i]) observer.number += first_anchor;
+    for (Observer& observer : other.observers_[i].kept) observer.number += first_anchor;
     observers_.push_back(std::move(other.observers_[i]));
     submap_of_.push_back(other.submap_of_[i] + first_id);
     part_of_.push_back(other.part_of_[i] + first_part);
@@ -191,22 +191,30 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
 
 void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
   if (number + 1 == size() || share <= 0) return;
-  std::vector<Observer>& observers = observers_[number];
-  if (observers.size() == kMaxObservers) {
+  Observers& observers = observers_[number];
+  observers.weight_since += share;
+  if (++observers.num_since < observers.stride) return;
+  std::vector<Observer>& kept = observers.kept;
+  if (kept.size() == kMaxObservers) {
     for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
-      observers[i] = observers[2 * i];
-      observers[i].weight += observers[2 * i + 1].weight;
+      const double weight = kept[2 * i].weight + kept[2 * i + 1].weight;
+      kept[i] = kept[2 * i + i % 2];  // older and newer in turns, itself first
+      kept[i].weight = weight;
     }
-    observers.resize(kMaxObservers / 2);
+    kept.resize(kMaxObservers / 2);
+    observers.stride *= 2;
   }
-  observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+  kept.push_back({size() - 1, observers.weight_since,
+                  S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+  observers.num_since = 0;
+  observers.weight_since = 0;
 }
 
 // Where nothing has moved, not even rounding may.
 void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
   for (std::uint32_t i = 0; i < size(); ++i) {
     const bool has_moved = std::ranges::any_of(
-        observers_[i], [&](const Observer& o) { return is_elsewhere[o.number]; });
+        observers_[i].kept, [&](const Observer& o) { return is_elsewhere[o.number]; });
     if (has_moved) PlaceSurfels(i);
   }
 }
@@ -214,7 +222,7 @@ void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
 // The mean of where each observer has them, by weight: of the place at which the anchor looks, of
 // the rotation, and of the logarithm of the scale.
 void AnchorMap::PlaceSurfels(std::uint32_t number) {
-  const std::vector<Observer>& observers = observers_[number];
+  const std::vector<Observer>& observers = observers_[number].kept;
   if (observers.size() == 1) {
     S_world_surfels_[number] = S_world_kf_[number];
     return;

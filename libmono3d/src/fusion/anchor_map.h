@@ -73,9 +73,9 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
-  // Depth maps that an anchor keeps as observers of its surfels; of more, every second one counts
-  // for two.
-  static constexpr std::size_t kMaxObservers = 16;
+  // Depth maps that an anchor keeps as observers of its surfels; of more every second, fourth, ...
+  // one, which counts for those between.
+  static constexpr std::size_t kMaxObservers = 32;
 
  private:
   // A depth map that has seen surfels of an anchor.
@@ -83,6 +83,14 @@ class AnchorMap {
     std::uint32_t number = 0;
     double weight = 1;
     Similarity S_kf_surfels;  // as it saw them
+  };
+
+  // All depth maps that have confirmed surfels of an anchor, itself first.
+  struct Observers {
+    std::vector<Observer> kept;
+    std::uint32_t stride = 1;     // from one that is kept to the next
+    std::uint32_t num_since = 0;  // the latest one that is kept
+    double weight_since = 0;
   };
 
   void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
@@ -93,7 +101,7 @@ class AnchorMap {
   std::vector<Anchor> anchors_;
   std::vector<Similarity> S_world_kf_;
   std::vector<Similarity> S_world_surfels_;
-  std::vector<std::vector<Observer>> observers_;  // per anchor, itself first
+  std::vector<Observers> observers_;  // per anchor
   std::vector<int> submap_of_;
   std::vector<int> part_of_;     // anchors of one part follow each other
   std::vector<Submap> submaps_;  // by id
