@@ -181,7 +181,7 @@ TEST(AnchorMap, TakesOverAnotherOne) {
 // What two depth maps agree on is the mean of both, and goes where the mean of both goes.
 TEST(AnchorMap, SurfelsMoveAsTheMeanOfThoseThatConfirmedThem) {
   AnchorMap anchors = Flight(2);
-  anchors.LatestConfirmed(0, 0.5);
+  anchors.LatestConfirmed(0, 0.5, 2.0 / 3);
   const auto pose = [](int i, const Similarity& S) { return KeyframePose{10 * i, 0, S}; };
   EXPECT_TRUE(Update(anchors, {pose(0, At(0)), pose(1, At(5))}));  // by 3 su
   ExpectNear(anchors.S_world_kf()[0], At(0));
@@ -193,7 +193,7 @@ TEST(AnchorMap, SurfelsMoveAsTheMeanOfThoseThatConfirmedThem) {
 
 TEST(AnchorMap, SurfelsThatOneSawAloneMoveWithIt) {
   AnchorMap anchors = Flight(3);
-  anchors.LatestConfirmed(1, 0);
+  anchors.LatestConfirmed(1, 0, 1);
   EXPECT_TRUE(
       Update(anchors, MovedPoses(anchors, [](std::uint32_t i) { return PartOfALoop(0.3 * i); })));
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -207,7 +207,7 @@ TEST(AnchorMap, KeepsABoundedNumberOfObservers) {
   AnchorMap anchors;
   for (int i = 0; i < kNumAnchors; ++i) {
     anchors.Add(AnchorAt(i), AnchorAt(i).S_tracker_kf, 0);
-    anchors.LatestConfirmed(0, 1);
+    anchors.LatestConfirmed(0, 1, 1.0 / (i + 1));
   }
   const auto moved = [](std::uint32_t i) { return At(0.01 * i); };
   EXPECT_TRUE(Update(anchors, MovedPoses(anchors, moved)));

@@ -42,8 +42,9 @@ class AnchorMap {
   // The next anchor, of the submap of this id, existing or the next one. The model has moved it
   // where `S_world_kf` is not the tracker's.
   void Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id);
-  // The latest anchor has confirmed so much of the surfels of this one: a share, 0 to 1.
-  void LatestConfirmed(std::uint32_t number, double share);
+  // The latest anchor has confirmed a share of the surfels of this one, 0 to 1. Of what is known of
+  // these by now, `own_share` is what the anchor itself has seen.
+  void LatestConfirmed(std::uint32_t number, double share, double own_share);
   void RemoveFrom(std::uint32_t first_anchor);
   // Behind these. Its submaps become further ones.
   void Append(AnchorMap other);
@@ -85,9 +86,10 @@ class AnchorMap {
     Similarity S_kf_surfels;  // as it saw them
   };
 
-  // All depth maps that have confirmed surfels of an anchor, itself first.
+  // The depth maps that have seen surfels of an anchor.
   struct Observers {
-    std::vector<Observer> kept;
+    double own_share = 1;         // of all that is known: what the anchor has seen itself
+    std::vector<Observer> kept;   // the others
     std::uint32_t stride = 1;     // from one that is kept to the next
     std::uint32_t num_since = 0;  // the latest one that is kept
     double weight_since = 0;
