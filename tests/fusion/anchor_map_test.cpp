@@ -181,7 +181,7 @@ TEST(AnchorMap, TakesOverAnotherOne) {
 // What two depth maps agree on is the mean of both, and goes where the mean of both goes.
 TEST(AnchorMap, SurfelsMoveAsTheMeanOfThoseThatConfirmedThem) {
   AnchorMap anchors = Flight(2);
-  anchors.LatestConfirmed(0, 0.5);
+  anchors.LatestConfirmed(0, 0.5, 2.0 / 3);
   const auto pose = [](int i, const Similarity& S) { return KeyframePose{10 * i, 0, S}; };
   EXPECT_TRUE(Update(anchors, {pose(0, At(0)), pose(1, At(5))}));  // by 3 su
   ExpectNear(anchors.S_world_kf()[0], At(0));
@@ -193,7 +193,7 @@ TEST(AnchorMap, SurfelsMoveAsTheMeanOfThoseThatConfirmedThem) {
 
 TEST(AnchorMap, SurfelsThatOneSawAloneMoveWithIt) {
   AnchorMap anchors = Flight(3);
-  anchors.LatestConfirmed(1, 0);
+  anchors.LatestConfirmed(1, 0, 1);
   EXPECT_TRUE(
       Update(anchors, MovedPoses(anchors, [](std::uint32_t i) { return PartOfALoop(0.3 * i); })));
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -201,18 +201,18 @@ TEST(AnchorMap, SurfelsThatOneSawAloneMoveWithIt) {
   }
 }
 
-// Hovering: everything confirms everything. All have a say still.
+// Hovering: everything confirms everything.
 TEST(AnchorMap, KeepsABoundedNumberOfObservers) {
   constexpr int kNumAnchors = 100;
   AnchorMap anchors;
   for (int i = 0; i < kNumAnchors; ++i) {
     anchors.Add(AnchorAt(i), AnchorAt(i).S_tracker_kf, 0);
-    anchors.LatestConfirmed(0, 1);
+    anchors.LatestConfirmed(0, 1, 1.0 / (i + 1));
   }
   const auto moved = [](std::uint32_t i) { return At(0.01 * i); };
   EXPECT_TRUE(Update(anchors, MovedPoses(anchors, moved)));
-  // Half of what the last one moves, but for the coarse sample.
-  EXPECT_NEAR(anchors.S_world_surfels()[0].pose().translation().x(), 0.5, 0.06);
+  // As the mean of the eight after it, but for its own hundredth.
+  EXPECT_NEAR(anchors.S_world_surfels()[0].pose().translation().x(), 0.99 * 0.045, kRounding);
 }
 
 TEST(AnchorMap, KnowsWhichAnchorsAreOnePart) {

@@ -51,7 +51,7 @@ void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int subm
   anchors_.push_back(anchor);
   S_world_kf_.push_back(S_world_kf);
   S_world_surfels_.push_back(S_world_kf);
-  observers_.emplace_back().kept.push_back({size() - 1, 1, Similarity()});
+  observers_.emplace_back();
   submap_of_.push_back(submap_id);
   part_of_.push_back(part);
   Anchor& added = anchors_.back();
@@ -189,61 +189,55 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
   PlaceSurfelsOf(std::vector<bool>(size(), true));
 }
 
-void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
+void AnchorMap::LatestConfirmed(std::uint32_t number, double share, double own_share) {
   if (number + 1 == size() || share <= 0) return;
   Observers& observers = observers_[number];
-  observers.weight_since += share;
-  if (++observers.num_since < observers.stride) return;
-  std::vector<Observer>& kept = observers.kept;
-  if (kept.size() == kMaxObservers) {
-    for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
-      const double weight = kept[2 * i].weight + kept[2 * i + 1].weight;
-      kept[i] = kept[2 * i + i % 2];  // older and newer in turns, itself first
-      kept[i].weight = weight;
-    }
-    kept.resize(kMaxObservers / 2);
-    observers.stride *= 2;
-  }
-  kept.push_back({size() - 1, observers.weight_since,
-                  S_world_kf_.back().Inverse() * S_world_surfels_[number]});
-  observers.num_since = 0;
-  observers.weight_since = 0;
+  observers.own_share = own_share;
+  if (observers.kept.size() >= kMaxObservers) return;
+  observers.kept.push_back(
+      {size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
 }
 
 // Where nothing has moved, not even rounding may.
 void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
   for (std::uint32_t i = 0; i < size(); ++i) {
-    const bool has_moved = std::ranges::any_of(
-        observers_[i].kept, [&](const Observer& o) { return is_elsewhere[o.number]; });
+    const bool has_moved =
+        is_elsewhere[i] || std::ranges::any_of(observers_[i].kept, [&](const Observer& o) {
+          return is_elsewhere[o.number];
+        });
     if (has_moved) PlaceSurfels(i);
   }
 }
 
-// The mean of where each observer has them, by weight: of the place at which the anchor looks, of
-// the rotation, and of the logarithm of the scale.
+// The mean of where the anchor and its observers have them, by weight: of the place at which the
+// anchor looks, of the rotation, and of the logarithm of the scale. Unless they are its only
+// observers', the share of each depth map differs from block to block; that of the anchor itself,
+// by which blocks differ most, is right on average.
 void AnchorMap::PlaceSurfels(std::uint32_t number) {
-  const std::vector<Observer>& observers = observers_[number].kept;
-  if (observers.size() == 1) {
-    S_world_surfels_[number] = S_world_kf_[number];
+  const auto& [own_share, kept] = observers_[number];
+  const Similarity& S_world_kf = S_world_kf_[number];
+  double sum = 0;
+  for (const Observer& observer : kept) sum += observer.weight;
+  if (sum == 0) {
+    S_world_surfels_[number] = S_world_kf;
     return;
   }
   const Eigen::Vector3d centre(0, 0, anchors_[number].median_depth_su);
-  Eigen::Vector3d sum_centre = Eigen::Vector3d::Zero();
-  Eigen::Vector4d sum_rotation = Eigen::Vector4d::Zero();
-  double sum_log_scale = 0;
-  double sum = 0;
-  for (const Observer& observer : observers) {
+  Eigen::Vector3d mean_centre = own_share * (S_world_kf * centre);
+  Eigen::Vector4d mean_rotation = own_share * S_world_kf.pose().rotation().coeffs();
+  double mean_log_scale = own_share * std::log(S_world_kf.scale());
+  for (const Observer& observer : kept) {
+    const double weight = (1 - own_share) * observer.weight / sum;
     const Similarity S = S_world_kf_[observer.number] * observer.S_kf_surfels;
     const Eigen::Vector4d q = S.pose().rotation().coeffs();
-    sum_rotation += (q.dot(sum_rotation) < 0 ? -observer.weight : observer.weight) * q;
-    sum_centre += observer.weight * (S * centre);
-    sum_log_scale += observer.weight * std::log(S.scale());
-    sum += observer.weight;
+    mean_centre += weight * (S * centre);
+    mean_rotation += (q.dot(mean_rotation) < 0 ? -weight : weight) * q;
+    mean_log_scale += weight * std::log(S.scale());
   }
-  const double scale = std::exp(sum_log_scale / sum);
-  const Eigen::Quaterniond rotation(Eigen::Vector4d(sum_rotation.normalized()));
+  const double scale = std::exp(mean_log_scale);
+  const Eigen::Quaterniond rotation(Eigen::Vector4d(mean_rotation.normalized()));
   S_world_surfels_[number] =
-      Similarity(scale, Pose(rotation, sum_centre / sum - rotation * (scale * centre)));
+      Similarity(scale, Pose(rotation, mean_centre - rotation * (scale * centre)));
 }
 
 void AnchorMap::JoinSubmaps(int submap_id, int other_id) {

@@ -42,8 +42,9 @@ class AnchorMap {
   // The next anchor, of the submap of this id, existing or the next one. The model has moved it
   // where `S_world_kf` is not the tracker's.
   void Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id);
-  // The latest anchor has confirmed so much of the surfels of this one: a share, 0 to 1.
-  void LatestConfirmed(std::uint32_t number, double share);
+  // The latest anchor has confirmed a share of the surfels of this one, 0 to 1. Of what is known of
+  // these by now, `own_share` is what the anchor itself has seen.
+  void LatestConfirmed(std::uint32_t number, double share, double own_share);
   void RemoveFrom(std::uint32_t first_anchor);
   // Behind these. Its submaps become further ones.
   void Append(AnchorMap other);
@@ -73,9 +74,11 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
-  // Depth maps that an anchor keeps as observers of its surfels; of more every second, fourth, ...
-  // one, which counts for those between.
-  static constexpr std::size_t kMaxObservers = 32;
+  // The first depth maps that confirm surfels of an anchor follow it in the flight, and see the
+  // same part of them. Those that come back later, from elsewhere, see another: with 32
+  // observers 6.4 % of the surfels were off by more than 2 % of the depth after a corrected loop,
+  // with 3, 6 and 10 it were 2.1, 1.9 and 1.9 %.
+  static constexpr std::size_t kMaxObservers = 8;
 
  private:
   // A depth map that has seen surfels of an anchor.
@@ -85,12 +88,10 @@ class AnchorMap {
     Similarity S_kf_surfels;  // as it saw them
   };
 
-  // All depth maps that have confirmed surfels of an anchor, itself first.
+  // The depth maps that have seen surfels of an anchor.
   struct Observers {
-    std::vector<Observer> kept;
-    std::uint32_t stride = 1;     // from one that is kept to the next
-    std::uint32_t num_since = 0;  // the latest one that is kept
-    double weight_since = 0;
+    double own_share = 1;        // of all that is known: what the anchor has seen itself
+    std::vector<Observer> kept;  // the others
   };
 
   void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
