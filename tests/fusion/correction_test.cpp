@@ -66,7 +66,7 @@ TEST(Correction, BringsADriftedModelToTheTruth) {
     EXPECT_LT((map.S_world_kf.pose().translation() - truth.translation()).norm(), 1e-6);
     EXPECT_NEAR(map.S_world_kf.scale(), 1 / Drift(i).scale(), 1e-9);
   }
-  // What was merged while views disagreed stays a compromise, which no motion of it mends: 0.54 of
+  // What was merged while views disagreed stays a compromise, which no motion of it mends: half of
   // the error remains, the rest of the limit is for other devices.
   constexpr double kRemainingShare = 0.57;
   EXPECT_EQ(result.num_surfels, num_before);  // nothing is merged yet

@@ -193,22 +193,9 @@ void AnchorMap::LatestConfirmed(std::uint32_t number, double share, double own_s
   if (number + 1 == size() || share <= 0) return;
   Observers& observers = observers_[number];
   observers.own_share = own_share;
-  observers.weight_since += share;
-  if (++observers.num_since < observers.stride) return;
-  std::vector<Observer>& kept = observers.kept;
-  if (kept.size() == kMaxObservers) {
-    for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
-      const double weight = kept[2 * i].weight + kept[2 * i + 1].weight;
-      kept[i] = kept[2 * i + i % 2];  // older and newer in turns
-      kept[i].weight = weight;
-    }
-    kept.resize(kMaxObservers / 2);
-    observers.stride *= 2;
-  }
-  kept.push_back({size() - 1, observers.weight_since,
-                  S_world_kf_.back().Inverse() * S_world_surfels_[number]});
-  observers.num_since = 0;
-  observers.weight_since = 0;
+  if (observers.kept.size() >= kMaxObservers) return;
+  observers.kept.push_back(
+      {size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
 }
 
 // Where nothing has moved, not even rounding may.
@@ -227,7 +214,7 @@ void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
 // observers', the share of each depth map differs from block to block; that of the anchor itself,
 // by which blocks differ most, is right on average.
 void AnchorMap::PlaceSurfels(std::uint32_t number) {
-  const auto& [own_share, kept, stride, num_since, weight_since] = observers_[number];
+  const auto& [own_share, kept] = observers_[number];
   const Similarity& S_world_kf = S_world_kf_[number];
   double sum = 0;
   for (const Observer& observer : kept) sum += observer.weight;

@@ -74,9 +74,11 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
-  // Depth maps that an anchor keeps as observers of its surfels; of more every second, fourth, ...
-  // one, which counts for those between.
-  static constexpr std::size_t kMaxObservers = 32;
+  // The first depth maps that confirm surfels of an anchor follow it in the flight, and see the
+  // same part of them. Those that come back later, from elsewhere, see another: with 32
+  // observers 6.4 % of the surfels were off by more than 2 % of the depth after a corrected loop,
+  // with 3, 6 and 10 it were 2.1, 1.9 and 1.9 %.
+  static constexpr std::size_t kMaxObservers = 8;
 
  private:
   // A depth map that has seen surfels of an anchor.
@@ -88,11 +90,8 @@ class AnchorMap {
 
   // The depth maps that have seen surfels of an anchor.
   struct Observers {
-    double own_share = 1;         // of all that is known: what the anchor has seen itself
-    std::vector<Observer> kept;   // the others
-    std::uint32_t stride = 1;     // from one that is kept to the next
-    std::uint32_t num_since = 0;  // the latest one that is kept
-    double weight_since = 0;
+    double own_share = 1;        // of all that is known: what the anchor has seen itself
+    std::vector<Observer> kept;  // the others
   };
 
   void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);

@@ -14,15 +14,15 @@ namespace mono3d {
 namespace {
 
 // The octave of its radius, and the cell of the grid of that octave.
-using OctaveCell = std::array<std::int64_t, 4>;
+using CoarseCell = std::array<std::int64_t, 4>;
 
-OctaveCell OctaveCellOf(const Surfels::Float4& position_radius, const Similarity& S_world_anchor) {
+CoarseCell CoarseCellOf(const Surfels::Float4& position_radius, const Similarity& S_world_anchor) {
   const double octave = std::round(std::log2(S_world_anchor.scale() * position_radius[3]));
   // A surfel's radius is the diagonal of a pixel: they are 1 / sqrt(2) of it apart.
   const double edge_su = std::exp2(octave) * std::sqrt(2.0);
   const Eigen::Vector3d p_world =
       S_world_anchor * Eigen::Vector3d(position_radius[0], position_radius[1], position_radius[2]);
-  OctaveCell cell = {static_cast<std::int64_t>(octave)};
+  CoarseCell cell = {static_cast<std::int64_t>(octave)};
   for (int axis = 0; axis < 3; ++axis) {
     cell.at(static_cast<std::size_t>(axis) + 1) =
         static_cast<std::int64_t>(std::floor(p_world[axis] / edge_su));
@@ -33,7 +33,7 @@ OctaveCell OctaveCellOf(const Surfels::Float4& position_radius, const Similarity
 }  // namespace
 
 Surfels Coarsened(const Surfels& surfels, std::span<const Similarity> S_world_anchor) {
-  std::unordered_map<OctaveCell, std::size_t, CellHash<4>> strongest_of;
+  std::unordered_map<CoarseCell, std::size_t, CellHash<4>> strongest_of;
   strongest_of.reserve(surfels.size() / 2);  // about a third remain
   const auto weight_in_world = [&](std::size_t i) {
     const double scale = S_world_anchor[AnchorOf(surfels, i)].scale();
@@ -43,7 +43,7 @@ Surfels Coarsened(const Surfels& surfels, std::span<const Similarity> S_world_an
     if (IsRemoved(surfels, i)) continue;
     const Similarity& S = S_world_anchor[AnchorOf(surfels, i)];
     const auto [entry, is_new] =
-        strongest_of.try_emplace(OctaveCellOf(surfels.position_radius[i], S), i);
+        strongest_of.try_emplace(CoarseCellOf(surfels.position_radius[i], S), i);
     std::size_t& strongest = entry->second;
     if (weight_in_world(i) > weight_in_world(strongest)) strongest = i;
   }

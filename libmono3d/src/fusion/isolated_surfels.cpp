@@ -15,7 +15,7 @@
 namespace mono3d {
 namespace {
 
-using Cell = std::array<std::int64_t, 3>;
+using NeighbourCell = std::array<std::int64_t, 3>;
 
 constexpr std::int64_t kMaxReach = 32;  // in cells
 
@@ -48,8 +48,8 @@ class Neighbourhood {
   }
 
  private:
-  Cell CellOf(const Eigen::Vector3f& point) const {
-    Cell cell{};
+  NeighbourCell CellOf(const Eigen::Vector3f& point) const {
+    NeighbourCell cell{};
     for (int axis = 0; axis < 3; ++axis) {
       // No scene is so wide at this resolution.
       const double index = std::clamp(static_cast<double>(point[axis]) / edge_, -1e15, 1e15);
@@ -61,7 +61,7 @@ class Neighbourhood {
   // In the cells that lie `ring` cells away along the axis along which they lie farthest; stops at
   // `enough`.
   int CountInRing(std::uint32_t i, std::int64_t ring, double squared_distance, int enough) const {
-    const Cell middle = CellOf(surfels_.points[i]);
+    const NeighbourCell middle = CellOf(surfels_.points[i]);
     int count = 0;
     for (std::int64_t x = -ring; x <= ring; ++x) {
       for (std::int64_t y = -ring; y <= ring; ++y) {
@@ -89,7 +89,7 @@ class Neighbourhood {
 
   const PointCloud& surfels_;
   double edge_ = 0;
-  std::unordered_map<Cell, std::uint32_t, CellHash<3>> first_;
+  std::unordered_map<NeighbourCell, std::uint32_t, CellHash<3>> first_;
   std::vector<std::uint32_t> next_;  // surfel in the same cell
 };
 
