@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Reads the calibration of one camera. The content decides on the form:
 // - YAML with image_width, image_height, camera_matrix and distortion_coefficients
@@ -15,8 +16,8 @@ namespace mono3d {
 // - COLMAP's cameras.txt with one camera, of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
 //   RADIAL, OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Its pixel (0, 0) is a corner, ours is a
 //   pixel's centre: 0.5 is taken off the principal point.
-// Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for other
-// camera models and distortions, kInvalidInput for wrong content.
+// Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for
+// other camera models and distortions, kInvalidInput for wrong content.
 CameraModel ReadCameraFile(const std::filesystem::path& path);
 
 // Writes the YAML form; every number survives.
