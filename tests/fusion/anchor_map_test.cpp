@@ -178,6 +178,43 @@ TEST(AnchorMap, TakesOverAnotherOne) {
   EXPECT_EQ(anchors.SubmapIds(), std::vector<int>{0});
 }
 
+// What two depth maps agree on is the mean of both, and goes where the mean of both goes.
+TEST(AnchorMap, SurfelsMoveAsTheMeanOfThoseThatConfirmedThem) {
+  AnchorMap anchors = Flight(2);
+  anchors.LatestConfirmed(0, 0.5, 2.0 / 3);
+  const auto pose = [](int i, const Similarity& S) { return KeyframePose{10 * i, 0, S}; };
+  EXPECT_TRUE(Update(anchors, {pose(0, At(0)), pose(1, At(5))}));  // by 3 su
+  ExpectNear(anchors.S_world_kf()[0], At(0));
+  ExpectNear(anchors.S_world_surfels()[0], At(1));  // a third of it
+  ExpectNear(anchors.S_world_surfels()[1], At(5));
+  EXPECT_TRUE(Update(anchors, {pose(0, At(0)), pose(1, At(2))}));
+  ExpectNear(anchors.S_world_surfels()[0], At(0));
+}
+
+TEST(AnchorMap, SurfelsThatOneSawAloneMoveWithIt) {
+  AnchorMap anchors = Flight(3);
+  anchors.LatestConfirmed(1, 0, 1);
+  EXPECT_TRUE(
+      Update(anchors, MovedPoses(anchors, [](std::uint32_t i) { return PartOfALoop(0.3 * i); })));
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    ExpectNear(anchors.S_world_surfels()[i], anchors.S_world_kf()[i]);
+  }
+}
+
+// Hovering: everything confirms everything. All have a say still.
+TEST(AnchorMap, KeepsABoundedNumberOfObservers) {
+  constexpr int kNumAnchors = 100;
+  AnchorMap anchors;
+  for (int i = 0; i < kNumAnchors; ++i) {
+    anchors.Add(AnchorAt(i), AnchorAt(i).S_tracker_kf, 0);
+    anchors.LatestConfirmed(0, 1, 1.0 / (i + 1));
+  }
+  const auto moved = [](std::uint32_t i) { return At(0.01 * i); };
+  EXPECT_TRUE(Update(anchors, MovedPoses(anchors, moved)));
+  // Half of what the last one moves, but for the coarse sample.
+  EXPECT_NEAR(anchors.S_world_surfels()[0].pose().translation().x(), 0.5, 0.06);
+}
+
 TEST(AnchorMap, KnowsWhichAnchorsAreOnePart) {
   AnchorMap anchors;
   for (int i = 0; i < 8; ++i) anchors.Add(AnchorAt(i), AnchorAt(i).S_tracker_kf, i < 6 ? 0 : 1);

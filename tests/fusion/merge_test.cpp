@@ -60,7 +60,22 @@ TEST(Merge, CountsPerBlockWhatIsConfirmed) {
   for (std::size_t i = 0; i < association.size(); ++i) {
     expected[i / kSurfelsPerBlock] += IsPixel(association[i]) ? 1 : 0;
   }
-  EXPECT_EQ(scene.storage.DownloadNumConfirmed(), expected);
+  std::vector<std::uint32_t> found(expected.size());
+  scene.storage.num_confirmed().Download(std::span(found));
+  EXPECT_EQ(found, expected);
+
+  // All had been seen once before.
+  double share = 0;
+  double own_share = 0;
+  for (const std::uint32_t count : expected) {
+    share += count / 64.0 / static_cast<double>(expected.size());
+    own_share += 1 / (1 + count / 64.0) / static_cast<double>(expected.size());
+  }
+  const auto confirmed = scene.storage.TakeConfirmed(scene.all_blocks.numbers());
+  ASSERT_EQ(confirmed.size(), 1U);
+  EXPECT_EQ(confirmed[0].anchor, 0U);
+  EXPECT_NEAR(confirmed[0].share, share, 1e-6);
+  EXPECT_NEAR(confirmed[0].own_share, own_share, 1e-6);
 }
 
 TEST(Merge, MovesSurfelsAlongTheirRayOnly) {

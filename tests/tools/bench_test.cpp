@@ -273,8 +273,9 @@ TEST(FusionBench, MeasuresAMapACorrectionAndACoarserModel) {
                               (folder / "fusion.json").string();
   const CommandResult result = RunCommand(command + " --surfels 10000", folder);
   EXPECT_EQ(result.exit_status, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("96 x 64"), HasSubstr("fusion/associate"),
-                                   HasSubstr("Merging after the correction"), HasSubstr("becomes coarser")));
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr("96 x 64"), HasSubstr("fusion/associate"),
+                    HasSubstr("Merging after the correction"), HasSubstr("becomes coarser")));
   const Json json = Json::parse(std::ifstream(folder / "fusion.json"));
   EXPECT_NEAR(json.at("surfels").get<double>(), 10'000, 500);
   EXPECT_EQ(json.at("refused_maps"), 0);

@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
+#include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {

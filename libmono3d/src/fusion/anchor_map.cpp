@@ -27,6 +27,11 @@ bool IsSame(const Similarity& a, const Similarity& b) {
          a.pose().rotation().coeffs() == b.pose().rotation().coeffs();
 }
 
+// Exactly what it was where nothing moves it.
+Similarity Times(const Similarity& motion, const Similarity& S_world_kf) {
+  return IsSame(motion, Similarity()) ? S_world_kf : motion * S_world_kf;
+}
+
 }  // namespace
 
 std::vector<int> AnchorMap::SubmapIds() const {
@@ -46,7 +51,7 @@ void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int subm
   anchors_.push_back(anchor);
   S_world_kf_.push_back(S_world_kf);
   S_world_surfels_.push_back(S_world_kf);
-  observers_.push_back({{size() - 1, 1, Similarity()}});
+  observers_.emplace_back();
   submap_of_.push_back(submap_id);
   part_of_.push_back(part);
   Anchor& added = anchors_.back();
@@ -62,8 +67,8 @@ void AnchorMap::RemoveFrom(std::uint32_t first_anchor) {
   S_world_kf_.resize(first_anchor);
   S_world_surfels_.resize(first_anchor);
   observers_.resize(first_anchor);
-  for (std::vector<Observer>& observers : observers_) {
-    std::erase_if(observers, [&](const Observer& w) { return w.number >= first_anchor; });
+  for (Observers& observers : observers_) {
+    std::erase_if(observers.kept, [&](const Observer& o) { return o.number >= first_anchor; });
   }
   submap_of_.resize(first_anchor);
   part_of_.resize(first_anchor);
@@ -84,7 +89,7 @@ void AnchorMap::Append(AnchorMap other) {
     anchors_.back().S_tracker_oldest_then = anchors_.front().S_tracker_kf;
     S_world_kf_.push_back(other.S_world_kf_[i]);
     S_world_surfels_.push_back(other.S_world_surfels_[i]);
-    for (Observer& observer : other.observers_[i]) observer.number += first_anchor;
+    for (Observer& observer : other.observers_[i].kept) observer.number += first_anchor;
     observers_.push_back(std::move(other.observers_[i]));
     submap_of_.push_back(other.submap_of_[i] + first_id);
     part_of_.push_back(other.part_of_[i] + first_part);
@@ -148,6 +153,7 @@ bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
   }
   if (!latest) return false;
   bool has_moved = false;
+  std::vector<bool> is_elsewhere(size());
   for (std::uint32_t i = 0; i < size(); ++i) {
     Anchor& anchor = anchors_[i];
     const bool is_known = motions[i].has_value();
@@ -155,10 +161,13 @@ bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
     has_moved =
         has_moved || anchor.camera.fx * MotionOverDepth(Placed(i), *latest) >= kMinMotion_px;
     // Exactly the tracker's pose where the model has nothing to say: rounding must not add up.
-    SetPlace(i, is_known && !anchor.is_moved ? anchor.S_tracker_kf : *latest * S_world_kf_[i]);
-    if (!is_known) anchor.S_tracker_kf = *latest * anchor.S_tracker_kf;
+    const Similarity S_world_kf =
+        is_known && !anchor.is_moved ? anchor.S_tracker_kf : Times(*latest, S_world_kf_[i]);
+    is_elsewhere[i] = !IsSame(S_world_kf, S_world_kf_[i]);
+    if (is_elsewhere[i]) SetPlace(i, S_world_kf);
+    if (!is_known) anchor.S_tracker_kf = Times(*latest, anchor.S_tracker_kf);
   }
-  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+  PlaceSurfelsOf(is_elsewhere);
   return has_moved;
 }
 
@@ -177,47 +186,71 @@ void AnchorMap::MoveSubmap(int submap_id, const Similarity& motion) {
     anchor.S_tracker_kf_then = anchor.S_tracker_kf;
     anchor.S_tracker_oldest_then = anchors_.front().S_tracker_kf;
   }
-  for (std::uint32_t i = 0; i < size(); ++i) PlaceSurfels(i);
+  PlaceSurfelsOf(std::vector<bool>(size(), true));
 }
 
-void AnchorMap::LatestConfirmed(std::uint32_t number, double share) {
+void AnchorMap::LatestConfirmed(std::uint32_t number, double share, double own_share) {
   if (number + 1 == size() || share <= 0) return;
-  std::vector<Observer>& observers = observers_[number];
-  if (observers.size() == kMaxObservers) {
+  Observers& observers = observers_[number];
+  observers.own_share = own_share;
+  observers.weight_since += share;
+  if (++observers.num_since < observers.stride) return;
+  std::vector<Observer>& kept = observers.kept;
+  if (kept.size() == kMaxObservers) {
     for (std::size_t i = 0; i < kMaxObservers / 2; ++i) {
-      observers[i] = observers[2 * i];
-      observers[i].weight += observers[2 * i + 1].weight;
+      const double weight = kept[2 * i].weight + kept[2 * i + 1].weight;
+      kept[i] = kept[2 * i + i % 2];  // older and newer in turns
+      kept[i].weight = weight;
     }
-    observers.resize(kMaxObservers / 2);
+    kept.resize(kMaxObservers / 2);
+    observers.stride *= 2;
   }
-  observers.push_back({size() - 1, share, S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+  kept.push_back({size() - 1, observers.weight_since,
+                  S_world_kf_.back().Inverse() * S_world_surfels_[number]});
+  observers.num_since = 0;
+  observers.weight_since = 0;
 }
 
-// The mean of where each observer has them, by weight: of the place at which the anchor looks, of
-// the rotation, and of the logarithm of the scale.
+// Where nothing has moved, not even rounding may.
+void AnchorMap::PlaceSurfelsOf(const std::vector<bool>& is_elsewhere) {
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const bool has_moved =
+        is_elsewhere[i] || std::ranges::any_of(observers_[i].kept, [&](const Observer& o) {
+          return is_elsewhere[o.number];
+        });
+    if (has_moved) PlaceSurfels(i);
+  }
+}
+
+// The mean of where the anchor and its observers have them, by weight: of the place at which the
+// anchor looks, of the rotation, and of the logarithm of the scale. Unless they are its only
+// observers', the share of each depth map differs from block to block; that of the anchor itself,
+// by which blocks differ most, is right on average.
 void AnchorMap::PlaceSurfels(std::uint32_t number) {
-  const std::vector<Observer>& observers = observers_[number];
-  if (observers.size() == 1) {
-    S_world_surfels_[number] = S_world_kf_[number];
+  const auto& [own_share, kept, stride, num_since, weight_since] = observers_[number];
+  const Similarity& S_world_kf = S_world_kf_[number];
+  double sum = 0;
+  for (const Observer& observer : kept) sum += observer.weight;
+  if (sum == 0) {
+    S_world_surfels_[number] = S_world_kf;
     return;
   }
   const Eigen::Vector3d centre(0, 0, anchors_[number].median_depth_su);
-  Eigen::Vector3d sum_centre = Eigen::Vector3d::Zero();
-  Eigen::Vector4d sum_rotation = Eigen::Vector4d::Zero();
-  double sum_log_scale = 0;
-  double sum = 0;
-  for (const Observer& observer : observers) {
+  Eigen::Vector3d mean_centre = own_share * (S_world_kf * centre);
+  Eigen::Vector4d mean_rotation = own_share * S_world_kf.pose().rotation().coeffs();
+  double mean_log_scale = own_share * std::log(S_world_kf.scale());
+  for (const Observer& observer : kept) {
+    const double weight = (1 - own_share) * observer.weight / sum;
     const Similarity S = S_world_kf_[observer.number] * observer.S_kf_surfels;
     const Eigen::Vector4d q = S.pose().rotation().coeffs();
-    sum_rotation += (q.dot(sum_rotation) < 0 ? -observer.weight : observer.weight) * q;
-    sum_centre += observer.weight * (S * centre);
-    sum_log_scale += observer.weight * std::log(S.scale());
-    sum += observer.weight;
+    mean_centre += weight * (S * centre);
+    mean_rotation += (q.dot(mean_rotation) < 0 ? -weight : weight) * q;
+    mean_log_scale += weight * std::log(S.scale());
   }
-  const double scale = std::exp(sum_log_scale / sum);
-  const Eigen::Quaterniond rotation(Eigen::Vector4d(sum_rotation.normalized()));
+  const double scale = std::exp(mean_log_scale);
+  const Eigen::Quaterniond rotation(Eigen::Vector4d(mean_rotation.normalized()));
   S_world_surfels_[number] =
-      Similarity(scale, Pose(rotation, sum_centre / sum - rotation * (scale * centre)));
+      Similarity(scale, Pose(rotation, mean_centre - rotation * (scale * centre)));
 }
 
 void AnchorMap::JoinSubmaps(int submap_id, int other_id) {

@@ -42,8 +42,9 @@ class AnchorMap {
   // The next anchor, of the submap of this id, existing or the next one. The model has moved it
   // where `S_world_kf` is not the tracker's.
   void Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id);
-  // The latest anchor has confirmed so much of the surfels of this one: a share, 0 to 1.
-  void LatestConfirmed(std::uint32_t number, double share);
+  // The latest anchor has confirmed a share of the surfels of this one, 0 to 1. Of what is known of
+  // these by now, `own_share` is what the anchor itself has seen.
+  void LatestConfirmed(std::uint32_t number, double share, double own_share);
   void RemoveFrom(std::uint32_t first_anchor);
   // Behind these. Its submaps become further ones.
   void Append(AnchorMap other);
@@ -73,9 +74,9 @@ class AnchorMap {
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
-  // Depth maps that an anchor keeps as observers of its surfels; of more, every second one counts
-  // for two.
-  static constexpr std::size_t kMaxObservers = 16;
+  // Depth maps that an anchor keeps as observers of its surfels; of more every second, fourth, ...
+  // one, which counts for those between.
+  static constexpr std::size_t kMaxObservers = 32;
 
  private:
   // A depth map that has seen surfels of an anchor.
@@ -85,6 +86,16 @@ class AnchorMap {
     Similarity S_kf_surfels;  // as it saw them
   };
 
+  // The depth maps that have seen surfels of an anchor.
+  struct Observers {
+    double own_share = 1;         // of all that is known: what the anchor has seen itself
+    std::vector<Observer> kept;   // the others
+    std::uint32_t stride = 1;     // from one that is kept to the next
+    std::uint32_t num_since = 0;  // the latest one that is kept
+    double weight_since = 0;
+  };
+
+  void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
   void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
   bool TrackerConverged(const KeyframePoses& poses, int map_id) const;
@@ -92,7 +103,7 @@ class AnchorMap {
   std::vector<Anchor> anchors_;
   std::vector<Similarity> S_world_kf_;
   std::vector<Similarity> S_world_surfels_;
-  std::vector<std::vector<Observer>> observers_;  // per anchor, itself first
+  std::vector<Observers> observers_;  // per anchor
   std::vector<int> submap_of_;
   std::vector<int> part_of_;     // anchors of one part follow each other
   std::vector<Submap> submaps_;  // by id

@@ -4,7 +4,6 @@
 #include "fusion/depth_map_fuser.h"
 
 #include <algorithm>
-#include <map>
 #include <string>
 
 #include "fusion/coarsen.h"
@@ -110,19 +109,11 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   return buffers_.num_removed.Download<std::uint32_t>().front();
 }
 
-// Of which anchors the depth map has confirmed how much.
 void DepthMapFuser::NoteChanges() {
-  const SurfelStorage& surfels = model_.surfels;
-  const std::vector<std::uint32_t> num_confirmed = surfels.DownloadNumConfirmed();
-  std::map<std::uint32_t, std::uint32_t> of_anchor;
-  for (const std::uint32_t block : visible_.numbers()) {
-    of_anchor[surfels.anchors()[block]] += num_confirmed[block];
-  }
   changed_anchors_.clear();
-  for (const auto& [anchor, count] : of_anchor) {
-    const std::uint32_t num_slots = surfels.FirstSlotOf(anchor + 1) - surfels.FirstSlotOf(anchor);
-    changed_anchors_.push_back(anchor);
-    model_.anchors.LatestConfirmed(anchor, static_cast<double>(count) / num_slots);
+  for (const auto& confirmed : model_.surfels.TakeConfirmed(visible_.numbers())) {
+    changed_anchors_.push_back(confirmed.anchor);
+    model_.anchors.LatestConfirmed(confirmed.anchor, confirmed.share, confirmed.own_share);
   }
 }
 

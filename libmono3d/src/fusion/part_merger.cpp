@@ -4,6 +4,7 @@
 #include "fusion/part_merger.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -15,7 +16,7 @@
 namespace mono3d {
 namespace {
 
-// After a correction, views from which overlapping parts are merged at once.
+// After a correction, views from which overlapping parts are merged.
 constexpr std::size_t kMaxMergingViews = 6;
 // Of parts that have become one: more, for they may lie upon each other all over.
 constexpr std::size_t kMaxJoiningViews = 24;
@@ -36,38 +37,25 @@ void PartMerger::FindPending() {
   if (views.empty()) return;  // what has not moved apart by a pixel may yet
   std::vector<std::uint32_t> all;
   std::ranges::set_union(pending_, views, std::back_inserter(all));
-  pending_ = std::move(all);
+  pending_ = Evenly(all, kMaxMergingViews);
   S_world_kf_merged_ = model_.anchors.S_world_kf();
 }
 
-std::int64_t PartMerger::MergeSeenBy(const PlacedAnchor& view) {
+std::int64_t PartMerger::MergeNearest(const PlacedAnchor& view) {
   FindPending();
-  const AnchorMap& anchors = model_.anchors;
   const Eigen::Vector3d centre = Centre(view);
-  const auto distance = [&](std::uint32_t number) {
-    return (Centre(anchors.Placed(number)) - centre).squaredNorm();
-  };
-  std::vector<std::uint32_t> seen;
-  std::ranges::copy_if(pending_, std::back_inserter(seen), [&](std::uint32_t number) {
-    return Sees(view, Centre(anchors.Placed(number)));
+  const auto nearest = std::ranges::min_element(pending_, {}, [&](std::uint32_t number) {
+    return (Centre(model_.anchors.Placed(number)) - centre).squaredNorm();
   });
-  const auto nearest = std::ranges::min_element(seen, {}, distance);
-  if (nearest == seen.end()) return 0;
-  const PlacedAnchor from = anchors.Placed(*nearest);
-  const std::int64_t num_merged = MergeFrom({&*nearest, 1});
-  // Those that look at the same place as it does have seen all that there was to merge.
-  std::erase_if(pending_, [&](std::uint32_t number) {
-    const PlacedAnchor other = anchors.Placed(number);
-    return number == *nearest || (Sees(from, Centre(other)) && Sees(other, Centre(from)));
-  });
-  return num_merged;
+  if (nearest == pending_.end()) return 0;
+  const std::uint32_t from = *nearest;
+  pending_.erase(nearest);
+  return MergeFrom({&from, 1});
 }
 
 std::int64_t PartMerger::MergePending() {
   FindPending();
-  const std::vector<std::uint32_t> views = Evenly(pending_, kMaxMergingViews);
-  pending_.clear();
-  return MergeFrom(views);
+  return MergeFrom(std::exchange(pending_, {}));
 }
 
 std::int64_t PartMerger::MergeAcross(const std::vector<bool>& is_other) {

@@ -28,8 +28,8 @@ class PartMerger {
   void AnchorsMoved() { is_due_ = true; }
 
   // Each returns the number of surfels that became one with another, and adds to changed_anchors().
-  // Of what is to be merged, what one anchor sees that looks where `view` looks.
-  std::int64_t MergeSeenBy(const PlacedAnchor& view);
+  // Of what is to be merged, what one anchor sees: the one that looks nearest to where `view` does.
+  std::int64_t MergeNearest(const PlacedAnchor& view);
   // All of it.
   std::int64_t MergePending();
   // What two parts both show, `is_other` telling the two apart by their anchors.

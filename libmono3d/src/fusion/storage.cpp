@@ -121,10 +121,29 @@ std::uint32_t SurfelStorage::FirstSlotOf(std::uint32_t anchor) const {
   return static_cast<std::uint32_t>(first - anchors_.begin()) * kSurfelsPerBlock;
 }
 
-std::vector<std::uint32_t> SurfelStorage::DownloadNumConfirmed() const {
+std::vector<SurfelStorage::Confirmed> SurfelStorage::TakeConfirmed(
+    std::span<const std::uint32_t> blocks) {
+  std::vector<Confirmed> confirmed;
+  if (blocks.empty()) return confirmed;
   std::vector<std::uint32_t> counts(anchors_.size());
-  if (!counts.empty()) num_confirmed_.Download(std::span(counts));
-  return counts;
+  num_confirmed_.Download(std::span(counts));
+  for (const std::uint32_t block : blocks) {  // in the order of their anchors
+    const float share = static_cast<float>(counts[block]) / kSurfelsPerBlock;
+    observations_[block] += share;
+    if (confirmed.empty() || confirmed.back().anchor != anchors_[block]) {
+      confirmed.push_back({anchors_[block], 0, 0});
+    }
+    confirmed.back().share += share;
+  }
+  for (Confirmed& of : confirmed) {
+    const std::uint32_t first = FirstSlotOf(of.anchor) / kSurfelsPerBlock;
+    const std::uint32_t end = FirstSlotOf(of.anchor + 1) / kSurfelsPerBlock;
+    for (std::uint32_t block = first; block < end; ++block)
+      of.own_share += 1 / observations_[block];
+    of.share /= end - first;
+    of.own_share /= end - first;
+  }
+  return confirmed;
 }
 
 void SurfelStorage::BeginInsert(std::uint32_t anchor, std::uint32_t num_inserted) {
@@ -138,6 +157,7 @@ void SurfelStorage::EndInsert(std::uint32_t anchor, std::uint32_t num_inserted,
                               std::uint32_t num_removed) {
   const std::uint32_t num_slots = WholeBlocks(num_inserted);
   anchors_.insert(anchors_.end(), num_slots / kSurfelsPerBlock, anchor);
+  observations_.insert(observations_.end(), num_slots / kSurfelsPerBlock, 1);
   size_ += num_slots;
   num_unused_ += num_slots - num_inserted;
   num_removed_ += num_removed;
@@ -190,10 +210,22 @@ void SurfelStorage::Upload(const Surfels& surfels) {
   num_unused_ = 0;
   num_bounded_ = 0;
   anchors_.clear();
-  for (std::size_t i = 0; i < surfels.size(); ++i) {
-    if (i % kSurfelsPerBlock == 0) anchors_.push_back(AnchorOf(surfels, i));
-    assert(AnchorOf(surfels, i) == anchors_.back());
-    num_unused_ += IsRemoved(surfels, i) ? 1 : 0;
+  observations_.clear();
+  for (std::size_t first = 0; first < surfels.size(); first += kSurfelsPerBlock) {
+    const std::size_t end = std::min(first + kSurfelsPerBlock, surfels.size());
+    std::uint32_t num_there = 0;
+    std::uint32_t num_observations = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      assert(AnchorOf(surfels, i) == AnchorOf(surfels, first));
+      if (IsRemoved(surfels, i)) continue;
+      ++num_there;
+      num_observations += Low16(surfels.history[i][1]);
+    }
+    anchors_.push_back(AnchorOf(surfels, first));
+    observations_.push_back(num_there == 0 ? 1.0F
+                                           : std::max(1.0F, static_cast<float>(num_observations) /
+                                                                static_cast<float>(num_there)));
+    num_unused_ += static_cast<std::uint32_t>(end - first) - num_there;
   }
   anchor_of_block_.Upload(std::span<const std::uint32_t>(anchors_));
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fusion/surfel.h"
@@ -43,8 +44,16 @@ class SurfelStorage {
   const Buffer& anchor_of_block() const { return anchor_of_block_; }  // uint per block
   // uint per block: surfels that the latest depth map has confirmed.
   const Buffer& num_confirmed() const { return num_confirmed_; }
-  // The same, of the blocks that there are.
-  std::vector<std::uint32_t> DownloadNumConfirmed() const;
+  // What the latest depth map has confirmed of an anchor.
+  struct Confirmed {
+    std::uint32_t anchor = 0;
+    double share = 0;  // of its surfels, 0 to 1
+    // Of what is known of its surfels, the share that its own depth map has seen: the mean of one
+    // over the number of depth maps, per block.
+    double own_share = 1;
+  };
+  // Downloads num_confirmed; once per depth map. Of the anchors of these blocks.
+  std::vector<Confirmed> TakeConfirmed(std::span<const std::uint32_t> blocks);
   const std::vector<std::uint32_t>& anchors() const { return anchors_; }  // the same on the host
   // The first slot of this anchor or a later one.
   std::uint32_t FirstSlotOf(std::uint32_t anchor) const;
@@ -88,6 +97,7 @@ class SurfelStorage {
   std::uint32_t num_unused_ = 0;  // slots that fill up blocks
   std::uint32_t num_bounded_ = 0;
   std::vector<std::uint32_t> anchors_;  // per block
+  std::vector<float> observations_;     // per block: depth maps that have seen a surfel of it, mean
   Buffer position_radius_;
   Buffer normal_weight_;
   Buffer history_;

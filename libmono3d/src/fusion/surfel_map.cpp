@@ -68,7 +68,7 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   }
 
   const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
-  (void)merger_.MergeSeenBy({anchor, S_tracker_kf});
+  (void)merger_.MergeNearest({anchor, S_tracker_kf});
   const Placement placement = placer_.Place(map, S_tracker_kf, fuser_.buffers());
   changes_.Changed(merger_.TakeChangedAnchors());
   const Registration& registration = placement.registration;
