@@ -28,6 +28,26 @@ install(FILES
   ${PROJECT_BINARY_DIR}/package/mono3dConfig.cmake
   ${PROJECT_BINARY_DIR}/package/mono3dConfigVersion.cmake
   DESTINATION ${package_dir})
+# For pkg-config; where the library is static, with `pkg-config --static`. The tree may be moved.
+# Of OpenCV only the module that the headers use: opencv4.pc links all of them.
+foreach(folder LIBDIR INCLUDEDIR)
+  file(RELATIVE_PATH MONO3D_PC_${folder}
+    ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_FULL_${folder}})
+endforeach()
+list(TRANSFORM OpenCV_INCLUDE_DIRS PREPEND -I OUTPUT_VARIABLE opencv_cflags)
+list(JOIN opencv_cflags " " MONO3D_PC_OPENCV_CFLAGS)
+set(MONO3D_PC_REQUIRES_PRIVATE)
+set(MONO3D_PC_LIBS_PRIVATE)
+if(NOT MONO3D_IS_SHARED)
+  set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp")
+  set(MONO3D_PC_LIBS_PRIVATE
+    "-lopencv_imgproc -lopencv_imgcodecs -lopencv_videoio -lopencv_features2d -lopencv_calib3d"
+    "-lceres -lglog -lstdc++ -lm -lpthread -ldl")
+  list(JOIN MONO3D_PC_LIBS_PRIVATE " " MONO3D_PC_LIBS_PRIVATE)
+endif()
+configure_file(cmake/mono3d.pc.in ${PROJECT_BINARY_DIR}/package/mono3d.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/package/mono3d.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # Of an installed program or library, where mono3d's libraries lie.

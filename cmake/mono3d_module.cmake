@@ -58,7 +58,8 @@ function(mono3d_module name)
   set(target mono3d_${name})
   add_library(${target} OBJECT)
   set_target_properties(${target} PROPERTIES
-    MONO3D_MODULE_CLOSURE "${closure}" POSITION_INDEPENDENT_CODE ON)
+    MONO3D_MODULE_CLOSURE "${closure}" POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_include_directories(${target} PUBLIC
     ${PROJECT_SOURCE_DIR}/libmono3d/include ${PROJECT_SOURCE_DIR}/libmono3d/src
@@ -75,6 +76,7 @@ function(mono3d_module name)
   endif()
   set(MONO3D_MODULE_LIBRARY ${MONO3D_LIBRARY_OF_${ARG_LIBRARY}})
   target_sources(${MONO3D_MODULE_LIBRARY} PRIVATE $<TARGET_OBJECTS:${target}>)
+  set_property(TARGET ${MONO3D_MODULE_LIBRARY} APPEND PROPERTY MONO3D_MODULES ${name})
   add_subdirectory(${PROJECT_SOURCE_DIR}/libmono3d/src/${name})
 endfunction()
 

@@ -9,6 +9,14 @@ option(MONO3D_UNITY_BUILD "Build faster from nothing: many sources as one" OFF)
 set(MONO3D_UNITY_SOURCES 16 CACHE STRING "Sources that a unity build compiles as one, at most")
 mark_as_advanced(MONO3D_UNITY_SOURCES)
 
+# A compiler takes up to 1.6 GB for so many sources: no more at a time than the memory holds (Ninja).
+if(MONO3D_UNITY_BUILD)
+  cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
+  math(EXPR num_compilers "${memory_mib} / 1700 + 1")
+  set_property(GLOBAL APPEND PROPERTY JOB_POOLS mono3d_compile=${num_compilers})
+  set(CMAKE_JOB_POOL_COMPILE mono3d_compile)
+endif()
+
 # mono3d_unity(<target>): once all sources of the target are named.
 function(mono3d_unity target)
   if(NOT MONO3D_UNITY_BUILD)

@@ -75,7 +75,7 @@ double Grey(const Vector3d& p) {
          25 * wave({0.9, -0.2, 0.7}, 1.4) + 20 * wave({0.1, 0.8, -0.9}, 1);
 }
 
-Pose LookAt(const Vector3d& eye, const Vector3d& place) {
+Pose CameraLookingAt(const Vector3d& eye, const Vector3d& place) {
   Eigen::Matrix3d R_world_cam;
   R_world_cam.col(2) = (place - eye).normalized();
   R_world_cam.col(0) = R_world_cam.col(2).cross(Vector3d::UnitZ()).normalized();
@@ -96,13 +96,13 @@ CameraModel HouseCamera() {
 }
 
 Pose PoseOver(double x_su, double y_su) {
-  return LookAt({x_su, y_su + kDistance_su, kHeight_su}, {x_su, y_su, 1});
+  return CameraLookingAt({x_su, y_su + kDistance_su, kHeight_su}, {x_su, y_su, 1});
 }
 
 TrackedMap HouseView(const HouseScene& scene, double angle_deg) {
   const double angle = angle_deg * std::numbers::pi / 180;
   const Vector3d eye(kDistance_su * std::sin(angle), kDistance_su * std::cos(angle), kHeight_su);
-  return HouseViewFrom(scene, LookAt(eye, {0, 0, 1}));
+  return HouseViewFrom(scene, CameraLookingAt(eye, {0, 0, 1}));
 }
 
 TrackedMap HouseViewFrom(const HouseScene& scene, const Pose& pose) {

@@ -22,8 +22,8 @@ std::string FolderBehind(std::string_view path, std::string_view prefix) {
 }
 
 // Why this include is not allowed; empty when it is.
-std::string WhyNot(const SourceFile& file, const std::string& included, bool quoted,
-                   const ModuleTable& table) {
+std::string RejectionReason(const SourceFile& file, const std::string& included, bool quoted,
+                            const ModuleTable& table) {
   const bool is_public = included.starts_with("mono3d/");
   if (!quoted) return is_public ? "a header of the library belongs in quotes" : "";
   const std::string target = FolderBehind(included, is_public ? "mono3d/" : "");
@@ -33,6 +33,7 @@ std::string WhyNot(const SourceFile& file, const std::string& included, bool quo
   if (!is_public && file.path.starts_with(kPublicFolder)) {
     return "a public header includes a private one";
   }
+  if (file.path == kUmbrellaHeader && table.contains(target)) return "";
   const std::string module = ModuleOf(file.path);
   if (target == module || (target == kCommonShaderFolder && !is_public)) return "";
   if (!table.contains(target)) return "there is no module " + target;
@@ -71,7 +72,7 @@ std::vector<std::string> FindIncludeViolations(const SourceFile& file, const Mod
   for (std::size_t i = 0; i < file.lines.size(); ++i) {
     std::smatch match;
     if (!std::regex_match(file.lines[i], match, kInclude)) continue;
-    const std::string why = WhyNot(file, match[2], match[1] == "\"", table);
+    const std::string why = RejectionReason(file, match[2], match[1] == "\"", table);
     if (why.empty()) continue;
     violations.push_back(file.path + ":" + std::to_string(i + 1) + ": \"" + match[2].str() +
                          "\": " + why);

@@ -16,6 +16,9 @@ namespace mono3d::house {
 // Which modules a module may include, besides itself.
 using ModuleTable = std::map<std::string, std::set<std::string>, std::less<>>;
 
+// Includes the public headers of all modules of the library, and is in none.
+inline constexpr std::string_view kUmbrellaHeader = "libmono3d/include/mono3d/mono3d.h";
+
 // Reads lines "<module>: <module> <module>".
 ModuleTable ParseModuleTable(std::string_view text);
 

@@ -58,6 +58,14 @@ TEST(IncludeRules, RefuseAPrivateHeaderInAPublicOne) {
               ElementsAre(EndsWith("a public header includes a private one")));
 }
 
+TEST(IncludeRules, AllowTheUmbrellaHeaderAllPublicHeaders) {
+  const SourceFile umbrella = {std::string(kUmbrellaHeader),
+                               {"#include \"mono3d/depth/x.h\"", "#include \"mono3d/fusion/x.h\"",
+                                "#include \"fusion/x.h\""}};
+  EXPECT_THAT(FindIncludeViolations(umbrella, MadeUpTable()),
+              ElementsAre(EndsWith("a public header includes a private one")));
+}
+
 TEST(IncludeRules, RefuseShortRelativeAndUnknownPaths) {
   const SourceFile file = {"libmono3d/src/depth/census.cpp",
                            {"#include \"census.h\"", "#include \"depth/../fusion/index_map.h\"",

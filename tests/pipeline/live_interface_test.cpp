@@ -253,7 +253,7 @@ TEST_F(LiveInterface, SnapshotsComeFromAnyThreadWhileFramesArePushed) {
 
 // What `step` throws, or "nothing".
 template <typename Step>
-std::string ErrorOf(const Step& step) {
+std::string InterfaceErrorOf(const Step& step) {
   try {
     step();
   } catch (const Error& error) {
@@ -276,11 +276,11 @@ TEST_F(LiveInterface, WhatTrackingThrowsComesOutOfPushAndLeavesWhatThereWas) {
   gate.Open();
   std::string error = "nothing";
   for (int i = 5; error == "nothing"; ++i) {
-    error = ErrorOf([&] { (void)pipeline->Push(NumberedFrame(i)); });
+    error = InterfaceErrorOf([&] { (void)pipeline->Push(NumberedFrame(i)); });
   }
   EXPECT_EQ(error, "out of order");
-  EXPECT_EQ(ErrorOf([&] { (void)pipeline->Push(NumberedFrame(100000)); }), "out of order");
-  EXPECT_EQ(ErrorOf([&] { (void)pipeline->Snapshot(); }), "nothing") << "it is known";
+  EXPECT_EQ(InterfaceErrorOf([&] { (void)pipeline->Push(NumberedFrame(100000)); }), "out of order");
+  EXPECT_EQ(InterfaceErrorOf([&] { (void)pipeline->Snapshot(); }), "nothing") << "it is known";
   const Reconstruction result = pipeline->Stop();
   EXPECT_EQ(result.counts.num_frames, 4);
   EXPECT_EQ(result.maps.at(0).trajectory.size(), 3U);
@@ -298,9 +298,9 @@ TEST_F(LiveInterface, WhatTheModelThrowsComesOutOfASnapshotWithoutAnotherFrame) 
   }
   (void)pipeline->Push(NumberedFrame(2));
   std::string error = "nothing";
-  while (error == "nothing") error = ErrorOf([&] { (void)pipeline->Snapshot(); });
+  while (error == "nothing") error = InterfaceErrorOf([&] { (void)pipeline->Snapshot(); });
   EXPECT_EQ(error, "device lost");
-  EXPECT_EQ(ErrorOf([&] { (void)pipeline->Push(NumberedFrame(3)); }), "device lost");
+  EXPECT_EQ(InterfaceErrorOf([&] { (void)pipeline->Push(NumberedFrame(3)); }), "device lost");
   const Reconstruction result = pipeline->Stop();
   EXPECT_EQ(result.maps.at(0).trajectory.size(), 3U);
   EXPECT_EQ(result.maps.at(0).model.size(), 1U);
@@ -311,7 +311,7 @@ TEST_F(LiveInterface, AnErrorThatNobodyHasSeenComesOutOfStopOnce) {
   const auto pipeline = Live();
   pipeline->Start();
   (void)pipeline->Push(NumberedFrame(0));
-  EXPECT_EQ(ErrorOf([&] { static_cast<void>(pipeline->Stop()); }), "device lost");
+  EXPECT_EQ(InterfaceErrorOf([&] { static_cast<void>(pipeline->Stop()); }), "device lost");
   EXPECT_EQ(pipeline->Stop().maps.at(0).trajectory.size(), 1U);
 }
 

@@ -72,7 +72,7 @@ class StraightTracker final : public Tracker {
 };
 
 // Each keyframe is a bundle of its own, with the newest one before it.
-class EverySelector final : public KeyframeSelector {
+class LiveEverySelector final : public KeyframeSelector {
  public:
   std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
     const Keyframe before = std::exchange(before_, keyframe);
@@ -158,7 +158,7 @@ const PipelineOptions kLive = [] {
 PipelineStages Stages(Record* log, Correction correction = {}) {
   PipelineStages stages;
   stages.tracker = std::make_unique<StraightTracker>(std::move(correction));
-  stages.keyframe_selector = std::make_unique<EverySelector>();
+  stages.keyframe_selector = std::make_unique<LiveEverySelector>();
   stages.depth_estimator = std::make_unique<GatedDepthEstimator>(log);
   stages.create_surfel_map = [log] { return std::make_unique<LoggingSurfelMap>(log); };
   return stages;

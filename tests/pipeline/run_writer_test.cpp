@@ -90,15 +90,15 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   record.input = "bad utf-8 \xff";
   RunWriter(folder_).WriteRecord(reconstruction, record);
 
-  const auto json = nlohmann::json::parse(std::ifstream(folder_ / "run.json"));
-  EXPECT_EQ(json["end"], "stopped");
-  EXPECT_EQ(json["options"]["keyframes.max_rotation_deg"], 4.0);
-  EXPECT_EQ(json["counts"]["frames"], 7);
-  EXPECT_EQ(json["counts"]["images_skipped"], 1);
-  EXPECT_EQ(json["counts"]["untracked_frames"]["# matches, # needed"], 2);
-  EXPECT_EQ(json["maps"][0]["surfels"], 2);
-  EXPECT_EQ(json["stages"]["depth/census"]["calls"], 3);
-  EXPECT_GT(json["peak_memory_bytes"], 0);
+  const auto run = nlohmann::json::parse(std::ifstream(folder_ / "run.json"));
+  EXPECT_EQ(run["end"], "stopped");
+  EXPECT_EQ(run["options"]["keyframes.max_rotation_deg"], 4.0);
+  EXPECT_EQ(run["counts"]["frames"], 7);
+  EXPECT_EQ(run["counts"]["images_skipped"], 1);
+  EXPECT_EQ(run["counts"]["untracked_frames"]["# matches, # needed"], 2);
+  EXPECT_EQ(run["maps"][0]["surfels"], 2);
+  EXPECT_EQ(run["stages"]["depth/census"]["calls"], 3);
+  EXPECT_GT(run["peak_memory_bytes"], 0);
 }
 
 TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {

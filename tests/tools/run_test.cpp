@@ -14,6 +14,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 
@@ -29,6 +30,7 @@ namespace mono3d {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 // Small images keep the test short; the chain is the same.
 const std::string kSmallRun = " --resize 384x224 --tracking.features.num_features 600";
@@ -342,6 +344,32 @@ TEST_F(ExampleBundle, AFullDiskIsNamedAndLeavesNoHalfWrittenFile) {
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "out")) {
     EXPECT_EQ(entry.path().filename(), "bundle.json") << "half-written or left behind";
   }
+}
+
+// How many options a help lists.
+int NumOptionsOf(const std::string& help) {
+  int num_options = 0;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    num_options += line.starts_with("  -") ? 1 : 0;
+  }
+  return num_options;
+}
+
+TEST(Tools, HelpListsWhatPeopleSetAndHelpAllEverything) {
+  const std::filesystem::path folder = testing::TempDir();
+  const std::string tool = MONO3D_RECONSTRUCT_TOOL;
+  const CommandResult help = RunCommand(tool + " --help", folder);
+  EXPECT_EQ(help.exit_status, 0);
+  EXPECT_THAT(help.output, HasSubstr("--help-all"));
+  EXPECT_THAT(help.output, HasSubstr("--depth.pyramid.level"));
+  EXPECT_THAT(help.output, Not(HasSubstr("--depth.sgm.p1")));
+  EXPECT_LE(NumOptionsOf(help.output), 30);
+  const CommandResult all = RunCommand(tool + " --help-all", folder);
+  EXPECT_EQ(all.exit_status, 0);
+  EXPECT_THAT(all.output, HasSubstr("--depth.pyramid.level"));
+  EXPECT_THAT(all.output, HasSubstr("--depth.sgm.p1"));
+  EXPECT_GE(NumOptionsOf(all.output), 90);
 }
 
 TEST(Tools, HelpVersionAndDevicesNeedNoInput) {

@@ -18,19 +18,19 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr KeyframeId kNum = 16;
-constexpr double kHeight = 10;
+constexpr double kFollowedHeight = 10;
 
 // A straight flight over rough ground, each keyframe a fifth of the height from the one before: the
 // first and the last see nothing together.
-struct Flight {
+struct ConstrainedFlight {
   Map map{0, SmallCamera(), FeatureOptions{}};
   std::vector<Pose> truth;                 // T_cam_world
   std::vector<Similarity> S_tracker_true;  // around each keyframe
 };
 
 // The world as a tracker has it that is wrong by `step` from each keyframe to the next.
-Flight Fly(const Similarity& step, std::mt19937& random) {
-  Flight flight;
+ConstrainedFlight Fly(const Similarity& step, std::mt19937& random) {
+  ConstrainedFlight flight;
   Similarity drift;
   for (KeyframeId i = 0; i < kNum; ++i) {
     const Pose T_world_cam(Eigen::Quaterniond::Identity(), {2.0 * static_cast<double>(i), 0, 0});
@@ -50,7 +50,7 @@ Flight Fly(const Similarity& step, std::mt19937& random) {
   }
   for (int n = 0; n < 1000; ++n) {
     const Eigen::Vector3d p(Uniform(random, -5, 35), Uniform(random, -3, 3),
-                            kHeight + Uniform(random, -2, 2));
+                            kFollowedHeight + Uniform(random, -2, 2));
     std::vector<KeyframeId> seeing;
     for (KeyframeId i = 0; i < kNum; ++i) {
       if (SmallCamera().Contains(SmallCamera().Project(flight.truth[i] * p))) seeing.push_back(i);
@@ -69,8 +69,8 @@ Flight Fly(const Similarity& step, std::mt19937& random) {
 }
 
 // What a registration would say that is off by `error`.
-KeyframeConstraint Between(const Flight& flight, KeyframeId keyframe, KeyframeId anchor,
-                           const Pose& error = {}) {
+KeyframeConstraint BetweenKeyframes(const ConstrainedFlight& flight, KeyframeId keyframe,
+                                    KeyframeId anchor, const Pose& error = {}) {
   constexpr double kSigma = 1e-3;  // rad: a third of a pixel
   const double around_anchor = flight.S_tracker_true[anchor].scale();
   const Pose T = error * flight.truth[keyframe] * flight.truth[anchor].Inverse();
@@ -80,19 +80,20 @@ KeyframeConstraint Between(const Flight& flight, KeyframeId keyframe, KeyframeId
   constraint.T_cam_anchor = Pose(T.rotation(), around_anchor * T.translation());
   constraint.scale = around_anchor / flight.S_tracker_true[keyframe].scale();
   Vector7d sigma;
-  sigma << Eigen::Vector3d::Constant(kSigma), Eigen::Vector3d::Constant(kSigma * kHeight), kSigma;
+  sigma << Eigen::Vector3d::Constant(kSigma), Eigen::Vector3d::Constant(kSigma * kFollowedHeight),
+      kSigma;
   constraint.information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   return constraint;
 }
 
 // Of the camera centres after the best similarity, root mean square, su.
-double TrajectoryError(const Flight& flight, const Map& map) {
+double TrajectoryError(const ConstrainedFlight& flight, const Map& map) {
   std::vector<Eigen::Vector3d> estimated;
   std::vector<Eigen::Vector3d> truth;
   // Beside the centres, which lie on a line, the points at which the cameras look.
   for (KeyframeId i = 0; i < kNum; ++i) {
     const double scale = flight.S_tracker_true[0].scale();
-    for (const double z : {0.0, kHeight}) {
+    for (const double z : {0.0, kFollowedHeight}) {
       estimated.push_back(map.T_cam_world(i).Inverse() * Eigen::Vector3d(0, 0, scale * z));
       truth.push_back(flight.truth[i].Inverse() * Eigen::Vector3d(0, 0, z));
     }
@@ -105,7 +106,7 @@ double TrajectoryError(const Flight& flight, const Map& map) {
   return std::sqrt(sum / kNum);
 }
 
-const Similarity kDrift(1.001, Pose(RotationExp({0.0006, -0.0004, 0.0005}), {0, 0, 0}));
+const Similarity kFollowedDrift(1.001, Pose(RotationExp({0.0006, -0.0004, 0.0005}), {0, 0, 0}));
 
 // What `tell`, which moves the map of a flight that has drifted, makes of its error: less, in the
 // mean of some flights. Both ends are right then; in between the noise of the points remains.
@@ -117,7 +118,7 @@ void ExpectBetterThanWithout(const Tell& tell) {
   double error = 0;
   double error_without = 0;
   for (int i = 0; i < kNumFlights; ++i) {
-    Flight flight = Fly(kDrift, random);
+    ConstrainedFlight flight = Fly(kFollowedDrift, random);
     Map without = flight.map;
     AdjustAll(without);
     error_without += TrajectoryError(flight, without);
@@ -128,8 +129,8 @@ void ExpectBetterThanWithout(const Tell& tell) {
 }
 
 TEST(FollowConstraints, TakesTheDriftAwayThatAdjustmentCannotSee) {
-  ExpectBetterThanWithout([](Flight& flight) {
-    ASSERT_TRUE(AddConstraint(flight.map, Between(flight, kNum - 1, 0)));
+  ExpectBetterThanWithout([](ConstrainedFlight& flight) {
+    ASSERT_TRUE(AddConstraint(flight.map, BetweenKeyframes(flight, kNum - 1, 0)));
     const double contradiction =
         Contradiction(flight.map, AtPresent(flight.map, flight.map.constraints()[0]));
     MappingLock alone;
@@ -146,11 +147,11 @@ TEST(FollowConstraints, TakesTheDriftAwayThatAdjustmentCannotSee) {
 TEST(FollowConstraints, LeavesTheMapToTheBitWhereAConstraintCannotBe) {
   for (const KeyframeId anchor : {kNum - 3, KeyframeId{0}}) {
     std::mt19937 random(SeedFromTestName());
-    Flight flight = Fly(Similarity(), random);
+    ConstrainedFlight flight = Fly(Similarity(), random);
     // A registration on the wrong roof: a tenth of the image over few keyframes, three over many.
     const double off = anchor == 0 ? 3 : 1;
     const Pose wrong(RotationExp({0, 0, 0.02}), {off, 0.3 * off, 0});
-    AddConstraint(flight.map, Between(flight, kNum - 1, anchor, wrong));
+    AddConstraint(flight.map, BetweenKeyframes(flight, kNum - 1, anchor, wrong));
     const Map before = flight.map;
     MappingLock alone;
     EXPECT_FALSE(FollowConstraints(flight.map, alone));
@@ -162,11 +163,11 @@ TEST(FollowConstraints, LeavesTheMapToTheBitWhereAConstraintCannotBe) {
 }
 
 TEST(FollowConstraints, DoesNotLoseItByOneThatIsWrongByLittle) {
-  ExpectBetterThanWithout([](Flight& flight) {
-    AddConstraint(flight.map, Between(flight, kNum - 1, 0));
+  ExpectBetterThanWithout([](ConstrainedFlight& flight) {
+    AddConstraint(flight.map, BetweenKeyframes(flight, kNum - 1, 0));
     // Two sigmas of the graph's edges between keyframes that see points together.
     const Pose by_little(RotationExp({0, 0, 0.003}), {0.03, 0, 0});
-    AddConstraint(flight.map, Between(flight, 9, 7, by_little));
+    AddConstraint(flight.map, BetweenKeyframes(flight, 9, 7, by_little));
     MappingLock alone;
     FollowConstraints(flight.map, alone);
   });
@@ -174,8 +175,8 @@ TEST(FollowConstraints, DoesNotLoseItByOneThatIsWrongByLittle) {
 
 TEST(FollowConstraints, KeepsWhatTheMapAgreesWithAndDoesNotMove) {
   std::mt19937 random(SeedFromTestName());
-  Flight flight = Fly(Similarity(), random);
-  AddConstraint(flight.map, Between(flight, 5, 2));
+  ConstrainedFlight flight = Fly(Similarity(), random);
+  AddConstraint(flight.map, BetweenKeyframes(flight, 5, 2));
   const Map before = flight.map;
   MappingLock alone;
   EXPECT_FALSE(FollowConstraints(flight.map, alone));
@@ -186,8 +187,8 @@ TEST(FollowConstraints, KeepsWhatTheMapAgreesWithAndDoesNotMove) {
 TEST(FollowConstraints, GivesTheSameBitsTwice) {
   const auto run = [] {
     std::mt19937 random(1);
-    Flight flight = Fly(kDrift, random);
-    AddConstraint(flight.map, Between(flight, kNum - 1, 0));
+    ConstrainedFlight flight = Fly(kFollowedDrift, random);
+    AddConstraint(flight.map, BetweenKeyframes(flight, kNum - 1, 0));
     MappingLock alone;
     FollowConstraints(flight.map, alone);
     return flight.map.T_cam_world(kNum - 1).Matrix();
@@ -197,12 +198,12 @@ TEST(FollowConstraints, GivesTheSameBitsTwice) {
 
 TEST(AddConstraint, RefusesKeyframesThatTheMapHasNotHandedOut) {
   std::mt19937 random(SeedFromTestName());
-  Flight flight = Fly(Similarity(), random);
-  KeyframeConstraint unknown = Between(flight, 5, 2);
+  ConstrainedFlight flight = Fly(Similarity(), random);
+  KeyframeConstraint unknown = BetweenKeyframes(flight, 5, 2);
   unknown.anchor_id = 7;
   EXPECT_FALSE(AddConstraint(flight.map, unknown));
   flight.map.keyframe(5).is_finalised = false;
-  EXPECT_FALSE(AddConstraint(flight.map, Between(flight, 5, 2)));
+  EXPECT_FALSE(AddConstraint(flight.map, BetweenKeyframes(flight, 5, 2)));
   EXPECT_TRUE(flight.map.constraints().empty());
 }
 
@@ -210,9 +211,10 @@ TEST(AddConstraint, RefusesKeyframesThatTheMapHasNotHandedOut) {
 // ones.
 TEST(AtPresent, FollowsLengthsAndCulledKeyframes) {
   std::mt19937 random(SeedFromTestName());
-  Flight flight = Fly(Similarity(), random);
-  AddConstraint(flight.map,
-                Between(flight, 9, 4, Pose(RotationExp({0, 0.002, 0.001}), {0.02, 0, -0.03})));
+  ConstrainedFlight flight = Fly(Similarity(), random);
+  AddConstraint(
+      flight.map,
+      BetweenKeyframes(flight, 9, 4, Pose(RotationExp({0, 0.002, 0.001}), {0.02, 0, -0.03})));
   const MapConstraint& constraint = flight.map.constraints()[0];
   const double before = Contradiction(flight.map, AtPresent(flight.map, constraint));
   ASSERT_GT(before, 1);

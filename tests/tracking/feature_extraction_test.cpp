@@ -19,7 +19,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr int kWidth = 768;
-constexpr int kHeight = 448;
+constexpr int kImageHeight = 448;
 
 std::vector<Feature> Extract(const cv::Mat& picture, int count = 1000) {
   return ExtractFeatures(picture, FeatureOptions{}, count);
@@ -27,8 +27,8 @@ std::vector<Feature> Extract(const cv::Mat& picture, int count = 1000) {
 
 TEST(ExtractFeatures, LeavesNoCellOfATexturedPictureEmpty) {
   // The right half has a tenth of the contrast: only the lower threshold finds corners there.
-  cv::Mat picture = TexturedPicture(kWidth, kHeight, SeedFromTestName());
-  cv::Mat right = picture(cv::Rect(kWidth / 2, 0, kWidth / 2, kHeight));
+  cv::Mat picture = TexturedPicture(kWidth, kImageHeight, SeedFromTestName());
+  cv::Mat right = picture(cv::Rect(kWidth / 2, 0, kWidth / 2, kImageHeight));
   right.convertTo(right, CV_8UC1, 0.25, 96);
   const std::vector<Feature> features = Extract(picture);
   constexpr int kCell = 64;
@@ -37,11 +37,11 @@ TEST(ExtractFeatures, LeavesNoCellOfATexturedPictureEmpty) {
     cells.emplace(static_cast<int>(feature.pixel.x()) / kCell,
                   static_cast<int>(feature.pixel.y()) / kCell);
   }
-  EXPECT_EQ(cells.size(), static_cast<std::size_t>(kWidth / kCell * kHeight / kCell));
+  EXPECT_EQ(cells.size(), static_cast<std::size_t>(kWidth / kCell * kImageHeight / kCell));
 }
 
 TEST(ExtractFeatures, FindsAboutAsManyAsAskedFor) {
-  const cv::Mat picture = TexturedPicture(kWidth, kHeight, SeedFromTestName());
+  const cv::Mat picture = TexturedPicture(kWidth, kImageHeight, SeedFromTestName());
   for (const int wanted : {500, 1000, 2000}) {
     const auto found = static_cast<double>(Extract(picture, wanted).size());
     EXPECT_GE(found, 0.9 * wanted);
@@ -51,16 +51,16 @@ TEST(ExtractFeatures, FindsAboutAsManyAsAskedFor) {
 
 TEST(ExtractFeatures, KeepsCloseToNothingTwice) {
   // On one level no two features lie within 2 px of each other.
-  for (const Feature& a : Extract(TexturedPicture(kWidth, kHeight, SeedFromTestName()))) {
+  for (const Feature& a : Extract(TexturedPicture(kWidth, kImageHeight, SeedFromTestName()))) {
     ASSERT_GE(a.angle_deg, 0);
     ASSERT_LE(a.angle_deg, 360);
     ASSERT_TRUE(a.pixel.x() >= 0 && a.pixel.x() < kWidth);
-    ASSERT_TRUE(a.pixel.y() >= 0 && a.pixel.y() < kHeight);
+    ASSERT_TRUE(a.pixel.y() >= 0 && a.pixel.y() < kImageHeight);
   }
 }
 
 TEST(ExtractFeatures, KeepsKnownFeaturesFirstAndOthersAway) {
-  const cv::Mat picture = TexturedPicture(kWidth, kHeight, SeedFromTestName());
+  const cv::Mat picture = TexturedPicture(kWidth, kImageHeight, SeedFromTestName());
   std::vector<Feature> known;
   for (const Feature& feature : Extract(picture)) {
     if (known.size() < 100 && feature.level < 3) known.push_back(feature);
@@ -87,7 +87,7 @@ TEST(ExtractFeatures, KeepsKnownFeaturesFirstAndOthersAway) {
 }
 
 TEST(ExtractFeatures, FindsNothingInAnEmptyOrTinyPicture) {
-  EXPECT_TRUE(Extract(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90))).empty());
+  EXPECT_TRUE(Extract(cv::Mat(kImageHeight, kWidth, CV_8UC1, cv::Scalar(90))).empty());
   EXPECT_TRUE(Extract(TexturedPicture(40, 30, 1)).empty());
   EXPECT_TRUE(Extract(cv::Mat(1, 1, CV_8UC1, cv::Scalar(90))).empty());
 }
@@ -114,10 +114,10 @@ TEST(ExtractFeatures, FollowsAPictureTurnedByAQuarter) {
 }
 
 // All over the image, on all levels.
-std::vector<Feature> RandomFeatures(std::mt19937& random) {
+std::vector<Feature> RandomExtractedFeatures(std::mt19937& random) {
   std::vector<Feature> features(500);
   for (Feature& feature : features) {
-    feature.pixel = {Uniform(random, 0, kWidth - 1), Uniform(random, 0, kHeight - 1)};
+    feature.pixel = {Uniform(random, 0, kWidth - 1), Uniform(random, 0, kImageHeight - 1)};
     feature.level = static_cast<int>(random() % 8);
   }
   return features;
@@ -125,11 +125,11 @@ std::vector<Feature> RandomFeatures(std::mt19937& random) {
 
 TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
   std::mt19937 random(SeedFromTestName());
-  const std::vector<Feature> features = RandomFeatures(random);
-  const FeatureGrid grid(features, kWidth, kHeight);
+  const std::vector<Feature> features = RandomExtractedFeatures(random);
+  const FeatureGrid grid(features, kWidth, kImageHeight);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector2d pixel(Uniform(random, -50, kWidth + 50),
-                                Uniform(random, -50, kHeight + 50));
+                                Uniform(random, -50, kImageHeight + 50));
     const double radius = Uniform(random, 1, 120);
     std::vector<std::size_t> found;
     grid.Find(pixel, radius, 2, 5, found);
@@ -145,12 +145,12 @@ TEST(FeatureGrid, FindsWhatALookAtAllFinds) {
 
 TEST(FeatureGrid, FindsAlongALineWhatALookAtAllFinds) {
   std::mt19937 random(SeedFromTestName());
-  const std::vector<Feature> features = RandomFeatures(random);
-  const FeatureGrid grid(features, kWidth, kHeight);
+  const std::vector<Feature> features = RandomExtractedFeatures(random);
+  const FeatureGrid grid(features, kWidth, kImageHeight);
   std::size_t num_found = 0;
   for (int i = 0; i < 300; ++i) {
-    Stripe stripe{{Uniform(random, -50, kWidth + 50), Uniform(random, -50, kHeight + 50)},
-                  {Uniform(random, -50, kWidth + 50), Uniform(random, -50, kHeight + 50)},
+    Stripe stripe{{Uniform(random, -50, kWidth + 50), Uniform(random, -50, kImageHeight + 50)},
+                  {Uniform(random, -50, kWidth + 50), Uniform(random, -50, kImageHeight + 50)},
                   Uniform(random, 1, 40),
                   2,
                   5};

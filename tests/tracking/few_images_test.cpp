@@ -19,10 +19,10 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr double kHeight = 10;
+constexpr double kFewImagesHeight = 10;
 
 // The next image of `sequence`, two a second.
-void Film(const TexturedGround& ground, const Pose& T_world_cam, Sequence& sequence) {
+void FewImages(const TexturedGround& ground, const Pose& T_world_cam, Sequence& sequence) {
   Frame frame;
   frame.index = static_cast<std::int64_t>(sequence.frames.size());
   frame.timestamp_s = 0.5 * static_cast<double>(frame.index);
@@ -38,10 +38,10 @@ Sequence FlyFast(bool with_houses, const Eigen::Vector2d& step_px, int num_frame
   const TexturedGround ground(with_houses);
   Sequence sequence;
   for (int i = 0; i < num_frames; ++i) {
-    const Eigen::Vector2d way = i * kHeight / SmallCamera().fx * step_px;
-    const Eigen::Vector3d eye(way.x(), way.y() + 0.4 * std::sin(1.3 * i), kHeight);
+    const Eigen::Vector2d way = i * kFewImagesHeight / SmallCamera().fx * step_px;
+    const Eigen::Vector3d eye(way.x(), way.y() + 0.4 * std::sin(1.3 * i), kFewImagesHeight);
     const Eigen::Vector3d target(way.x() + 0.3 * std::cos(0.8 * i), way.y() + 3, 0);
-    Film(ground, LookAt(eye, target), sequence);
+    FewImages(ground, LookAt(eye, target), sequence);
   }
   return sequence;
 }
@@ -69,7 +69,7 @@ void ExpectTracked(const Sequence& sequence) {
   // smoothing, and 20 degrees between the views, leave some times that.
   constexpr double kMaxRelativeError = 0.01;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    EXPECT_LT((fit * found[i] - truth[i]).norm() / kHeight, kMaxRelativeError);
+    EXPECT_LT((fit * found[i] - truth[i]).norm() / kFewImagesHeight, kMaxRelativeError);
   }
 }
 
@@ -85,15 +85,15 @@ TEST(FewImages, AThirdOfTheHeightFromOneToTheNext) {
 // the third image shows a fifth of the first.
 TEST(FewImages, FortyPercentOverExactlyFlatGroundStartsTheRightWayWithTheThirdImage) {
   const TexturedGround ground(false);
-  const Pose attitude = LookAt({0, 0, kHeight}, {0, 3, 0});
+  const Pose attitude = LookAt({0, 0, kFewImagesHeight}, {0, 3, 0});
   for (const Eigen::Vector2d& direction : {Eigen::Vector2d(0, -1), Eigen::Vector2d(0.7, 0.7)}) {
     SCOPED_TRACE(direction.transpose());
-    const double step = 0.4 * SmallCamera().height * kHeight / SmallCamera().fx;
+    const double step = 0.4 * SmallCamera().height * kFewImagesHeight / SmallCamera().fx;
     const Eigen::Vector2d step_su = step * direction / std::abs(direction.y());
     Sequence sequence;
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d eye(i * step_su.x(), i * step_su.y(), kHeight);
-      Film(ground, Pose(attitude.rotation(), eye), sequence);
+      const Eigen::Vector3d eye(i * step_su.x(), i * step_su.y(), kFewImagesHeight);
+      FewImages(ground, Pose(attitude.rotation(), eye), sequence);
     }
     const std::unique_ptr<Tracker> tracker = CreateTracker();
     std::string reason;

@@ -38,18 +38,18 @@ Photographs Take(bool with_houses) {
   return photographs;
 }
 
-const Photographs& Village() {
+const Photographs& VillagePhotographs() {
   static const Photographs photographs = Take(true);
   return photographs;
 }
-const Photographs& Meadow() {
+const Photographs& MeadowPhotographs() {
   static const Photographs photographs = Take(false);
   return photographs;
 }
 
 // One estimation for the tests that look at its result.
 const ImageBundlePoses& OfVillage() {
-  static const ImageBundlePoses poses = EstimateImageBundlePoses(Village().frames);
+  static const ImageBundlePoses poses = EstimateImageBundlePoses(VillagePhotographs().frames);
   return poses;
 }
 
@@ -88,16 +88,16 @@ constexpr double kMaxRotation_deg = 0.1;
 TEST(ImageBundlePoses, AreThoseOfThePhotographsOverHouses) {
   ASSERT_TRUE(OfVillage().is_estimated) << OfVillage().reason;
   ASSERT_EQ(OfVillage().keyframes.size(), 5U);
-  const PoseErrors errors = Compare(OfVillage(), Village());
+  const PoseErrors errors = Compare(OfVillage(), VillagePhotographs());
   EXPECT_LT(errors.position, kMaxPosition);
   EXPECT_LT(errors.rotation_deg, kMaxRotation_deg);
   EXPECT_LT(OfVillage().reprojection_px, 1);
 }
 
 TEST(ImageBundlePoses, AreThoseOfThePhotographsOverAPlane) {
-  const ImageBundlePoses poses = EstimateImageBundlePoses(Meadow().frames);
+  const ImageBundlePoses poses = EstimateImageBundlePoses(MeadowPhotographs().frames);
   ASSERT_TRUE(poses.is_estimated) << poses.reason;
-  const PoseErrors errors = Compare(poses, Meadow());
+  const PoseErrors errors = Compare(poses, MeadowPhotographs());
   // Over a plane slope and motion trade off.
   EXPECT_LT(errors.position, 2 * kMaxPosition);
   EXPECT_LT(errors.rotation_deg, 2 * kMaxRotation_deg);
@@ -135,7 +135,7 @@ TEST(ImageBundlePoses, ComeWithAModelThatFitsTheImages) {
 }
 
 TEST(ImageBundlePoses, AreTheSameBitsTwice) {
-  const ImageBundlePoses again = EstimateImageBundlePoses(Village().frames);
+  const ImageBundlePoses again = EstimateImageBundlePoses(VillagePhotographs().frames);
   ASSERT_TRUE(again.is_estimated);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(again.T_world_cam[i].Matrix(), OfVillage().T_world_cam[i].Matrix());
@@ -143,7 +143,7 @@ TEST(ImageBundlePoses, AreTheSameBitsTwice) {
 }
 
 TEST(ImageBundlePoses, AreRefusedWithoutBaseline) {
-  const std::vector<Frame> still(5, Village().frames[0]);
+  const std::vector<Frame> still(5, VillagePhotographs().frames[0]);
   const ImageBundlePoses poses = EstimateImageBundlePoses(still);
   EXPECT_FALSE(poses.is_estimated);
   EXPECT_THAT(poses.reason, HasSubstr("parallax"));
@@ -162,7 +162,7 @@ TEST(ImageBundlePoses, AreRefusedUnderPureRotation) {
 }
 
 TEST(ImageBundlePoses, AreRefusedWhenOneImageShowsAnotherPlaceAndItIsNamed) {
-  std::vector<Frame> frames = Village().frames;
+  std::vector<Frame> frames = VillagePhotographs().frames;
   cv::Mat flipped;
   cv::flip(frames[4].bgr, flipped, 1);  // what no camera over the village could see
   frames[4].bgr = flipped;
@@ -180,10 +180,10 @@ TEST(ImageBundlePoses, AreRefusedWithoutTexture) {
 }
 
 TEST(ImageBundlePoses, NeedThreeFramesOfOneCamera) {
-  const std::vector<Frame> two(2, Village().frames[0]);
+  const std::vector<Frame> two(2, VillagePhotographs().frames[0]);
   EXPECT_THAT([&] { static_cast<void>(EstimateImageBundlePoses(two)); },
               testing::ThrowsMessage<Error>(HasSubstr("too few images")));
-  std::vector<Frame> frames = Village().frames;
+  std::vector<Frame> frames = VillagePhotographs().frames;
   frames[3].camera.fx += 1;
   EXPECT_THAT([&] { static_cast<void>(EstimateImageBundlePoses(frames)); },
               testing::ThrowsMessage<Error>(HasSubstr("photograph 3: camera differs")));

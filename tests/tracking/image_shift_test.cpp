@@ -12,18 +12,18 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr int kNumFeatures = 400;
+constexpr int kNumShiftFeatures = 400;
 constexpr int kMaxLevel = 3;
 
-std::vector<Eigen::Vector2d> RandomPixels(std::mt19937& random) {
+std::vector<Eigen::Vector2d> RandomShiftPixels(std::mt19937& random) {
   std::vector<Eigen::Vector2d> pixels;
-  for (int i = 0; i < kNumFeatures; ++i) {
+  for (int i = 0; i < kNumShiftFeatures; ++i) {
     pixels.emplace_back(Uniform(random, 0, 383), Uniform(random, 0, 223));
   }
   return pixels;
 }
 
-std::vector<char> All() { return std::vector<char>(kNumFeatures, 1); }
+std::vector<char> All() { return std::vector<char>(kNumShiftFeatures, 1); }
 
 // Shows what `a` shows elsewhere; what leaves the image is replaced by something else, and so is
 // every second feature.
@@ -41,7 +41,7 @@ View Moved(const View& a, const Eigen::Vector2d& shift, std::mt19937& random) {
 
 TEST(CommonShift, FindsShiftsOfMoreThanHalfTheImage) {
   std::mt19937 random(SeedFromTestName());
-  const View a = MakeView(SmallCamera(), RandomPixels(random));
+  const View a = MakeView(SmallCamera(), RandomShiftPixels(random));
   // px: the mean of some dozen positions, each sure to 3 px.
   constexpr double kTolerance = 2;
   for (const Eigen::Vector2d& shift :
@@ -54,7 +54,7 @@ TEST(CommonShift, FindsShiftsOfMoreThanHalfTheImage) {
 
 TEST(CommonShift, SaysNothingWhereNoneStandsOut) {
   std::mt19937 random(SeedFromTestName());
-  const View a = MakeView(SmallCamera(), RandomPixels(random));
+  const View a = MakeView(SmallCamera(), RandomShiftPixels(random));
   View scattered = a;
   for (Feature& feature : scattered.features) {
     feature.pixel = {Uniform(random, 0, 383), Uniform(random, 0, 223)};
@@ -72,10 +72,10 @@ TEST(CommonShift, SaysNothingWhereNoneStandsOut) {
 
 TEST(CommonShift, AsksOnlyTheFeaturesAllowed) {
   std::mt19937 random(SeedFromTestName());
-  const View a = MakeView(SmallCamera(), RandomPixels(random));
+  const View a = MakeView(SmallCamera(), RandomShiftPixels(random));
   // Every second one goes one way, the others the other way.
   View b = a;
-  std::vector<char> even(kNumFeatures, 0);
+  std::vector<char> even(kNumShiftFeatures, 0);
   for (std::size_t i = 0; i < b.features.size(); ++i) {
     even[i] = i % 2 == 0 ? 1 : 0;
     b.features[i].pixel.x() += i % 2 == 0 ? 150 : -150;
@@ -83,7 +83,7 @@ TEST(CommonShift, AsksOnlyTheFeaturesAllowed) {
   const auto found = CommonShift(a, even, b, kMaxLevel);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->x(), 150, 1e-9);
-  EXPECT_FALSE(CommonShift(a, std::vector<char>(kNumFeatures, 0), b, kMaxLevel).has_value());
+  EXPECT_FALSE(CommonShift(a, std::vector<char>(kNumShiftFeatures, 0), b, kMaxLevel).has_value());
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace mono3d::tracking {
 namespace {
 
-Pose Turn(double degrees) {
+Pose InsertionTurn(double degrees) {
   return {RotationExp({0, degrees * std::numbers::pi / 180, 0}), Eigen::Vector3d::Zero()};
 }
 
@@ -31,24 +31,24 @@ TEST(NeedsKeyframe, NotWhileNothingChanges) { EXPECT_FALSE(NeedsKeyframe(Still()
 
 TEST(NeedsKeyframe, BeforeTheNextStepWouldTurnTooFar) {
   InsertionEvidence evidence = Still();
-  evidence.T_current_previous = Turn(1);
-  evidence.T_current_last = Turn(2.9);
+  evidence.T_current_previous = InsertionTurn(1);
+  evidence.T_current_last = InsertionTurn(2.9);
   EXPECT_FALSE(NeedsKeyframe(evidence, {}));
-  evidence.T_current_last = Turn(3.1);  // 4.1 with the next frame
+  evidence.T_current_last = InsertionTurn(3.1);  // 4.1 with the next frame
   EXPECT_TRUE(NeedsKeyframe(evidence, {}));
 }
 
 TEST(NeedsKeyframe, NotForEveryImageWhereEverySecondIsNearEnough) {
   InsertionEvidence evidence = Still();
   evidence.is_last_previous = true;
-  evidence.T_current_previous = Turn(2.3);
-  evidence.T_current_last = Turn(2.3);
+  evidence.T_current_previous = InsertionTurn(2.3);
+  evidence.T_current_last = InsertionTurn(2.3);
   EXPECT_FALSE(NeedsKeyframe(evidence, {}));  // 4.6 with the next frame
   evidence.is_last_previous = false;
   EXPECT_TRUE(NeedsKeyframe(evidence, {}));
   evidence.is_last_previous = true;
-  evidence.T_current_previous = Turn(2.5);
-  evidence.T_current_last = Turn(2.5);
+  evidence.T_current_previous = InsertionTurn(2.5);
+  evidence.T_current_last = InsertionTurn(2.5);
   EXPECT_TRUE(NeedsKeyframe(evidence, {}));  // 5, as much as a bundle may have
 }
 

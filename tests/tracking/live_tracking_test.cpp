@@ -26,12 +26,12 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-const Sequence& Village() {
+const Sequence& LiveVillage() {
   static const Sequence sequence = FlyOver(TexturedGround(true), 30);
   return sequence;
 }
 
-const Sequence& Field() {
+const Sequence& LiveField() {
   static const Sequence sequence = FlyOver(TexturedGround(false), 60);
   return sequence;
 }
@@ -44,13 +44,13 @@ TrackerOptions Live() {
 }
 
 // Root mean square distance from the truth after alignment, over the flying height of 10.
-double RelativeError(const std::vector<TrajectoryEntry>& trajectory) {
+double LiveRelativeError(const std::vector<TrajectoryEntry>& trajectory) {
   std::vector<Eigen::Vector3d> found;
   std::vector<Eigen::Vector3d> truth;
   for (const TrajectoryEntry& entry : trajectory) {
     found.push_back(entry.T_world_cam.translation());
     truth.push_back(
-        Village().T_world_cam[static_cast<std::size_t>(entry.frame_index)].translation());
+        LiveVillage().T_world_cam[static_cast<std::size_t>(entry.frame_index)].translation());
   }
   const Similarity fit = FitSimilarity(found, truth);
   double sum = 0;
@@ -66,7 +66,7 @@ TEST(LiveTracking, IsAccurateEachTime) {
   for (int run = 0; run < kNumRuns; ++run) {
     const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
     std::size_t num_keyframes = 0;
-    for (const Frame& frame : Village().frames) {
+    for (const Frame& frame : LiveVillage().frames) {
       num_keyframes += tracker->Track(frame).finalised_keyframes.size();
     }
     tracker->WaitForMapping();
@@ -75,22 +75,22 @@ TEST(LiveTracking, IsAccurateEachTime) {
     }
     num_keyframes += tracker->Finish().size();
     const std::vector<TrajectoryEntry> trajectory = tracker->Trajectory();
-    EXPECT_EQ(trajectory.size(), Village().frames.size());
+    EXPECT_EQ(trajectory.size(), LiveVillage().frames.size());
     EXPECT_EQ(num_keyframes, tracker->KeyframeTrajectory().size());
-    EXPECT_LT(RelativeError(trajectory), kMaxRelativeError);
+    EXPECT_LT(LiveRelativeError(trajectory), kMaxRelativeError);
   }
 }
 
 TEST(LiveTracking, EndsInTheMiddleOfItsWork) {
   const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
-  for (std::size_t i = 0; i < 12; ++i) static_cast<void>(tracker->Track(Village().frames[i]));
+  for (std::size_t i = 0; i < 12; ++i) static_cast<void>(tracker->Track(LiveVillage().frames[i]));
   EXPECT_FALSE(tracker->Trajectory().empty());
 }
 
 TEST(LiveTracking, ComesBackAfterBlackFrames) {
   const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
   std::size_t num_lost = 0;
-  for (const Frame& frame : Village().frames) {
+  for (const Frame& frame : LiveVillage().frames) {
     const bool is_black = frame.index >= 14 && frame.index < 17;
     const TrackingResult result = tracker->Track(is_black ? BlackFrame(frame.index) : frame);
     num_lost += result.status == TrackingStatus::kLost ? 1U : 0U;
@@ -113,7 +113,7 @@ TEST(LiveTracking, JoinsTwoMapsWhenTheyMeet) {
   KeyframePosesPtr before;  // with two maps
   for (std::size_t i = 0; i < film.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
-    if (film[i] != kBlack) frame.bgr = Field().frames[film[i]].bgr;
+    if (film[i] != kBlack) frame.bgr = LiveField().frames[film[i]].bgr;
     const TrackingResult result = tracker->Track(frame);
     if (result.T_world_cam) maps_used.insert(result.map_id);
     if (result.T_world_cam && result.map_id == 1) before = tracker->Poses();
@@ -136,7 +136,7 @@ TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
   const std::unique_ptr<Tracker> tracker = CreateTracker(Live());
   std::optional<Keyframe> anchor;
   std::size_t num_told = 0;
-  for (const Frame& frame : Village().frames) {
+  for (const Frame& frame : LiveVillage().frames) {
     const TrackingResult result = tracker->Track(frame);
     EXPECT_TRUE(result.T_world_cam.has_value() || num_told == 0) << result.reason;
     for (const Keyframe& keyframe : result.finalised_keyframes) {
@@ -166,7 +166,7 @@ TEST(LiveTracking, FollowsWhatItIsToldDuringTheFlight) {
   EXPECT_TRUE(
       std::any_of(poses->poses().begin(), poses->poses().end(),
                   [](const KeyframePose& keyframe) { return keyframe.S_world_kf.scale() != 1; }));
-  EXPECT_EQ(tracker->Trajectory().size(), Village().frames.size());
+  EXPECT_EQ(tracker->Trajectory().size(), LiveVillage().frames.size());
 }
 
 TEST(TrackerOptions, RefuseAModeThatThereIsNot) {

@@ -16,7 +16,7 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr double kTolerance = 1e-12;
+constexpr double kJoinTolerance = 1e-12;
 
 // Two keyframes at x = 0 and x = 1 that see one point 10 ahead of them, and a culled one between.
 Map SmallMap(int id) {
@@ -49,10 +49,10 @@ TEST(Append, NumbersAndMovesWhatTheOtherMapHolds) {
   ASSERT_EQ(map.keyframes().size(), 6U);
   ASSERT_EQ(map.points().size(), 2U);
   // Worked by hand: x = 1 becomes y = 2, then x + 100.
-  EXPECT_LT((map.keyframe(5).view.Centre() - Eigen::Vector3d(100, 2, 0)).norm(), kTolerance);
+  EXPECT_LT((map.keyframe(5).view.Centre() - Eigen::Vector3d(100, 2, 0)).norm(), kJoinTolerance);
   EXPECT_LT((map.T_cam_world(4).Inverse().translation() - Eigen::Vector3d(100, 1, 0)).norm(),
-            kTolerance);  // the culled one, by its anchor
-  EXPECT_LT((map.point(PointId{1}).p_world - Eigen::Vector3d(100, 0, 20)).norm(), kTolerance);
+            kJoinTolerance);  // the culled one, by its anchor
+  EXPECT_LT((map.point(PointId{1}).p_world - Eigen::Vector3d(100, 0, 20)).norm(), kJoinTolerance);
   EXPECT_EQ(map.keyframe(5).view.points[0], PointId{1});
   ASSERT_EQ(map.point(PointId{1}).observations.size(), 2U);
   EXPECT_EQ(map.point(PointId{1}).observations[0].keyframe, 3U);
@@ -69,7 +69,7 @@ TEST(Append, LeavesEveryImageAsItWas) {
     const Eigen::Vector3d p_cam = map.T_cam_world(keyframe) * map.point(PointId{1}).p_world;
     const Eigen::Vector3d expected =
         2 * (SmallMap(1).T_cam_world(keyframe - 3) * SmallMap(1).point(PointId{0}).p_world);
-    EXPECT_LT((p_cam - expected).norm(), kTolerance);
+    EXPECT_LT((p_cam - expected).norm(), kJoinTolerance);
   }
 }
 
@@ -114,7 +114,7 @@ TEST(SimilarityOf, TakesTheKeyframeToWhereTheOtherMapHasIt) {
   place.scale = 2;
   place.T_cam_world = (Turn() * map.T_cam_world(2).Inverse()).Inverse();
   const Similarity S = SimilarityOf(place, map);
-  EXPECT_NEAR(S.scale(), 2, kTolerance);
+  EXPECT_NEAR(S.scale(), 2, kJoinTolerance);
   for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 10), Eigen::Vector3d(-3, 4, 5)}) {
     EXPECT_LT((S * p - Turn() * p).norm(), 1e-10);
   }

@@ -8,7 +8,7 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr double kTolerance = 1e-12;
+constexpr double kMotionTolerance = 1e-12;
 
 const Pose& Step() {
   static const Pose step(RotationExp({0.1, -0.2, 0.3}), Eigen::Vector3d(1, 2, -1));
@@ -17,8 +17,9 @@ const Pose& Step() {
 
 TEST(ScaleMotion, DoublesRotationAndTranslation) {
   const Pose twice = ScaleMotion(Step(), 2);
-  EXPECT_LT((RotationLog(twice.rotation()) - Eigen::Vector3d(0.2, -0.4, 0.6)).norm(), kTolerance);
-  EXPECT_LT((twice.translation() - Eigen::Vector3d(2, 4, -2)).norm(), kTolerance);
+  EXPECT_LT((RotationLog(twice.rotation()) - Eigen::Vector3d(0.2, -0.4, 0.6)).norm(),
+            kMotionTolerance);
+  EXPECT_LT((twice.translation() - Eigen::Vector3d(2, 4, -2)).norm(), kMotionTolerance);
 }
 
 TEST(MotionModel, KnowsNothingAtFirstAndAfterAReset) {
@@ -35,14 +36,15 @@ TEST(MotionModel, KnowsNothingAtFirstAndAfterAReset) {
 TEST(MotionModel, PredictsConstantVelocityOverFramesLeftOut) {
   MotionModel motion;
   motion.Set(Step(), 0.1);
-  EXPECT_LT((motion.Predict(0.1)->Matrix() - Step().Matrix()).norm(), kTolerance);
-  EXPECT_LT((motion.Predict(0.3)->Matrix() - ScaleMotion(Step(), 3).Matrix()).norm(), kTolerance);
+  EXPECT_LT((motion.Predict(0.1)->Matrix() - Step().Matrix()).norm(), kMotionTolerance);
+  EXPECT_LT((motion.Predict(0.3)->Matrix() - ScaleMotion(Step(), 3).Matrix()).norm(),
+            kMotionTolerance);
 }
 
 TEST(MotionModel, RepeatsTheMotionWhereTimeStandsStill) {
   MotionModel motion;
   motion.Set(Step(), 0);
-  EXPECT_LT((motion.Predict(0.3)->Matrix() - Step().Matrix()).norm(), kTolerance);
+  EXPECT_LT((motion.Predict(0.3)->Matrix() - Step().Matrix()).norm(), kMotionTolerance);
 }
 
 TEST(MotionModel, TakesTheLengthsOfTheWorldAlong) {

@@ -19,13 +19,13 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegreesOfSelection = 180 / std::numbers::pi;
 // The two motions of these flights are 3 degrees apart and more.
-constexpr double kMaxRotationErrorDeg = 1;
-constexpr double kMaxDirectionErrorDeg = 15;
+constexpr double kMaxSelectedRotationErrorDeg = 1;
+constexpr double kMaxSelectedDirectionErrorDeg = 15;
 
 // What the alignment of patches leaves.
-constexpr double kNoise_px = 0.05;
+constexpr double kSelectionNoise_px = 0.05;
 
 struct Direction {
   const char* name;
@@ -71,7 +71,7 @@ TEST(SelectMotion, TakesNoWrongMotionOverAPlaneOnStraightFlights) {
   for (const Direction& direction : Directions()) {
     int num_started = 0;
     for (int seed = 0; seed < kNumSeeds; ++seed) {
-      const auto views = StraightFlight(direction.in_camera, kNumViews, kNoise_px, random);
+      const auto views = StraightFlight(direction.in_camera, kNumViews, kSelectionNoise_px, random);
       MapInitialiser initialiser({}, seed);
       std::optional<MapStart> start;
       std::string reason;
@@ -82,9 +82,10 @@ TEST(SelectMotion, TakesNoWrongMotionOverAPlaneOnStraightFlights) {
       if (!start) continue;
       ++num_started;
       const Pose& found = start->motion.T_b_a;
-      EXPECT_LT(found.RotationAngle() * kDegrees, kMaxRotationErrorDeg) << direction.name;
+      EXPECT_LT(found.RotationAngle() * kDegreesOfSelection, kMaxSelectedRotationErrorDeg)
+          << direction.name;
       EXPECT_GT(-found.translation().normalized().dot(direction.in_camera.normalized()),
-                std::cos(kMaxDirectionErrorDeg / kDegrees))
+                std::cos(kMaxSelectedDirectionErrorDeg / kDegreesOfSelection))
           << direction.name;
     }
     EXPECT_GE(num_started, kNumSeeds - 1) << direction.name;
@@ -135,9 +136,9 @@ TEST(SelectMotion, StartsTheRightWayOverAFlatFieldInEveryDirection) {
     const auto first = static_cast<std::size_t>(trajectory.front().frame_index);
     const Pose found = trajectory.front().T_world_cam.Inverse() * trajectory.back().T_world_cam;
     const Pose expected = truth[first].Inverse() * truth.back();
-    EXPECT_LT(found.RotationAngle() * kDegrees, kMaxRotationErrorDeg) << heading;
+    EXPECT_LT(found.RotationAngle() * kDegreesOfSelection, kMaxSelectedRotationErrorDeg) << heading;
     EXPECT_GT(found.translation().normalized().dot(expected.translation().normalized()),
-              std::cos(kMaxDirectionErrorDeg / kDegrees))
+              std::cos(kMaxSelectedDirectionErrorDeg / kDegreesOfSelection))
         << heading;
   }
 }

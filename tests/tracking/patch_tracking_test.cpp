@@ -14,23 +14,23 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr int kNumFrames = 6;
+constexpr int kNumPatchFrames = 6;
 
-const Sequence& Meadow() {
-  static const Sequence sequence = FlyOver(TexturedGround(false), kNumFrames);
+const Sequence& PatchMeadow() {
+  static const Sequence sequence = FlyOver(TexturedGround(false), kNumPatchFrames);
   return sequence;
 }
 
 View ViewOf(int index) {
   View view;
-  view.frame = Meadow().frames[static_cast<std::size_t>(index)];
+  view.frame = PatchMeadow().frames[static_cast<std::size_t>(index)];
   view.octaves = BuildOctaves(ToGrey(view.frame.bgr));
-  view.T_cam_world = Meadow().T_world_cam[static_cast<std::size_t>(index)].Inverse();
+  view.T_cam_world = PatchMeadow().T_world_cam[static_cast<std::size_t>(index)].Inverse();
   return view;
 }
 
 // Where a pixel of a view lies on the ground z = 0.
-Eigen::Vector3d OnGround(const View& view, const Eigen::Vector2d& pixel) {
+Eigen::Vector3d PatchOnGround(const View& view, const Eigen::Vector2d& pixel) {
   const Pose T_world_cam = view.T_cam_world.Inverse();
   const Eigen::Vector3d ray = T_world_cam.rotation() * view.frame.camera.Unproject(pixel);
   return T_world_cam.translation() - T_world_cam.translation().z() / ray.z() * ray;
@@ -46,7 +46,7 @@ Map GroundMap() {
   View second = ViewOf(1);
   map.AddKeyframe(second);
   for (std::size_t i = 0; i < first.features.size(); ++i) {
-    const Eigen::Vector3d p = OnGround(first, first.features[i].pixel);
+    const Eigen::Vector3d p = PatchOnGround(first, first.features[i].pixel);
     Feature in_second = first.features[i];
     in_second.pixel = SmallCamera().Project(second.T_cam_world * p);
     if (!SmallCamera().Contains(in_second.pixel)) continue;
@@ -74,7 +74,7 @@ TEST(AlignImages, FindsTheMotionBetweenTwoImages) {
   View b = ViewOf(1);
   std::vector<SeenPoint> points;
   for (const Feature& feature : ExtractFeatures(a.octaves[0], {}, 300)) {
-    points.push_back({feature.pixel, a.T_cam_world * OnGround(a, feature.pixel)});
+    points.push_back({feature.pixel, a.T_cam_world * PatchOnGround(a, feature.pixel)});
   }
   const Pose truth = b.T_cam_world * a.T_cam_world.Inverse();
   // Half the resolution and facing patches: some times the error of the patches after it.
@@ -96,7 +96,7 @@ TEST(AlignImages, HandsThePredictionBackWhereThereIsNothingToAlign) {
 TEST(TrackDirectly, FindsTheNextViewsToAFractionOfAPixel) {
   Map map = GroundMap();
   View previous = map.keyframe(1).view;
-  for (int i = 2; i < kNumFrames; ++i) {
+  for (int i = 2; i < kNumPatchFrames; ++i) {
     View view = ViewOf(i);
     const Pose truth = view.T_cam_world;
     view.T_cam_world = previous.T_cam_world;  // as if the camera stood still
@@ -167,7 +167,7 @@ double LeanError(const Map& map, KeyframeId patch_keyframe) {
 
 // Adds views 2 to the last but one as keyframes that show what FindPatch finds.
 void FlyOn(Map& map) {
-  for (int i = 2; i < kNumFrames; ++i) {
+  for (int i = 2; i < kNumPatchFrames; ++i) {
     View view = ViewOf(i);
     for (const PointId id : map.PointIds()) {
       const Eigen::Vector2d at = map.camera().Project(view.T_cam_world * map.point(id).p_world);

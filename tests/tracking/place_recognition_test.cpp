@@ -18,12 +18,12 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr std::size_t kNumFrames = 22;
+constexpr std::size_t kNumFramesOfPlaces = 22;
 constexpr std::size_t kNumFirst = 14;   // frames of the first map
 constexpr std::size_t kSecondFrom = 6;  // first frame of the second one
 
-const Sequence& Village() {
-  static const Sequence sequence = FlyOver(TexturedGround(true), kNumFrames);
+const Sequence& PlacesVillage() {
+  static const Sequence sequence = FlyOver(TexturedGround(true), kNumFramesOfPlaces);
   return sequence;
 }
 
@@ -35,7 +35,7 @@ struct TrackedMap {
 TrackedMap TrackPart(std::size_t begin, std::size_t end) {
   const std::unique_ptr<Tracker> tracker = CreateTracker();
   for (std::size_t i = begin; i < end; ++i) {
-    static_cast<void>(tracker->Track(Village().frames[i]));
+    static_cast<void>(tracker->Track(PlacesVillage().frames[i]));
   }
   return {tracker->SaveMap(), tracker->Trajectory()};
 }
@@ -46,7 +46,7 @@ const TrackedMap& First() {
   return map;
 }
 const TrackedMap& Second() {
-  static const TrackedMap map = TrackPart(kSecondFrom, kNumFrames);
+  static const TrackedMap map = TrackPart(kSecondFrom, kNumFramesOfPlaces);
   return map;
 }
 
@@ -74,7 +74,7 @@ constexpr double kTolerance_su = 0.005;
 TEST(SavedPlaces, TellFromWhereAnImageWasTaken) {
   SavedPlaces places(First().bytes, "first");
   for (const std::size_t i : {2U, 7U, 11U}) {
-    const PlaceRecognition found = places.Relocalise(Village().frames[i]);
+    const PlaceRecognition found = places.Relocalise(PlacesVillage().frames[i]);
     ASSERT_TRUE(found.T_world_cam.has_value()) << i;
     const Pose& tracked = PoseOf(First(), static_cast<std::int64_t>(i));
     EXPECT_LT((found.T_world_cam->translation() - tracked.translation()).norm(), kTolerance_su);
@@ -92,7 +92,7 @@ TEST(SavedPlaces, FindAKeyframeOfAnotherMapWithTheScaleBetweenThem) {
   // The first keyframes of the second map are where both have been.
   const TrajectoryEntry keyframe = other.Keyframes().front();
   ASSERT_LT(keyframe.frame_index, static_cast<std::int64_t>(kNumFirst));
-  const Frame& frame = Village().frames[static_cast<std::size_t>(keyframe.frame_index)];
+  const Frame& frame = PlacesVillage().frames[static_cast<std::size_t>(keyframe.frame_index)];
   const PlaceRecognition found = places.Recognise(other, frame);
   ASSERT_TRUE(found.T_world_cam.has_value());
   const Pose& tracked = PoseOf(First(), keyframe.frame_index);
@@ -106,7 +106,7 @@ TEST(SavedPlaces, FindAKeyframeOfAnotherMapWithTheScaleBetweenThem) {
 TEST(SavedPlaces, KnowNothingOfAnotherPlace) {
   SavedPlaces places(First().bytes, "first");
   for (const std::size_t i : {0U, 10U, 20U}) {
-    const PlaceRecognition found = places.Relocalise(Mirrored(Village().frames[i]));
+    const PlaceRecognition found = places.Relocalise(Mirrored(PlacesVillage().frames[i]));
     EXPECT_FALSE(found.T_world_cam.has_value()) << i;
     EXPECT_EQ(found.num_inliers, 0);
   }
@@ -114,12 +114,12 @@ TEST(SavedPlaces, KnowNothingOfAnotherPlace) {
 
 TEST(SavedPlaces, RefuseWhatIsNotOfTheirCameraOrMap) {
   SavedPlaces places(First().bytes, "first");
-  Frame frame = Village().frames[0];
+  Frame frame = PlacesVillage().frames[0];
   frame.camera.fx += 1;
   EXPECT_THAT([&] { static_cast<void>(places.Relocalise(frame)); },
               ThrowsMessage<Error>(HasSubstr("camera differs")));
   // The last frame is in no keyframe of the first map.
-  EXPECT_THAT([&] { static_cast<void>(places.Recognise(places, Village().frames.back())); },
+  EXPECT_THAT([&] { static_cast<void>(places.Recognise(places, PlacesVillage().frames.back())); },
               ThrowsMessage<Error>(HasSubstr("no keyframe of this image")));
   EXPECT_THAT([] { SavedPlaces("nonsense", "some.map"); },
               ThrowsMessage<Error>(HasSubstr("some.map")));

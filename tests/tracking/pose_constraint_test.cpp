@@ -31,7 +31,7 @@ PoseConstraint RandomConstraint(std::mt19937& random) {
   return {0, 1, RandomPose(random, 0.5), RootOf(RandomInformation(random, 6, 6))};
 }
 
-Pose Moved(const Pose& T, const Vector6d& step) {
+Pose MovedPose(const Pose& T, const Vector6d& step) {
   return {RotationExp(step.head<3>()) * T.rotation(), T.translation() + step.tail<3>()};
 }
 
@@ -47,11 +47,11 @@ TEST(PoseConstraint, HasTheDerivativesOfItsError) {
     EXPECT_EQ(at.error, WhitenedError(constraint, T_view, T_anchor));
     for (int i = 0; i < 6; ++i) {
       const Vector6d step = kStep * Vector6d::Unit(i);
-      const Vector6d by_view = (WhitenedError(constraint, Moved(T_view, step), T_anchor) -
-                                WhitenedError(constraint, Moved(T_view, -step), T_anchor)) /
+      const Vector6d by_view = (WhitenedError(constraint, MovedPose(T_view, step), T_anchor) -
+                                WhitenedError(constraint, MovedPose(T_view, -step), T_anchor)) /
                                (2 * kStep);
-      const Vector6d by_anchor = (WhitenedError(constraint, T_view, Moved(T_anchor, step)) -
-                                  WhitenedError(constraint, T_view, Moved(T_anchor, -step))) /
+      const Vector6d by_anchor = (WhitenedError(constraint, T_view, MovedPose(T_anchor, step)) -
+                                  WhitenedError(constraint, T_view, MovedPose(T_anchor, -step))) /
                                  (2 * kStep);
       EXPECT_LT((at.by_view.col(i) - by_view).norm(), kTolerance * at.by_view.norm()) << off;
       EXPECT_LT((at.by_anchor.col(i) - by_anchor).norm(), kTolerance * at.by_anchor.norm()) << off;
@@ -126,7 +126,7 @@ PoseConstraint Between(const ThreeViews& world, const Pose& error) {
   return {2, 0, error * (world.truth[2] * world.truth[0].Inverse()), root.asDiagonal()};
 }
 
-double ErrorOf(const ThreeViews& world, const BundleAdjustmentProblem& problem) {
+double ConstraintErrorOf(const ThreeViews& world, const BundleAdjustmentProblem& problem) {
   const Pose error = problem.T_cam_world[2] * world.truth[2].Inverse();
   return error.translation().norm() + 10 * error.RotationAngle();
 }
@@ -139,7 +139,7 @@ TEST(SolveBundleAdjustment, FollowsAConstraint) {
   BundleAdjustmentProblem with = world.problem;
   with.constraints = {Between(world, Pose())};
   SolveBundleAdjustment(with, {20, 20, 1e-8});
-  EXPECT_LT(ErrorOf(world, with), 0.2 * ErrorOf(world, without));
+  EXPECT_LT(ConstraintErrorOf(world, with), 0.2 * ConstraintErrorOf(world, without));
 }
 
 TEST(SolveBundleAdjustment, HardlyHeedsAConstraintThatContradictsThePoints) {
@@ -151,7 +151,7 @@ TEST(SolveBundleAdjustment, HardlyHeedsAConstraintThatContradictsThePoints) {
   // The directions of translation are known from the points: sideways by a fifth of the depth.
   with.constraints = {Between(world, Pose(RotationExp({0.1, 0, 0}), {0, 2, 0}))};
   SolveBundleAdjustment(with, {20, 20, 1e-8});
-  EXPECT_LT(ErrorOf(world, with), 1.2 * ErrorOf(world, without));
+  EXPECT_LT(ConstraintErrorOf(world, with), 1.2 * ConstraintErrorOf(world, without));
 }
 
 // The sparse solver, for which 200 views are that see nothing, comes to the same.

@@ -21,7 +21,7 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr double kRounding = 1e-12;
+constexpr double kPublishedRounding = 1e-12;
 
 double Difference(const Similarity& a, const Similarity& b) {
   return (a.pose().Matrix() - b.pose().Matrix()).norm() + std::abs(a.scale() - b.scale());
@@ -109,7 +109,7 @@ std::vector<Frame> FilmOfTwoMaps() {
   return frames;
 }
 
-struct Tracked {
+struct PublishedTrack {
   std::vector<TrackingResult> results;
   std::vector<KeyframePosesPtr> poses;  // after each frame
   std::vector<Keyframe> keyframes;      // handed out
@@ -117,11 +117,11 @@ struct Tracked {
   std::vector<TrajectoryEntry> keyframe_trajectory;
 };
 
-Tracked TrackTwoMaps(const std::string& mode) {
+PublishedTrack TrackTwoMaps(const std::string& mode) {
   TrackerOptions options;
   options.mode = mode;
   const std::unique_ptr<Tracker> tracker = CreateTracker(options);
-  Tracked run;
+  PublishedTrack run;
   const auto take = [&](const std::vector<Keyframe>& finalised) {
     run.keyframes.insert(run.keyframes.end(), finalised.begin(), finalised.end());
   };
@@ -138,13 +138,13 @@ Tracked TrackTwoMaps(const std::string& mode) {
   return run;
 }
 
-const Tracked& TwoMaps() {
-  static const Tracked run = TrackTwoMaps("sequential");
+const PublishedTrack& TwoMaps() {
+  static const PublishedTrack run = TrackTwoMaps("sequential");
   return run;
 }
 
 // What holds in both modes.
-void ExpectPosesOfAllThatIsNamed(const Tracked& run) {
+void ExpectPosesOfAllThatIsNamed(const PublishedTrack& run) {
   std::uint64_t version = 0;
   for (std::size_t i = 0; i < run.results.size(); ++i) {
     const KeyframePoses& poses = *run.poses[i];
@@ -169,7 +169,7 @@ void ExpectPosesOfAllThatIsNamed(const Tracked& run) {
 }
 
 // By now, each frame by what the tracker said of it when it came.
-void ExpectTheTrajectory(const Tracked& run) {
+void ExpectTheTrajectory(const PublishedTrack& run) {
   std::vector<TrajectoryEntry> entries;
   const auto add = [&](const FramePose& pose) {
     entries.push_back(InWorld(pose, *run.poses.back()).value());
@@ -186,7 +186,7 @@ void ExpectTheTrajectory(const Tracked& run) {
     EXPECT_EQ(entries[i].timestamp_s, run.trajectory[i].timestamp_s);
     EXPECT_EQ(entries[i].map_id, run.trajectory[i].map_id);
     EXPECT_LT((entries[i].T_world_cam.Matrix() - run.trajectory[i].T_world_cam.Matrix()).norm(),
-              kRounding);
+              kPublishedRounding);
   }
 }
 
@@ -195,18 +195,18 @@ TEST(Poses, NameEveryKeyframeThatAFrameIsFixedTo) { ExpectPosesOfAllThatIsNamed(
 TEST(Poses, GiveTheTrajectoryFromWhatWasSaidOfEachFrame) { ExpectTheTrajectory(TwoMaps()); }
 
 TEST(Poses, AgreeWithTheOnlinePoseOfEachFrame) {
-  const Tracked& run = TwoMaps();
+  const PublishedTrack& run = TwoMaps();
   for (std::size_t i = 0; i < run.results.size(); ++i) {
     if (!run.results[i].pose) continue;
     const TrajectoryEntry entry = InWorld(*run.results[i].pose, *run.poses[i]).value();
     EXPECT_EQ(entry.map_id, run.results[i].map_id);
     EXPECT_LT((entry.T_world_cam.Matrix() - run.results[i].T_world_cam->Matrix()).norm(),
-              kRounding);
+              kPublishedRounding);
   }
 }
 
 TEST(Poses, AreThoseOfTheKeyframeTrajectory) {
-  const Tracked& run = TwoMaps();
+  const PublishedTrack& run = TwoMaps();
   const KeyframePoses& poses = *run.poses.back();
   ASSERT_EQ(poses.poses().size(), run.keyframe_trajectory.size());
   ASSERT_EQ(run.keyframes.size(), run.keyframe_trajectory.size());
@@ -221,7 +221,7 @@ TEST(Poses, AreThoseOfTheKeyframeTrajectory) {
 }
 
 TEST(Poses, GiveTheSameSnapshotsTwice) {
-  const Tracked again = TrackTwoMaps("sequential");
+  const PublishedTrack again = TrackTwoMaps("sequential");
   ASSERT_EQ(again.poses.size(), TwoMaps().poses.size());
   for (std::size_t i = 0; i < again.poses.size(); ++i) {
     EXPECT_EQ(again.poses[i]->version(), TwoMaps().poses[i]->version());
@@ -230,7 +230,7 @@ TEST(Poses, GiveTheSameSnapshotsTwice) {
 }
 
 TEST(Poses, TakeAnotherMapAndScaleByAJoin) {
-  const Tracked& run = TwoMaps();
+  const PublishedTrack& run = TwoMaps();
   std::size_t at = 0;
   for (std::size_t i = 1; i < run.poses.size(); ++i) {
     if (!FindMapJoins(*run.poses[i - 1], *run.poses[i]).empty()) at = i;
@@ -296,7 +296,7 @@ TEST(Poses, CanBeTakenWhileAnotherThreadMaps) {
 }
 
 TEST(Poses, HoldLiveAsWell) {
-  const Tracked run = TrackTwoMaps("live");
+  const PublishedTrack run = TrackTwoMaps("live");
   ExpectPosesOfAllThatIsNamed(run);
   ExpectTheTrajectory(run);
 }

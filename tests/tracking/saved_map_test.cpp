@@ -18,19 +18,19 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr std::size_t kNumFrames = 26;
+constexpr std::size_t kNumSavedFrames = 26;
 constexpr std::size_t kNumSaved = 14;  // frames tracked before the map is saved
 
 // Rendered once for all tests.
-const Sequence& Village() {
-  static const Sequence sequence = FlyOver(TexturedGround(true), kNumFrames);
+const Sequence& SavedVillage() {
+  static const Sequence sequence = FlyOver(TexturedGround(true), kNumSavedFrames);
   return sequence;
 }
 
 std::unique_ptr<Tracker> TrackFirstHalf() {
   std::unique_ptr<Tracker> tracker = CreateTracker();
   for (std::size_t i = 0; i < kNumSaved; ++i) {
-    static_cast<void>(tracker->Track(Village().frames[i]));
+    static_cast<void>(tracker->Track(SavedVillage().frames[i]));
   }
   return tracker;
 }
@@ -50,8 +50,8 @@ Continued GoOn(std::int64_t index_offset = 0) {
   Continued run;
   run.tracker = CreateTracker();
   run.tracker->LoadMap(SavedBytes(), "saved");
-  for (std::size_t i = kNumSaved; i < kNumFrames; ++i) {
-    Frame frame = Village().frames[i];
+  for (std::size_t i = kNumSaved; i < kNumSavedFrames; ++i) {
+    Frame frame = SavedVillage().frames[i];
     frame.index += index_offset;
     frame.timestamp_s += 0.1 * static_cast<double>(index_offset);
     run.results.push_back(run.tracker->Track(frame));
@@ -60,13 +60,13 @@ Continued GoOn(std::int64_t index_offset = 0) {
 }
 
 // Root mean square distance from the truth after alignment, over the flying height of 10.
-double RelativeError(const std::vector<TrajectoryEntry>& trajectory) {
+double SavedMapError(const std::vector<TrajectoryEntry>& trajectory) {
   std::vector<Eigen::Vector3d> found;
   std::vector<Eigen::Vector3d> truth;
   for (const TrajectoryEntry& entry : trajectory) {
     found.push_back(entry.T_world_cam.translation());
     const auto index = static_cast<std::size_t>(entry.frame_index);
-    truth.push_back(Village().T_world_cam.at(index).translation());
+    truth.push_back(SavedVillage().T_world_cam.at(index).translation());
   }
   const Similarity fit = FitSimilarity(found, truth);
   double sum = 0;
@@ -81,11 +81,11 @@ TEST(SavedMap, IsGoneOnInFromTheFirstFrameWithOneTrajectory) {
     EXPECT_EQ(result.map_id, 0);
   }
   const std::vector<TrajectoryEntry> trajectory = run.tracker->Trajectory();
-  EXPECT_GE(trajectory.size(), kNumFrames - 2);
+  EXPECT_GE(trajectory.size(), kNumSavedFrames - 2);
   EXPECT_LT(trajectory.front().frame_index, 3);
   // A fifth of a pixel would be 0.06 %; see tracker_test.cpp.
   constexpr double kMaxRelativeError = 0.005;
-  EXPECT_LT(RelativeError(trajectory), kMaxRelativeError);
+  EXPECT_LT(SavedMapError(trajectory), kMaxRelativeError);
   // New ground has come into the map.
   EXPECT_GT(run.tracker->Sparse(0).images.size(), TrackFirstHalf()->Sparse(0).images.size());
 }
@@ -125,9 +125,9 @@ TEST(SavedMap, LeavesItsFramesOutOfTheTrajectoryOfOtherFootage) {
   // The same flight filmed again, counted from zero.
   const Continued run = GoOn(-static_cast<std::int64_t>(kNumSaved));
   const auto trajectory = run.tracker->Trajectory();
-  ASSERT_EQ(trajectory.size(), kNumFrames - kNumSaved);
+  ASSERT_EQ(trajectory.size(), kNumSavedFrames - kNumSaved);
   EXPECT_EQ(trajectory.front().frame_index, 0);
-  EXPECT_LE(run.tracker->KeyframeTrajectory().size(), kNumFrames - kNumSaved);
+  EXPECT_LE(run.tracker->KeyframeTrajectory().size(), kNumSavedFrames - kNumSaved);
   EXPECT_GE(run.tracker->KeyframeTrajectory().size(), 1U);
 }
 
@@ -201,7 +201,7 @@ TEST(SparseExport, NumbersImagesByTheirFramesInTheOrderOfFlight) {
   std::int64_t last = -1;
   for (const SparseImage& image : model.images) {
     EXPECT_GT(image.id, last);
-    EXPECT_EQ(image.name, Village().frames.at(static_cast<std::size_t>(image.id)).name);
+    EXPECT_EQ(image.name, SavedVillage().frames.at(static_cast<std::size_t>(image.id)).name);
     last = image.id;
   }
   // Frames of two flights with the same indices: the ids are others, but still unique.

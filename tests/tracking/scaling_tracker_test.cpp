@@ -22,13 +22,13 @@ using testing::IsEmpty;
 using testing::Lt;
 using testing::Not;
 
-constexpr int kNumFrames = 20;
+constexpr int kNumScaledFrames = 20;
 constexpr int kEnlarged = 2;
 
 // A flight whose images were enlarged: there is nothing in them that the small ones do not have.
 const Sequence& LargeVillage() {
   static const Sequence sequence = [] {
-    Sequence flight = FlyOver(TexturedGround(true), kNumFrames);
+    Sequence flight = FlyOver(TexturedGround(true), kNumScaledFrames);
     for (Frame& frame : flight.frames) {
       frame.camera =
           frame.camera.Resized(kEnlarged * frame.camera.width, kEnlarged * frame.camera.height);

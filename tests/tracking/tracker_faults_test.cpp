@@ -18,9 +18,9 @@ namespace mono3d::tracking {
 namespace {
 
 // Of the flying height of 10, as for the flights without faults over the same ground.
-constexpr double kMaxRelativeError = 0.01;
+constexpr double kMaxErrorOfFaults = 0.01;
 constexpr std::size_t kAt = 12;  // the frame at which faults begin: the map stands by then
-constexpr std::size_t kNumFrames = 24;
+constexpr std::size_t kNumFramesOfFaults = 24;
 
 // Rendered once for all tests.
 const Sequence& Flight() {
@@ -46,16 +46,16 @@ struct Film {
   }
 };
 
-struct Tracked {
+struct TrackOfFaults {
   std::vector<TrackingResult> results;
   std::vector<KeyframePosesPtr> poses;  // after each frame
   std::vector<TrajectoryEntry> trajectory;
   std::vector<Keyframe> keyframes;
 };
 
-Tracked TrackFilm(const Film& film) {
+TrackOfFaults TrackFilm(const Film& film) {
   const std::unique_ptr<Tracker> tracker = CreateTracker();
-  Tracked run;
+  TrackOfFaults run;
   for (std::size_t i = 0; i < film.images.size(); ++i) {
     Frame frame = BlackFrame(static_cast<std::int64_t>(i));
     frame.bgr = film.images[i];
@@ -69,7 +69,7 @@ Tracked TrackFilm(const Film& film) {
 }
 
 // All in one map, so many frames of it at least, and where they were.
-void ExpectOneGoodMap(const Tracked& run, const Film& film, std::size_t min_frames) {
+void ExpectOneGoodMap(const TrackOfFaults& run, const Film& film, std::size_t min_frames) {
   EXPECT_GE(run.trajectory.size(), min_frames);
   std::vector<Eigen::Vector3d> found;
   std::vector<Eigen::Vector3d> truth;
@@ -84,23 +84,23 @@ void ExpectOneGoodMap(const Tracked& run, const Film& film, std::size_t min_fram
   const Similarity fit = FitSimilarity(found, truth);
   double sum = 0;
   for (std::size_t i = 0; i < found.size(); ++i) sum += (fit * found[i] - truth[i]).squaredNorm();
-  EXPECT_LT(std::sqrt(sum / static_cast<double>(found.size())) / 10, kMaxRelativeError);
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(found.size())) / 10, kMaxErrorOfFaults);
 }
 
 TEST(TrackerFaults, ThirtyBlackFrames) {
   Film film;
   film.AddFlight(0, kAt);
   film.AddBlack(30);
-  film.AddFlight(kAt + 2, kNumFrames);  // the camera has moved on
-  const Tracked run = TrackFilm(film);
+  film.AddFlight(kAt + 2, kNumFramesOfFaults);  // the camera has moved on
+  const TrackOfFaults run = TrackFilm(film);
   // Within a tenth of a second of seeing known ground.
   EXPECT_EQ(run.results[kAt + 31].status, TrackingStatus::kTracking);
-  ExpectOneGoodMap(run, film, kNumFrames - 2);
+  ExpectOneGoodMap(run, film, kNumFramesOfFaults - 2);
 }
 
 TEST(TrackerFaults, ATenthOfTheFramesDropped) {
   Film film;
-  for (std::size_t i = 0; i < kNumFrames; ++i) {
+  for (std::size_t i = 0; i < kNumFramesOfFaults; ++i) {
     if (i % 10 != 4) film.Add(i);
   }
   ExpectOneGoodMap(TrackFilm(film), film, film.images.size());
@@ -111,27 +111,27 @@ TEST(TrackerFaults, ASwappedPair) {
   film.AddFlight(0, kAt);
   film.Add(kAt + 1);
   film.Add(kAt);
-  film.AddFlight(kAt + 2, kNumFrames);
-  ExpectOneGoodMap(TrackFilm(film), film, kNumFrames);
+  film.AddFlight(kAt + 2, kNumFramesOfFaults);
+  ExpectOneGoodMap(TrackFilm(film), film, kNumFramesOfFaults);
 }
 
 TEST(TrackerFaults, AFrozenSecond) {
   Film film;
   film.AddFlight(0, kAt);
   for (int i = 0; i < 10; ++i) film.Add(kAt);
-  film.AddFlight(kAt + 1, kNumFrames);
+  film.AddFlight(kAt + 1, kNumFramesOfFaults);
   ExpectOneGoodMap(TrackFilm(film), film, film.images.size());
 }
 
 TEST(TrackerFaults, AJumpOfTheExposure) {
   Film film;
   film.AddFlight(0, kAt);
-  for (std::size_t i = kAt; i < kNumFrames; ++i) {
+  for (std::size_t i = kAt; i < kNumFramesOfFaults; ++i) {
     cv::Mat darker;
     Flight().frames[i].bgr.convertTo(darker, -1, 0.45, 10);
     film.Add(darker, Flight().T_world_cam[i]);
   }
-  ExpectOneGoodMap(TrackFilm(film), film, kNumFrames);
+  ExpectOneGoodMap(TrackFilm(film), film, kNumFramesOfFaults);
 }
 
 TEST(TrackerFaults, APureRotationOfThirtyDegreesAndBack) {
@@ -146,12 +146,12 @@ TEST(TrackerFaults, APureRotationOfThirtyDegreesAndBack) {
     const Pose turned = T_at * Pose(RotationExp({0, yaw, 0}), Eigen::Vector3d::Zero());
     film.Add(ground.Render(SmallCamera(), turned), turned);
   }
-  film.AddFlight(kAt, kNumFrames);
-  const Tracked run = TrackFilm(film);
+  film.AddFlight(kAt, kNumFramesOfFaults);
+  const TrackOfFaults run = TrackFilm(film);
   // A point seen from one place has no depth: what comes into view by the rotation alone may be
   // lost, but not what was known.
   EXPECT_EQ(run.results.back().status, TrackingStatus::kTracking);
-  ExpectOneGoodMap(run, film, kNumFrames + kSteps);
+  ExpectOneGoodMap(run, film, kNumFramesOfFaults + kSteps);
 }
 
 TEST(TrackerFaults, MotionBlur) {
@@ -162,10 +162,10 @@ TEST(TrackerFaults, MotionBlur) {
     cv::blur(Flight().frames[i].bgr, blurred, cv::Size(11, 1));
     film.Add(blurred, Flight().T_world_cam[i]);
   }
-  film.AddFlight(kAt + 3, kNumFrames);
-  const Tracked run = TrackFilm(film);
+  film.AddFlight(kAt + 3, kNumFramesOfFaults);
+  const TrackOfFaults run = TrackFilm(film);
   EXPECT_EQ(run.results[kAt + 3].status, TrackingStatus::kTracking);
-  ExpectOneGoodMap(run, film, kNumFrames - 3);
+  ExpectOneGoodMap(run, film, kNumFramesOfFaults - 3);
 }
 
 TEST(TrackerFaults, TwoMapsBecomeOneWhenTheyMeet) {
@@ -174,7 +174,7 @@ TEST(TrackerFaults, TwoMapsBecomeOneWhenTheyMeet) {
   film.AddBlack(12);
   // Far away, then back to where the first map was made.
   for (std::size_t i = 59; i > kAt - 4; i -= 2) film.Add(i);
-  const Tracked run = TrackFilm(film);
+  const TrackOfFaults run = TrackFilm(film);
   std::set<int> maps_used;
   std::size_t joining = 0;  // the frame after which there is one map
   for (std::size_t i = 0; i < run.results.size(); ++i) {

@@ -14,6 +14,7 @@
 #include <new>
 #include <utility>
 
+#include "common/common_options.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/core/version.h"
@@ -75,10 +76,23 @@ void PrintDevices() {
   }
 }
 
+// Leaves out of the help what few people set.
+void HideRareOptions(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    const std::vector<std::string>& names = option->get_lnames();
+    if (!names.empty() && !IsCommonOption(names[0])) option->group("");
+  }
+  for (CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
+    HideRareOptions(*subcommand);
+  }
+}
+
 }  // namespace
 
 Tool::Tool(const std::string& name, const std::string& description, ToolKind kind)
     : name_(name), app_(description, name), kind_(kind) {
+  app_.set_help_flag("-h,--help", "list the options that people set, and end");
+  app_.set_help_all_flag("--help-all", "list every option, and end");
   app_.set_version_flag("--version", std::string("mono3d ") + Version());
   app_.add_flag("--verbose", common_.verbose, "tell more on stderr");
   if (kind == ToolKind::kPlain) return;
@@ -119,10 +133,12 @@ int Tool::PrintError(const std::string& message, int status) const {
 }
 
 int Tool::Run(int argc, const char* const* argv, const std::function<int()>& body) {
-  // --list-devices needs none of the required arguments.
-  for (int i = 1; i < argc && kind_ == ToolKind::kOfTheChain; ++i) {
-    common_.list_devices |= std::string(argv[i]) == "--list-devices";
-  }
+  const auto is_given = [&](const std::string& flag) {
+    return std::any_of(argv + 1, argv + argc, [&](const char* word) { return word == flag; });
+  };
+  // It needs none of the required arguments.
+  common_.list_devices = kind_ == ToolKind::kOfTheChain && is_given("--list-devices");
+  if (!is_given("--help-all")) HideRareOptions(app_);
   // FFmpeg would print lines of its own beside ours: -8 is its AV_LOG_QUIET.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   try {

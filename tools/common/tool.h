@@ -39,8 +39,8 @@ class Tool {
   void AddOptions(const std::vector<OptionField>& fields, const std::string& prefix = {}) {
     AddOptions(app_, fields, prefix);
   }
-  // Binds every field as --<prefix><name>, in one group of the help per module. The variables must
-  // outlive the tool.
+  // Binds every field as --<prefix><name>, in one group of the help per module; --help shows those
+  // of kCommonOptions, --help-all every one. The variables must outlive the tool.
   static void AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
                          const std::string& prefix = {});
 

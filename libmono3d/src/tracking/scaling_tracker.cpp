@@ -14,14 +14,14 @@
 namespace mono3d::tracking {
 namespace {
 
-std::size_t NumBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
+std::size_t NumFrameBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
 
 }  // namespace
 
 void KeptImages::Add(std::int64_t index, const cv::Mat& image) {
   Remove(index);
   images_.emplace(index, image);
-  num_bytes_ += NumBytes(image);
+  num_bytes_ += NumFrameBytes(image);
   while (num_bytes_ > max_bytes_) Remove(images_.begin()->first);
 }
 
@@ -32,7 +32,7 @@ std::optional<cv::Mat> KeptImages::Take(std::int64_t index) {
   if (kept == images_.end()) return std::nullopt;
   cv::Mat image = std::move(kept->second);
   images_.erase(kept);
-  num_bytes_ -= NumBytes(image);
+  num_bytes_ -= NumFrameBytes(image);
   return image;
 }
 

@@ -24,7 +24,7 @@ std::optional<int> Distance(const CensusImages& census, std::uint64_t reference,
 }
 
 // Twice the mean of those that are there, rounded.
-int SideCost(std::span<const std::optional<int>> distances) {
+int CoarseSideCost(std::span<const std::optional<int>> distances) {
   int sum = 0, num_valid = 0;
   for (const std::optional<int>& distance : distances) {
     sum += distance.value_or(0);
@@ -56,8 +56,8 @@ std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
         distances[s] = Distance(census, census[0][pixel], s, at, params);
       }
       const std::span<const std::optional<int>> all(distances);
-      const int cost = BothSides(SideCost(all.first(projections.size() / 2)),
-                                 SideCost(all.last(projections.size() / 2)), side_tolerance);
+      const int cost = BothSides(CoarseSideCost(all.first(projections.size() / 2)),
+                                 CoarseSideCost(all.last(projections.size() / 2)), side_tolerance);
       costs[pixel * params.padded_planes + k] = static_cast<std::uint8_t>(cost);
     }
   }

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <string_view>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // A file that appears under its name only when it is complete: it is written beside, as
 // "<name>.partial", and renamed. A killed run or a full disk leaves the old file as it was.

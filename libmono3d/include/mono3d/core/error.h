@@ -6,7 +6,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // The kind of an error, for callers that act on it. The message says the rest.
 enum class ErrorCode {

@@ -6,7 +6,9 @@
 #include <functional>
 #include <string_view>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 enum class LogLevel { kDebug, kInfo, kWarning };
 

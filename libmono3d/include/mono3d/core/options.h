@@ -8,7 +8,9 @@
 #include <variant>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 using OptionRef = std::variant<bool*, int*, double*, std::string*>;
 

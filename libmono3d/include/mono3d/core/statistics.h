@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // The value at place floor(share * (n - 1)) of the n sorted values, for a share of 0 to 1. There
 // must be one value at least. Takes O(n).

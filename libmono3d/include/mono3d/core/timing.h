@@ -9,7 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Sums over all calls of one stage. GPU time is 0 for a stage that runs on the CPU alone.
 struct StageTime {

@@ -3,7 +3,9 @@
 
 #pragma once
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Version of the library that is linked, "major.minor.patch".
 const char* Version();

@@ -6,13 +6,14 @@
 #include <memory>
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/image_bundle.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 enum class DepthStatus { kEstimated, kRejected };
 

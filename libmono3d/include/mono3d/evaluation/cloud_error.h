@@ -6,10 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/evaluation/error_statistics.h"
 #include "mono3d/geometry/point_cloud.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // How much of two clouds lies within a distance of the other (Knapitsch et al. 2017).
 struct CloudShares {

@@ -5,12 +5,13 @@
 
 #include <span>
 
+#include "mono3d/core/export.h"
 #include "mono3d/evaluation/cloud_error.h"
 #include "mono3d/evaluation/cloud_registration.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct CloudEvaluation {
   CloudError error_at_start;     // after the first step alone

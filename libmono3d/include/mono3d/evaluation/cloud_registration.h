@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Nothing here is a length: the options hold for a world of any scale.
 struct CloudRegistrationOptions {

@@ -9,7 +9,9 @@
 #include <span>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Exact nearest neighbours among fixed points, through FLANN's single k-d tree. Ties within float
 // rounding of the cloud's extent are decided either way, but always alike.

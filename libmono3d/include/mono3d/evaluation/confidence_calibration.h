@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Does the confidence know which depths are wrong? Sparsification (Ilg et al. 2018): pixels are
 // dropped from the least confident on, and the mean error of those left is watched. Dropping by the

@@ -8,7 +8,9 @@
 #include <optional>
 #include <span>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // The error of one depth map, over the pixels that have a true depth z* and an estimate z, the
 // latter multiplied by `scale`. With num_pixels = 0 there is no error to state: all measures are 0.

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <span>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // What a list of errors amounts to, in the errors' unit. All 0 for an empty list.
 struct ErrorStatistics {

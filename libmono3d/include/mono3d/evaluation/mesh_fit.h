@@ -3,10 +3,11 @@
 
 #pragma once
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/triangle_mesh.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // A surfel speaks for its surroundings up to so many of its radii: surfels lie about half a radius
 // apart, so that what lies further off was bridged or invented.

@@ -7,10 +7,11 @@
 #include <opencv2/core/mat.hpp>
 #include <span>
 
+#include "mono3d/core/export.h"
 #include "mono3d/evaluation/error_statistics.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct TrueNormalOptions {
   int radius_px = 2;  // of the square window that a plane is fitted to

@@ -10,12 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/evaluation/error_statistics.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/geometry/stamped_pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct TrajectoryErrorOptions {
   std::string align = "sim3";           // "sim3", "se3" or "none"

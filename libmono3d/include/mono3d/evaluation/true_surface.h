@@ -10,11 +10,12 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // What one image of a sequence truly shows.
 struct TrueView {

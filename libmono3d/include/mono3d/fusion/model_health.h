@@ -5,9 +5,10 @@
 
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 enum class HealthState { kGood, kDegraded, kBroken };
 

@@ -3,9 +3,10 @@
 
 #pragma once
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // How a depth map is registered with the model before it is fused (paper, section 3.3): its pose,
 // and the scale of its depths, such that its surface and its grey values meet those of the model.

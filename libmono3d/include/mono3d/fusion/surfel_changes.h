@@ -7,10 +7,11 @@
 #include <memory>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // A depth map of the model, to which surfels are anchored.
 struct SurfelAnchor {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/model_health.h"
@@ -21,7 +22,7 @@
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 enum class FusionStatus { kFused, kRejected };
 

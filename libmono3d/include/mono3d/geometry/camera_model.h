@@ -7,7 +7,9 @@
 #include <array>
 #include <string>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // The calibration of a pinhole camera with the distortion of OpenCV (k1 k2 p1 p2 k3).
 // Pixel (0, 0) is the centre of the top-left pixel; camera axes are x right, y down, z forward.

@@ -5,9 +5,10 @@
 
 #include <Eigen/Core>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The pixel at which a lens with distortion shows a point; z forward must be positive. The same as
 // CameraModel::Project where there is none. Model: Brown 1971, in OpenCV's order k1 k2 p1 p2 k3.

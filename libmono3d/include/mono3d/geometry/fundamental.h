@@ -8,10 +8,11 @@
 #include <optional>
 #include <span>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/homography.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // F of rank 2 with b^T F a = 0, by the normalised eight-point method (Hartley 1997) over eight
 // pairs or more. Nothing when the pairs do not determine it (all on a plane, for one).

@@ -8,9 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The same scene point in two images, in pixels or at z = 1.
 struct PointPair {

@@ -6,10 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/triangle_mesh.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // How the triangles of a mesh hang together, by the vertices that they share.
 struct MeshTopology {

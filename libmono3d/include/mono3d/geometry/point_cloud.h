@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Points with what is known of them. Each list is empty or as long as `points`.
 struct PointCloud {

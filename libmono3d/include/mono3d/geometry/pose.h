@@ -6,7 +6,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // A rigid motion, an element of SE(3). `T_a_b` maps points of frame b into frame a:
 // p_a = T_a_b * p_b.

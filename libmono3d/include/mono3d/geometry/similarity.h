@@ -6,9 +6,10 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // A rigid motion and a scale, an element of Sim(3): p_a = scale * (rotation * p_b) + translation.
 class Similarity {

@@ -3,9 +3,10 @@
 
 #pragma once
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Where the camera was at a time. A trajectory is a list of these.
 struct StampedPose {

@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/point_cloud.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Triangles that share vertices; their corners run counter-clockwise as seen from outside.
 struct TriangleMesh {

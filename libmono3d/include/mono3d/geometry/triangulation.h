@@ -6,9 +6,10 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The point in frame a that two cameras see along `ray_a` and `ray_b` (at z = 1, see
 // CameraModel::Unproject), by the linear method of Hartley and Zisserman 2004, section 12.2.

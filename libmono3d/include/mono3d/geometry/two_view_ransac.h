@@ -8,9 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/homography.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct TwoViewRansacOptions {
   // At most; enough for 60 % of outliers: of so many sets of seven pairs one is free of them with

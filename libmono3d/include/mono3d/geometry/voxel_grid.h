@@ -3,9 +3,10 @@
 
 #pragma once
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/point_cloud.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // One point for all that lie in one cell of a grid with edges of `voxel_su`, in the order of their
 // first points: position, normal and colour are means by confidence (by number where the cloud has

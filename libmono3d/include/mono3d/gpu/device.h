@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // A Vulkan device that can run compute shaders.
 struct DeviceInfo {

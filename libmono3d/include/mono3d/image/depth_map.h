@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Depth of one reference image. All images have the camera's size. No estimate: depth 0, normal 0,
 // confidence 0. `normal` and `confidence` may be empty when the estimator does not make them.

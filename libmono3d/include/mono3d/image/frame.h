@@ -7,9 +7,10 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // One image of the video, free of distortion: `camera` has none.
 struct Frame {

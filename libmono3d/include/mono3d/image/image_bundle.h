@@ -7,10 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_poses.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The images from which one depth map is made, in the order of flight: an odd number, the middle
 // one is the reference (paper, section 3.1: five).

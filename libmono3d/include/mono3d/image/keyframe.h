@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/image/frame.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // A frame that bears novel content, with what the tracker knows of the scene in view. Where it is,
 // and in which map, stands in KeyframePoses, which change; this does not.

@@ -6,9 +6,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Where a keyframe is to another one, by something else than the tracker's points: a depth map of
 // it that was registered with a part of the model that came from the other one. Lengths are in the

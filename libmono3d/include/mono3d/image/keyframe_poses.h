@@ -10,10 +10,11 @@
 #include <span>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/similarity.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Where a keyframe is. Its camera frame, in the keyframe's own unit of length, into the world of
 // its map. The own unit is fixed when the keyframe joins its map: what is made of the

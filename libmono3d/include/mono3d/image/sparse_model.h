@@ -11,10 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Where an image shows a point of a sparse model.
 struct SparseObservation {

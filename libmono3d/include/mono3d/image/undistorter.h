@@ -5,9 +5,10 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Takes the distortion of a lens out of images. The maps are made once.
 class Undistorter {

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/stamped_pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 enum class TrajectoryForm { kTum, kKitti, kColmap };
 

@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Reads the calibration of one camera. The content decides on the form:
 // - YAML with image_width, image_height, camera_matrix and distortion_coefficients

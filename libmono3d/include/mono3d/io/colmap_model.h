@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/image/sparse_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Writes cameras.txt, images.txt and points3D.txt, COLMAP's text form, into the folder, which is
 // created where needed. The camera is a PINHOLE without distortion, an OPENCV camera without k3,

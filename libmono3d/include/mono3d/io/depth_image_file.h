@@ -7,7 +7,9 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Reads a depth image of any of these forms, by its content, as CV_32FC1; 0: no depth.
 // - PFM, one channel: depth as it is.

@@ -7,9 +7,10 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/image/depth_map.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Pictures to look at, CV_8UC3 (BGR); no estimate is black.
 // Inverse depth from blue (far) to red (near), between its 2 % and 98 % quantiles.

@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/image/frame.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct FrameSourceOptions {
   double fps = 0;      // of the input; 0: the container's own, or timestamps.txt, or 30

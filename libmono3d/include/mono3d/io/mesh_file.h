@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/triangle_mesh.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Writes a binary little-endian PLY file: vertices with float x y z, float nx ny nz and, where the
 // mesh has colours, uchar red green blue; faces with a list vertex_indices (uchar count, uint).

@@ -6,8 +6,9 @@
 #include <filesystem>
 
 #include "mono3d/core/atomic_file.h"  // with which files are written
+#include "mono3d/core/export.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Creates the folder, with those above it, unless it exists. Throws Error (kIo) when files cannot
 // be created in it.

@@ -8,9 +8,10 @@
 #include <memory>
 #include <optional>
 
+#include "mono3d/core/export.h"
 #include "mono3d/io/frame_source.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Plays another source as a camera would: Next returns a frame when it is due by its time stamp, as
 // long as reading keeps up with that. Calls from one thread at a time.

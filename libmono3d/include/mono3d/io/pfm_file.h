@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // Portable float map: CV_32FC1 or CV_32FC3, channels in the order of the file. Top row first in
 // memory, bottom row first in the file. Reads both byte orders and scales by nothing.

@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/point_cloud.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Writes a binary little-endian PLY file with the properties that the cloud has, in this order:
 // float x y z, float nx ny nz, uchar red green blue, float radius, float confidence,

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // One time in seconds a line, each larger than the one before: timestamps.txt of a sequence's
 // folder, times.txt of KITTI. Lines that begin with # are comments. Throws Error with file and

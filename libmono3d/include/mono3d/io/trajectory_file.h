@@ -6,9 +6,10 @@
 #include <filesystem>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/stamped_pose.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The form of the TUM RGB-D benchmark: a line "timestamp tx ty tz qx qy qz qw" for each pose,
 // camera to world; lines that begin with # are comments. Throws Error with file and line when a

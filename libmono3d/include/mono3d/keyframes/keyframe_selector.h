@@ -7,11 +7,12 @@
 #include <memory>
 #include <optional>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe_poses.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // The quality of the depth map of a bundle.
 struct DepthQuality {

@@ -5,9 +5,10 @@
 
 #include <filesystem>
 
+#include "mono3d/core/export.h"
 #include "mono3d/tracking/tracker.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Tracker::SaveMap and Tracker::LoadMap with a file. Throw Error as these do, and when the file
 // cannot be written or read.

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/io/frame_source.h"
@@ -16,7 +17,7 @@
 #include "mono3d/pipeline/snapshot.h"
 #include "mono3d/pipeline/stages.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct PipelineProgress {
   const PipelineCounts& counts;

@@ -9,12 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // What happened so far.
 struct PipelineCounts {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/triangle_mesh.h"
@@ -15,7 +16,7 @@
 #include "mono3d/image/depth_map.h"
 #include "mono3d/pipeline/pipeline.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // How a run ended.
 enum class RunEnd {

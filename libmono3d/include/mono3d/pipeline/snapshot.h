@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_changes.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/point_cloud.h"
@@ -14,7 +15,7 @@
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/tracking/tracker.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // What there is at one moment.
 struct PipelineSnapshot {

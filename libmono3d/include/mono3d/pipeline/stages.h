@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/depth/depth_estimator.h"
@@ -14,7 +15,7 @@
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/tracking/tracker.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // Frames that come at their own pace (Pipeline::Push) and wait while the tracker is busy. The
 // oldest one is dropped when one of the limits is passed; the newest one never is.

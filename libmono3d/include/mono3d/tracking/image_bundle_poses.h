@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/pose.h"
@@ -15,7 +16,7 @@
 #include "mono3d/image/sparse_model.h"
 #include "mono3d/tracking/tracker.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 struct ImageBundlePosesOptions {
   int num_features = 2000;  // ORB features per image

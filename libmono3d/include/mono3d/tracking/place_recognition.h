@@ -10,11 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/tracking/tracker.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 // A keyframe of a map that looks like an image.
 struct PlaceCandidate {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/pose.h"
@@ -20,7 +21,7 @@
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
 
-namespace mono3d {
+namespace MONO3D_EXPORT mono3d {
 
 enum class TrackingStatus { kNotInitialised, kTracking, kLost };
 

@@ -105,8 +105,8 @@ struct NormalEquations {
   int num_pixels = 0;
 };
 
-NormalEquations Linearise(const CameraModel& camera, const cv::Mat& image, float shrink,
-                          const std::vector<Surroundings>& all, const Estimate& estimate) {
+NormalEquations LineariseImage(const CameraModel& camera, const cv::Mat& image, float shrink,
+                               const std::vector<Surroundings>& all, const Estimate& estimate) {
   constexpr float kHuber = 10;  // grey values: noise and slant stay below, occlusion does not
   NormalEquations normal;
   for (const Surroundings& seen : all) {
@@ -151,7 +151,7 @@ void AlignOctave(const CameraModel& camera, const cv::Mat& image, float shrink,
   constexpr int kMaxSteps = 10;        // a bound: the cost ends it before
   constexpr int kMinPoints = 10;       // eight unknowns, and 16 px of each point
   constexpr double kConverged = 1e-3;  // share of the cost
-  NormalEquations normal = Linearise(camera, image, shrink, all, estimate);
+  NormalEquations normal = LineariseImage(camera, image, shrink, all, estimate);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (normal.num_pixels < kMinPoints * kSquarePixels) return;
     Matrix8f hessian = normal.hessian;
@@ -160,7 +160,7 @@ void AlignOctave(const CameraModel& camera, const cv::Mat& image, float shrink,
         hessian.cast<double>().ldlt().solve(normal.gradient.cast<double>()).cast<float>();
     if (!step.allFinite()) return;
     const Estimate moved = Moved(estimate, step);
-    NormalEquations next = Linearise(camera, image, shrink, all, moved);
+    NormalEquations next = LineariseImage(camera, image, shrink, all, moved);
     if (!(next.cost < normal.cost)) return;
     const bool converged = normal.cost - next.cost < kConverged * normal.cost;
     estimate = moved;

@@ -105,7 +105,7 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
 }
 
 // The image around `at`, one bilinear weight for all pixels; false outside the image.
-bool Sample(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
+bool SamplePatch(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   const float left = at.x() - kHalf;
   const float top = at.y() - kHalf;
   if (!(left >= 0) || !(top >= 0)) return false;
@@ -257,7 +257,7 @@ std::optional<PatchPosition> AlignPatch(const Patch& patch, const Eigen::Matrix2
   constexpr int kMaxSteps = 12;        // what has not converged by then is not found
   constexpr float kConverged = 0.01F;  // px
   for (int i = 0; i < kMaxSteps; ++i) {
-    if (!Sample(image, at, pixels)) return std::nullopt;
+    if (!SamplePatch(image, at, pixels)) return std::nullopt;
     const float norm = Centre(pixels);
     if (norm < 1) return std::nullopt;
     // All have zero mean, and what the template would give is the same in each step.
@@ -285,8 +285,8 @@ std::optional<NormalEvidence> MeasureNormal(const Patch& patch, const PatchWarp&
   const Eigen::Matrix2d step = std::ldexp(1.0, -patch.octave) * to_patch;
   const std::optional<Template> to_find = MakeTemplate(patch, step.cast<float>());
   Pixels pixels;
-  if (!to_find ||
-      !Sample(octaves[static_cast<std::size_t>(*octave)], (at_px / size).cast<float>(), pixels)) {
+  if (!to_find || !SamplePatch(octaves[static_cast<std::size_t>(*octave)],
+                               (at_px / size).cast<float>(), pixels)) {
     return std::nullopt;
   }
   const float norm = Centre(pixels);

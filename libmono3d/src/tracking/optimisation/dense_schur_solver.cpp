@@ -58,14 +58,14 @@ class DenseSchurSolver {
   DenseSchurSolver(BundleAdjustmentProblem& problem, const std::vector<char>& left_out,
                    bool robust);
 
-  void Minimise(int num_steps, const BundleAdjustmentOptions& options);
+  void MinimiseDensely(int num_steps, const BundleAdjustmentOptions& options);
 
  private:
   static std::vector<Camera> Cameras(const std::vector<Pose>& poses);
   double Cost(const std::vector<Camera>& cameras, const std::vector<Eigen::Vector3d>& points) const;
   Derivatives Derive(const Term& term, const Camera& camera, const Eigen::Vector3d& p_world) const;
   double ConstraintsCost(const std::vector<Pose>& T_cam_world) const;
-  void Linearise(const std::vector<Camera>& cameras);
+  void LineariseObservations(const std::vector<Camera>& cameras);
   void LineariseConstraints();
   void EliminatePoints(double damping);
   bool Solve(double damping);
@@ -183,7 +183,7 @@ Derivatives DenseSchurSolver::Derive(const Term& term, const Camera& camera,
   return at;
 }
 
-void DenseSchurSolver::Linearise(const std::vector<Camera>& cameras) {
+void DenseSchurSolver::LineariseObservations(const std::vector<Camera>& cameras) {
   view_hessians_.assign(free_views_.size(), Matrix6d::Zero());
   view_gradient_.setZero(static_cast<Eigen::Index>(6 * free_views_.size()));
   point_hessians_.assign(problem_.p_world.size(), Eigen::Matrix3d::Zero());
@@ -289,14 +289,14 @@ bool DenseSchurSolver::Solve(double damping) {
   return true;
 }
 
-void DenseSchurSolver::Minimise(int num_steps, const BundleAdjustmentOptions& options) {
+void DenseSchurSolver::MinimiseDensely(int num_steps, const BundleAdjustmentOptions& options) {
   std::vector<Camera> cameras = Cameras(problem_.T_cam_world);
   double cost = Cost(cameras, problem_.p_world) + ConstraintsCost(problem_.T_cam_world);
   double damping = 1e-5;
   bool is_linearised = false;
   for (int i = 0; i < num_steps; ++i) {
     if (!is_linearised) {
-      Linearise(cameras);
+      LineariseObservations(cameras);
       LineariseConstraints();
     }
     is_linearised = true;
@@ -333,7 +333,7 @@ void DenseSchurSolver::Minimise(int num_steps, const BundleAdjustmentOptions& op
 
 void MinimiseDensely(BundleAdjustmentProblem& problem, const std::vector<char>& left_out,
                      bool robust, int num_steps, const BundleAdjustmentOptions& options) {
-  DenseSchurSolver(problem, left_out, robust).Minimise(num_steps, options);
+  DenseSchurSolver(problem, left_out, robust).MinimiseDensely(num_steps, options);
 }
 
 }  // namespace mono3d::tracking

@@ -13,13 +13,13 @@ namespace mono3d::tracking {
 namespace {
 
 // Squared error over sigma^2; infinite behind the camera.
-double Chi2(const CameraModel& camera, const Pose& T, const PointMeasurement& m) {
+double PoseChi2(const CameraModel& camera, const Pose& T, const PointMeasurement& m) {
   const Eigen::Vector3d p_cam = T * m.p_world;
   if (p_cam.z() <= 0) return HUGE_VAL;
   return (m.pixel - camera.Project(p_cam)).squaredNorm() / (m.sigma_px * m.sigma_px);
 }
 
-double RobustCost(double chi2, bool robust) {
+double PoseRobustCost(double chi2, bool robust) {
   if (!robust || chi2 <= kChi2TwoDof) return chi2;
   return 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;  // Huber
 }
@@ -38,7 +38,7 @@ struct Solver {
   double Cost(const Pose& T) const {
     double cost = 0;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-      if (is_inlier[i] != 0) cost += RobustCost(Chi2(camera, T, measurements[i]), robust);
+      if (is_inlier[i] != 0) cost += PoseRobustCost(PoseChi2(camera, T, measurements[i]), robust);
     }
     return cost;
   }
@@ -118,7 +118,7 @@ PoseEstimate OptimisePose(const CameraModel& camera, const Pose& T_cam_world,
     estimate.num_inliers = 0;
     double sum_px2 = 0;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-      const double chi2 = Chi2(camera, estimate.T_cam_world, measurements[i]);
+      const double chi2 = PoseChi2(camera, estimate.T_cam_world, measurements[i]);
       const bool fits = chi2 <= kChi2TwoDof;
       estimate.is_inlier[i] = fits ? 1 : 0;
       estimate.num_inliers += fits ? 1 : 0;

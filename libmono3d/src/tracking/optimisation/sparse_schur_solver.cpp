@@ -20,13 +20,13 @@ namespace {
 // A pose as Ceres sees it: quaternion x y z w, then the translation.
 using PoseBlock = std::array<double, 7>;
 
-PoseBlock ToBlock(const Pose& pose) {
+PoseBlock PoseToBlock(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation();
   const Eigen::Vector3d& t = pose.translation();
   return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
 }
 
-Pose FromBlock(const double* block) {
+Pose PoseFromBlock(const double* block) {
   return {Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(block)),
           Eigen::Vector3d(block[4], block[5], block[6])};
 }
@@ -39,10 +39,10 @@ class PoseManifold final : public ceres::Manifold {
   int TangentSize() const override { return 6; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> step(delta);
-    const Pose pose = FromBlock(x);
+    const Pose pose = PoseFromBlock(x);
     const Pose moved(RotationExp(step.head<3>()) * pose.rotation(),
                      pose.translation() + step.tail<3>());
-    const PoseBlock block = ToBlock(moved);
+    const PoseBlock block = PoseToBlock(moved);
     std::copy(block.begin(), block.end(), x_plus_delta);
     return true;
   }
@@ -51,8 +51,8 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
   bool Minus(const double* y, const double* x, double* y_minus_x) const override {
-    const Pose pose_y = FromBlock(y);
-    const Pose pose_x = FromBlock(x);
+    const Pose pose_y = PoseFromBlock(y);
+    const Pose pose_x = PoseFromBlock(x);
     Eigen::Map<Eigen::Matrix<double, 6, 1>> difference(y_minus_x);
     difference.head<3>() = RotationLog(pose_y.rotation() * pose_x.rotation().conjugate());
     difference.tail<3>() = pose_y.translation() - pose_x.translation();
@@ -106,7 +106,7 @@ class PoseConstraintCost final : public ceres::SizedCostFunction<6, 7, 7> {
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {
     const ConstraintDerivatives at =
-        Derive(constraint_, FromBlock(parameters[0]), FromBlock(parameters[1]));
+        Derive(constraint_, PoseFromBlock(parameters[0]), PoseFromBlock(parameters[1]));
     Eigen::Map<Vector6d>{residuals} = at.error;
     if (jacobians == nullptr) return true;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -149,7 +149,7 @@ ceres::Solver::Options SolverOptions(int num_steps, double min_gain) {
 void MinimiseSparsely(BundleAdjustmentProblem& problem, const std::vector<char>& left_out,
                       bool robust, int num_steps, const BundleAdjustmentOptions& bundle_options) {
   std::vector<PoseBlock> poses;
-  for (const Pose& pose : problem.T_cam_world) poses.push_back(ToBlock(pose));
+  for (const Pose& pose : problem.T_cam_world) poses.push_back(PoseToBlock(pose));
   ceres::HuberLoss loss(std::sqrt(kChi2TwoDof));
   PoseManifold manifold;
   ceres::Problem::Options ownership;
@@ -186,7 +186,7 @@ void MinimiseSparsely(BundleAdjustmentProblem& problem, const std::vector<char>&
   ceres::Solve(options, &ceres_problem, &summary);
   if (!summary.IsSolutionUsable()) return;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (problem.is_fixed[i] == 0) problem.T_cam_world[i] = FromBlock(poses[i].data());
+    if (problem.is_fixed[i] == 0) problem.T_cam_world[i] = PoseFromBlock(poses[i].data());
   }
 }
 

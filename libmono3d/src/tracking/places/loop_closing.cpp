@@ -60,7 +60,7 @@ std::vector<KeyframeId> LoopCandidates(const Map& map, const PlaceIndex& index,
 }
 
 // The points that the old keyframe and its closest neighbours see.
-std::vector<PointId> PointsAround(const Map& map, KeyframeId keyframe) {
+std::vector<PointId> PointsAroundLoop(const Map& map, KeyframeId keyframe) {
   constexpr std::size_t kMaxNeighbours = 10;  // as many as a local adjustment has
   std::vector<KeyframeId> keyframes = {keyframe};
   for (const Covisible& other : map.CovisibleKeyframes(keyframe)) {
@@ -128,7 +128,7 @@ void MergePlaces(Map& map, const PlaceFound& loop, const LocalMappingOptions& op
     if (map.IsAlive(own) && map.IsAlive(old)) map.MergePoints(own, old);
   }
   // The newest keyframes see the old points as well: this is what holds both ends together.
-  const std::vector<PointId> old_points = PointsAround(map, loop.old_keyframe);
+  const std::vector<PointId> old_points = PointsAroundLoop(map, loop.old_keyframe);
   constexpr KeyframeId kNewest = 5;  // keyframes, whose images are still there in any case
   std::vector<KeyframeId> around = {loop.keyframe};
   for (const Covisible& other : map.CovisibleKeyframes(loop.keyframe)) {

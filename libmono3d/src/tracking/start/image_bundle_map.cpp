@@ -56,7 +56,7 @@ Registration RegisterBest(Map& map, const std::vector<View>& views,
 }
 
 // Moves the features that have a point to where its patch is, to a fraction of a pixel.
-void RefineByPatchAlignment(const Map& map, View& view) {
+void RefineBundleByPatchAlignment(const Map& map, View& view) {
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i]) continue;
     const auto found = FindPatch(map, *view.points[i], view, view.features[i].pixel);
@@ -70,7 +70,7 @@ void RefineByPatchAlignment(const Map& map, View& view) {
 void RefineAllByPatchAlignment(Map& map) {
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id) EstimatePatchNormals(map, id);
   for (KeyframeId id = 0; id < map.keyframes().size(); ++id)
-    RefineByPatchAlignment(map, map.keyframe(id).view);
+    RefineBundleByPatchAlignment(map, map.keyframe(id).view);
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ ImageBundleMap GrowMap(const std::vector<View>& views, const ImageBundleStart& s
                      " needed";
       return grown;
     }
-    RefineByPatchAlignment(map, next.posed);
+    RefineBundleByPatchAlignment(map, next.posed);
     RefinePose(map, next.posed);
     const KeyframeId id = map.AddKeyframe(std::move(next.posed));
     keyframe_of_view[next.view] = id;

@@ -14,7 +14,7 @@ namespace {
 
 // Gives a point of the start its patch from the first view and its position in the second to a
 // fraction of a pixel.
-void RefineByPatchAlignment(Map& map, PointId point) {
+void RefineStartByPatchAlignment(Map& map, PointId point) {
   const Observation in_a = map.point(point).observations.front();
   const Observation in_b = map.point(point).observations.back();
   Feature& a = map.keyframe(in_a.keyframe).view.features[in_a.feature];
@@ -41,7 +41,7 @@ void FillMap(const MapStart& start, Map& map) {
     map.AddObservation(point, {id_a, start.motion.matches[i].feature_a});
     map.AddObservation(point, {id_b, start.motion.matches[i].feature_b});
     map.UpdatePoint(point);
-    RefineByPatchAlignment(map, point);
+    RefineStartByPatchAlignment(map, point);
   }
   // Two views alone know less than those that the motion was adjusted over, above all of a plane.
   if (start.motion.is_adjusted) {
