@@ -29,7 +29,7 @@ int main(int argc, char** argv) try {
     std::cerr << "cannot open " << input << "\n";
     return 1;
   }
-  const double fps = capture.get(cv::CAP_PROP_FPS);
+  const double fps = capture.get(cv::CAP_PROP_FPS);  // 0 where the file does not tell
   const mono3d::Undistorter undistorter(mono3d::ReadCameraFile(argv[2]));
   mono3d::PipelineOptions options;
   options.is_live = true;
@@ -38,7 +38,7 @@ int main(int argc, char** argv) try {
   const auto start = std::chrono::steady_clock::now();
   cv::Mat image;  // filled again and again: Push keeps a copy of its own
   for (int index = 0, num_seconds = 0; capture.read(image); ++index) {
-    if (!is_device)
+    if (!is_device && fps > 0)
       std::this_thread::sleep_until(start + std::chrono::duration<double>(index / fps));
     const double now_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

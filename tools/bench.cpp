@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
       "mono3d-bench",
       "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
       "or measures what a depth map, its fusion with a large model or a tracked frame costs,\n"
-      "how well places are known again, or what each part of the depth stage or of fusion buys.\n"
+      "how well places are known again, or an ablation of the depth stage or of fusion.\n"
       "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
       ToolKind::kPlain);
   tool.app().require_subcommand(1);
@@ -107,7 +107,7 @@ int main(int argc, char** argv) {
   const FusionCommand fusion(tool.app());
   const PlaceCommand places(tool.app());
   CLI::App& ablation =
-      *tool.app().add_subcommand("ablation", "what each part of the depth stage buys");
+      *tool.app().add_subcommand("ablation", "the depth stage without each of its parts in turn");
   AblationArguments ablation_arguments;
   AddAblationArguments(ablation, ablation_arguments);
   CLI::App& fusion_ablation = *tool.app().add_subcommand(

@@ -24,6 +24,11 @@ TEST(UpperMedian, IsOneOfTheValues) {
   EXPECT_EQ(UpperMedian(std::vector<float>{2, 1}), 2.F);
 }
 
+TEST(UpperMedianOrZero, IsZeroOfNothing) {
+  EXPECT_EQ(UpperMedianOrZero(std::vector<double>{}), 0);
+  EXPECT_EQ(UpperMedianOrZero(std::vector<float>{7, 3, 9}), 7.F);
+}
+
 TEST(Quantile, IsTheValueAtAShareOfTheSortedOnes) {
   const std::vector<double> values = {40, 10, 50, 20, 30};
   EXPECT_EQ(Quantile(values, 0), 10);

@@ -22,7 +22,7 @@ if(NOT interface)
   message(FATAL_ERROR "mono3d::CreateTracker is not exported")
 endif()
 # Classes behind the interfaces.
-string(REGEX MATCHALL "[^\n]* mono3d::(tracking::|VulkanSurfelMap|Recorder|ModelBuilder)[^\n]*" internals
+string(REGEX MATCHALL "[^\n]* mono3d::(AnchorMap|Atlas|DepthMapFuser|ModelBuilder|MonocularTracker|Recorder|Submap)[^\n]*" internals
   "${output}")
 if(internals)
   list(JOIN internals "\n" internals)

@@ -56,12 +56,6 @@ TEST(Frame, RefusesAnotherTypeSizeOrDistortion) {
   EXPECT_THAT([&] { Validate(distorted); }, ThrowsMessage<Error>(HasSubstr("image is distorted")));
 }
 
-TEST(Median, IsTheMiddleValue) {
-  EXPECT_EQ(Median({3, 1, 2}), 2);
-  EXPECT_EQ(Median({7}), 7);
-  EXPECT_EQ(Median({}), 0);
-}
-
 TEST(ImageBundle, HasItsReferenceInTheMiddle) {
   ImageBundle bundle = TestBundle();
   bundle.keyframes[2].id = 42;

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/tracking_world.h"
@@ -113,7 +114,8 @@ TEST(Tracker, StartsWithMedianDepthOne) {
   }
   const std::vector<Keyframe> keyframes = tracker->Finish();
   ASSERT_EQ(keyframes.size(), 2U);
-  EXPECT_NEAR(Median(keyframes[0].sparse_depths_su), 1, 1e-3);  // but for outliers taken out since
+  EXPECT_NEAR(UpperMedianOrZero(keyframes[0].sparse_depths_su), 1,
+              1e-3);  // but for outliers taken out since
 }
 
 TEST(Tracker, HandsOutEachKeyframeOnceFinalisedInOrder) {
@@ -129,7 +131,7 @@ TEST(Tracker, HandsOutEachKeyframeOnceFinalisedInOrder) {
     if (i < 2) continue;  // the start waits for its parallax
     const Pose step = run.poses->At(run.keyframes[i - 1].id).T_world_cam().Inverse() *
                       run.poses->At(keyframe.id).T_world_cam();
-    const double share = step.translation().norm() / Median(keyframe.sparse_depths_su);
+    const double share = step.translation().norm() / UpperMedianOrZero(keyframe.sparse_depths_su);
     EXPECT_LT(step.RotationAngle() * 180 / std::numbers::pi, 5);
     EXPECT_LT(share, 0.1);
   }

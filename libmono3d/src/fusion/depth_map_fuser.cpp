@@ -140,7 +140,8 @@ bool DepthMapFuser::MakeRoom(std::uint32_t num_slots) {
   if (surfels.max_size() - surfels.size() < num_slots) return false;
   try {
     surfels.Reserve(context_.recorder, surfels.size() + num_slots);
-  } catch (const Error& error) {  // the device has no more memory
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kOutOfMemory) throw;
     Log(LogLevel::kWarning, std::string("the model cannot grow: ") + error.what());
     surfels.StopGrowing();
     return surfels.max_size() - surfels.size() >= num_slots;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fusion/isolated_surfels.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/geometry/voxel_grid.h"
 
 namespace mono3d {
@@ -46,10 +47,7 @@ std::uint8_t Colour8(std::uint32_t colour10) {
 }
 
 PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
-  std::vector<float> radii = cloud.radii;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return ThinToVoxels(cloud, voxel_radii * *middle);
+  return ThinToVoxels(cloud, voxel_radii * UpperMedian(cloud.radii));
 }
 
 // The surfels that the options ask for, each by what it holds alone.

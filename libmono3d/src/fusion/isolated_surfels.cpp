@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "geometry/cell_hash.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -22,10 +23,7 @@ constexpr std::int64_t kMaxReach = 32;  // in cells
 class Neighbourhood {
  public:
   explicit Neighbourhood(const PointCloud& surfels) : surfels_(surfels) {
-    std::vector<float> radii = surfels.radii;
-    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-    std::nth_element(radii.begin(), middle, radii.end());
-    edge_ = kNeighbourRadii * *middle;
+    edge_ = kNeighbourRadii * UpperMedian(surfels.radii);
     next_.resize(surfels.size());
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
       const auto [first, is_new] = first_.try_emplace(CellOf(surfels.points[i]), i);

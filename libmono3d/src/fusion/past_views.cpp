@@ -44,7 +44,8 @@ void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
     try {
       depth = Buffer(device, depth_bytes, "fusion/depth");
       candidate = Buffer(device, candidate_bytes, "fusion/candidate");
-    } catch (const Error& error) {  // the device has no more memory
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kOutOfMemory) throw;
       Log(LogLevel::kDebug, std::string("one past view less: ") + error.what());
       return;
     }

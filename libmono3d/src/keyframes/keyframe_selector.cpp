@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "keyframes/adaptive_baseline.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -48,7 +49,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   }
 
   std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses& poses) override {
-    Candidate candidate{keyframe, Median(keyframe.sparse_depths_su)};
+    Candidate candidate{keyframe, UpperMedianOrZero(keyframe.sparse_depths_su)};
     const KeyframePose* pose = poses.Find(keyframe.id);
     if (pose == nullptr || !(candidate.median_depth_su > 0)) return std::nullopt;
     KeepMap(pose->map_id, poses);

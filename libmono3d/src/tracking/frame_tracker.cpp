@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/octaves.h"
 #include "tracking/alignment/patch_tracking.h"
@@ -136,7 +137,7 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
   evidence.is_last_previous =
       state_.previous &&
       state_.previous->frame.index == map.keyframe(atlas_->newest()).view.frame.index;
-  evidence.median_depth_su = Median(map.Depths(view));
+  evidence.median_depth_su = UpperMedianOrZero(map.Depths(view));
   evidence.num_inliers = pose.num_inliers;
   constexpr std::size_t kYoung = 5;  // keyframes: before, the points rest on few views
   evidence.is_young = map.keyframes().size() < kYoung;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/map/keyframe_handover.h"
 #include "tracking/mapping/point_creation.h"
@@ -29,7 +30,7 @@ double ImageMotion(const MapStart& start) {
         (start.second.features[match.feature_b].pixel - start.first.features[match.feature_a].pixel)
             .norm()));
   }
-  return Median(std::move(lengths));
+  return UpperMedianOrZero(std::move(lengths));
 }
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {

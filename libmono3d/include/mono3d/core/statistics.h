@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "mono3d/core/export.h"
@@ -27,6 +28,12 @@ T UpperMedian(std::vector<T> values) {
   const auto upper = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), upper, values.end());
   return *upper;
+}
+
+// The same; 0 when there are no values.
+template <typename T>
+T UpperMedianOrZero(std::vector<T> values) {
+  return values.empty() ? T{0} : UpperMedian(std::move(values));
 }
 
 // Of an even number of values the mean of the two in the middle. There must be one value at least.

@@ -21,7 +21,4 @@ struct Keyframe {
   std::vector<float> sparse_depths_su;
 };
 
-// Median of `values`; 0 when there are none.
-float Median(std::vector<float> values);
-
 }  // namespace mono3d

@@ -11,6 +11,7 @@
 #include "fusion/surfel.h"
 #include "fusion/view.h"
 #include "gpu/recorder.h"
+#include "mono3d/core/statistics.h"
 
 namespace mono3d {
 namespace {
@@ -41,10 +42,7 @@ double MedianDepth(const DepthMap& map) {
       if (z > 0 && std::isfinite(z)) depths.push_back(z);
     }
   }
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return UpperMedianOrZero(std::move(depths));
 }
 
 RegistrationProblem MakeProblem(const DepthMap& map, const SurfelMapOptions& options,

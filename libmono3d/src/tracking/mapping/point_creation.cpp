@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/geometry/fundamental.h"
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/image/keyframe.h"
@@ -313,7 +314,7 @@ int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptio
   const View& a = map.keyframe(keyframe).view;
   const View& b = map.keyframe(neighbour).view;
   const Pose T_b_a = b.T_cam_world * a.T_cam_world.Inverse();
-  const double median = Median(map.Depths(a));
+  const double median = UpperMedianOrZero(map.Depths(a));
   if (T_b_a.translation().norm() < options.min_baseline_share * median) return 0;
   const Eigen::Matrix3d K = map.camera().Matrix();
   const FeatureGrid unused;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "mono3d/core/log.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/keyframe_graph.h"
@@ -25,7 +26,7 @@ bool MoveTo(Map& map, const PresentConstraint& constraint, double contradiction,
   GraphConstraints constraints = ConstraintsOf(map, graph);
   constraints.edges.push_back(EdgeOf(constraint, graph));
   constraints.edges.back().is_certain = true;
-  const double length = Median(map.Depths(map.keyframe(constraint.keyframe).view));
+  const double length = UpperMedianOrZero(map.Depths(map.keyframe(constraint.keyframe).view));
   const KeyframeId num_keyframes = map.keyframes().size();
   PoseGraphReport report;
   {

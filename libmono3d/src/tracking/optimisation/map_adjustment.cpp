@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/map/point_set.h"
 #include "tracking/optimisation/bundle_adjustment.h"
@@ -165,7 +166,7 @@ void NoteScales(const std::vector<std::vector<double>>& before, Map& map) {
         of_points.push_back(static_cast<float>(after[id][i] / before[id][i]));
       }
     }
-    if (!of_points.empty()) ratios[id] = Median(std::move(of_points));
+    if (!of_points.empty()) ratios[id] = UpperMedianOrZero(std::move(of_points));
   }
   map.ScaleAround(ratios);
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/optimisation/keyframe_graph.h"
 
@@ -94,7 +95,7 @@ void RestoreDepths(const std::vector<Eigen::Vector3d>& p_world_before,
     if (before > 0 && now > 0) ratios.push_back(static_cast<float>(before / now));
   }
   if (ratios.empty()) return;
-  ScaleAbout(T_cam_world.Inverse().translation(), Median(std::move(ratios)), problem);
+  ScaleAbout(T_cam_world.Inverse().translation(), UpperMedianOrZero(std::move(ratios)), problem);
 }
 
 }  // namespace mono3d::tracking

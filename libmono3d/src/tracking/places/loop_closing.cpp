@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/matching.h"
@@ -110,7 +111,7 @@ void CloseLoop(Map& map, const PlaceFound& loop, const LocalMappingOptions& opti
   const Pose T_new_old = loop.T_cam_world * map.T_cam_world(loop.old_keyframe).Inverse();
   graph.AddLoop(loop.old_keyframe, loop.keyframe,
                 Similarity(1 / loop.scale, Pose()) * Similarity(1, T_new_old));
-  const double length = Median(map.Depths(map.keyframe(loop.keyframe).view));
+  const double length = UpperMedianOrZero(map.Depths(map.keyframe(loop.keyframe).view));
   const KeyframeId num_keyframes = map.keyframes().size();
   const GraphConstraints constraints = ConstraintsOf(map, graph);
   {

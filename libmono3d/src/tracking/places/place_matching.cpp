@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono3d/core/statistics.h"
 #include "tracking/alignment/patch_tracking.h"
 #include "tracking/features/feature_tracking.h"
 #include "tracking/optimisation/chi2.h"
@@ -66,9 +67,7 @@ std::optional<double> CommonScale(std::vector<PointsAtPixel>& pairs) {
   if (pairs.size() < kMinPairs) return std::nullopt;
   std::vector<double> ratios;
   for (const PointsAtPixel& pair : pairs) ratios.push_back(pair.log_ratio);
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  const double median = *middle;
+  const double median = UpperMedian(std::move(ratios));
   constexpr double kTolerance = 0.05;  // of the depth: noise of points seen under little parallax
   std::erase_if(pairs, [&](const PointsAtPixel& pair) {
     return std::abs(pair.log_ratio - median) > kTolerance;

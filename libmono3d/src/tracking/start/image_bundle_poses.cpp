@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/image/keyframe.h"
@@ -153,7 +154,8 @@ double ReprojectionRms_px(const SparseModel& model) {
 ImageBundlePoses ToResult(const ImageBundleMap& grown, std::span<const Frame> frames) {
   const Map& map = *grown.map;
   const View& reference = map.keyframe(grown.keyframe_of_view[frames.size() / 2]).view;
-  const Similarity S_ref_map(1 / static_cast<double>(Median(map.Depths(reference))), Pose());
+  const Similarity S_ref_map(1 / static_cast<double>(UpperMedianOrZero(map.Depths(reference))),
+                             Pose());
   const Similarity S_world_map = S_ref_map * Similarity(1, reference.T_cam_world);
   ImageBundlePoses result;
   result.is_estimated = true;

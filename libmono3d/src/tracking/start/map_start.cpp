@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/optimisation/map_adjustment.h"
@@ -49,7 +50,7 @@ void FillMap(const MapStart& start, Map& map) {
   } else {
     AdjustAll(map);
   }
-  const float median = Median(map.Depths(map.keyframe(id_a).view));
+  const float median = UpperMedianOrZero(map.Depths(map.keyframe(id_a).view));
   if (median > 0) map.Rescale(1 / median);
 }
 
