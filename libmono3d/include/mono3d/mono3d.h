@@ -19,6 +19,7 @@
 #include "mono3d/fusion/surfel_changes.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/camera_prior.h"
 #include "mono3d/geometry/distortion.h"
 #include "mono3d/geometry/fundamental.h"
 #include "mono3d/geometry/homography.h"
