@@ -77,7 +77,8 @@ TEST(SurfelChanges, AreNoneWhereKeyframesMove) {
   viewer.Look(*model);
   const Similarity motion(1.5, Pose(RotationExp({0.1, 0.2, 0.3}), Eigen::Vector3d(4, 5, 6)));
   std::vector<KeyframePose> moved;
-  for (const KeyframePose& pose : model->Poses().poses()) {
+  const KeyframePoses poses = model->Poses();
+  for (const KeyframePose& pose : poses.poses()) {
     moved.push_back({pose.keyframe_id, 0, motion * pose.S_world_kf});
   }
   EXPECT_TRUE(model->Update(moved).has_moved);

@@ -26,6 +26,7 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::Write(std::string_view bytes) {
+  if (bytes.empty()) return;  // data() may be null then, which fwrite does not allow
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return;
   ThrowSystemError("cannot write the file", path_, errno);
 }
