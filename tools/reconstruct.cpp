@@ -3,13 +3,14 @@
 
 // mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
 
+#include <cstdio>
 #include <utility>
 
+#include "common/camera_choice.h"
 #include "common/progress.h"
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
-#include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/pipeline.h"
@@ -21,7 +22,7 @@ namespace {
 
 struct Arguments {
   std::string input;
-  std::string camera;
+  CameraArguments camera;
   std::string output;
   std::string map;       // to go on in; empty: none
   std::string save_map;  // empty: not saved
@@ -34,27 +35,56 @@ struct Arguments {
 std::vector<OptionField> ListAll(Arguments& arguments) {
   OptionVisitor visitor;
   arguments.source.Visit(visitor);
+  visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
   return visitor.fields();
+}
+
+// A saved map has the camera of its run.
+void RequireSameCamera(Arguments& arguments) {
+  if (arguments.map.empty()) return;
+  if (arguments.camera.file.empty()) {
+    throw UsageError(
+        ErrorParts{.what = "a saved map needs the camera of its run",
+                   .where = "--map",
+                   .expected = "--camera with its calibration, or with its learned_camera.yaml",
+                   .found = {}});
+  }
+  arguments.camera.is_held = true;
+}
+
+// Says on stdout what the images say of their camera.
+CameraModel FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
+                       RunRecord& record) {
+  const ScopedStageTimer timer(&times, "calibration");
+  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera);
+  if (choice.calibration) {
+    const std::string line = CameraLine(*choice.calibration);
+    if (!line.empty()) std::printf("%s\n", line.c_str());
+    if (choice.calibration->is_learned) writer.WriteCamera(choice.camera);
+    record.calibration = std::move(choice.calibration);
+  }
+  return choice.camera;
 }
 
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   const double start_ms = WallClockMs();
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
-  const CameraModel calibration = ReadCameraFile(arguments.camera);
-  std::unique_ptr<FrameSource> source =
-      OpenFrameSource(arguments.input, calibration, arguments.source);
+  arguments.camera.calibration.Validate();
+  RequireSameCamera(arguments);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   const RunWriter writer(arguments.output);
-  CatchStopSignals();
 
   StageTimes times;
   Reconstruction result;
   RunRecord record;
   record.input = arguments.input;
-  record.camera = arguments.camera;
+  record.camera = arguments.camera.file;
   record.device = Info(*device);
+  const CameraModel camera = FindCamera(arguments, writer, times, record);
+  std::unique_ptr<FrameSource> source = OpenFrameSource(arguments.input, camera, arguments.source);
+  CatchStopSignals();
   {
     ProgressLine progress_line(source->num_frames());
     PipelineObserver observer;
@@ -81,7 +111,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
     const ScopedStageTimer timer(&times, "io/write_mesh");
     NoteErrorOf(record, [&] { writer.WriteMeshes(result, arguments.mesh); });
   }
-  writer.WriteSparseModels(result, calibration);
+  writer.WriteSparseModels(result, camera);
   record.options = ListAll(arguments);
   record.stages = times.Snapshot();
   record.wall_s = 1e-3 * (WallClockMs() - start_ms);
@@ -99,17 +129,19 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
 int main(int argc, char** argv) {
   using namespace mono3d::tools;
   Tool tool("mono3d-reconstruct",
-            "Makes a coloured 3D model from the video of one calibrated camera.\n"
-            "Example: mono3d-reconstruct flight/ --camera camera.yaml -o model/");
+            "Makes a coloured 3D model from the video of one camera.\n"
+            "Example: mono3d-reconstruct flight/ -o model/");
   Arguments arguments;
   tool.app()
       .add_option("INPUT", arguments.input,
                   "image folder, quoted glob (\"flight/*.jpg\") or video file")
       ->required();
-  tool.app()
-      .add_option("--camera", arguments.camera,
-                  "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt")
-      ->required();
+  tool.app().add_option(
+      "--camera", arguments.camera.file,
+      "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt; without it the "
+      "camera is learned from the images");
+  tool.app().add_flag("--camera-fixed", arguments.camera.is_held,
+                      "hold the calibration, whatever the images say");
   tool.app()
       .add_option("-o,--output", arguments.output,
                   "folder for model.ply, trajectory.txt, depth/, sparse/ and run.json")
@@ -125,6 +157,7 @@ int main(int argc, char** argv) {
                       "waits for depth, what there is no time for is dropped and counted");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
+  tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

@@ -3,6 +3,8 @@
 
 #include "pipeline/run_json.h"
 
+#include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -189,6 +191,45 @@ JsonValue DeviceJson(const DeviceInfo& device) {
   return json;
 }
 
+JsonValue CameraJson(const CameraPrior& prior) {
+  const CameraModel& camera = prior.camera;
+  JsonValue json = JsonValue::Object();
+  const auto set = [&](const char* name, double value, double sigma) {
+    JsonValue parameter = JsonValue::Object();
+    parameter.Set("value", value);
+    parameter.Set("sigma", sigma);
+    json.Set(name, std::move(parameter));
+  };
+  set("fx", camera.fx, camera.fx * prior.focal_sigma);
+  set("fy", camera.fy, camera.fy * std::hypot(prior.focal_sigma, prior.aspect_sigma));
+  set("cx", camera.cx, prior.principal_point_sigma_px);
+  set("cy", camera.cy, prior.principal_point_sigma_px);
+  constexpr std::array kNames = {"k1", "k2", "p1", "p2", "k3"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    set(kNames[i], camera.distortion[i], prior.distortion_sigma[i]);
+  }
+  return json;
+}
+
+JsonValue CalibrationJson(const CameraCalibration& calibration) {
+  JsonValue json = JsonValue::Object();
+  json.Set("source", ToString(calibration.posterior.source));
+  json.Set("description", calibration.posterior.description);
+  json.Set("learned", calibration.is_learned);
+  if (!calibration.reason.empty()) json.Set("reason", calibration.reason);
+  json.Set("determines_focal_length", calibration.determines_focal_length);
+  json.Set("contradicts_prior", calibration.contradicts_prior);
+  json.Set("prior", CameraJson(calibration.prior));
+  json.Set("camera", CameraJson(calibration.posterior));
+  json.Set("change_px", calibration.change_px);
+  json.Set("uncertainty_px", calibration.uncertainty_px);
+  json.Set("sigma_px", calibration.sigma_px);
+  json.Set("rounds", calibration.num_rounds);
+  json.Set("images", calibration.num_images);
+  json.Set("points", calibration.num_points);
+  return json;
+}
+
 JsonValue TimesJson(const RunRecord& record) {
   JsonValue json = JsonValue::Object();
   json.Set("wall_s", record.wall_s);
@@ -218,6 +259,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   if (!record.error.empty()) json.Set("error", record.error);
   json.Set("input", record.input);
   json.Set("camera", record.camera);
+  if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
   json.Set("device", DeviceJson(record.device));
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));

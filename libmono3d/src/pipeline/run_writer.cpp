@@ -12,6 +12,7 @@
 
 #include "core/out_of_memory.h"
 #include "mono3d/core/error.h"
+#include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/mesh_file.h"
@@ -25,6 +26,8 @@ namespace {
 
 constexpr std::array kTrajectoryNames = {"trajectory", "trajectory_online", "keyframes",
                                          "model_trajectory"};
+
+constexpr std::string_view kCameraName = "learned_camera.yaml";
 
 // "trajectory.txt" for the first map, "trajectory_map3.txt" for a further one.
 std::string NameOfMap(const std::string& stem, const std::string& extension, bool is_first,
@@ -53,7 +56,7 @@ bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view 
 
 bool IsRunFile(std::string_view name) {
   const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
-  return name == "run.json" || IsNameOfMap(name, "model", ".ply") ||
+  return name == "run.json" || name == kCameraName || IsNameOfMap(name, "model", ".ply") ||
          IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
 }
 
@@ -171,6 +174,10 @@ void RunWriter::WriteSparseModels(const Reconstruction& reconstruction,
     }
     is_first = false;
   }
+}
+
+void RunWriter::WriteCamera(const CameraModel& learned) const {
+  WriteCameraFile(folder_ / kCameraName, learned);
 }
 
 void RunWriter::WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const {

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
@@ -30,7 +32,9 @@ struct RunRecord {
   RunEnd end = RunEnd::kFinished;
   std::string error;  // when failed
   std::string input;
-  std::string camera;
+  std::string camera;  // the file; empty: none was given
+  std::optional<CameraCalibration>
+      calibration;  // what the images said of it, where they were asked
   DeviceInfo device;
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
@@ -45,6 +49,7 @@ struct RunRecord {
 //   model.ply                                           the surfels
 //   mesh.ply                                            triangles through them, where asked for
 //   sparse/{cameras,images,points3D}.txt                keyframes and points, COLMAP's text form
+//   learned_camera.yaml                                 the camera, where the images told it
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
 // trajectory_mapN.txt, sparse_mapN and so on. Files are written beside and renamed: none is ever
@@ -63,6 +68,7 @@ class RunWriter {
   // COLMAP and OpenMVS can go on from there.
   void WriteSparseModels(const Reconstruction& reconstruction,
                          const CameraModel& calibration) const;
+  void WriteCamera(const CameraModel& learned) const;
   void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
 
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }

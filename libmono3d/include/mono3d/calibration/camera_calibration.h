@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "mono3d/core/export.h"
+#include "mono3d/core/options.h"
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/camera_prior.h"
+#include "mono3d/io/frame_source.h"
+
+namespace MONO3D_EXPORT mono3d {
+
+struct CalibrationOptions {
+  // Parts of the footage that are looked at, spread evenly over it, and the frames of each.
+  // Different parts show the camera from other directions and under other motions.
+  int num_parts = 3;
+  int part_frames = 80;
+  // How often they are tracked at most, each time with the camera of the time before.
+  int max_rounds = 6;
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// What the images say of their camera.
+struct CameraCalibration {
+  CameraPrior prior;  // what was known before
+  // The camera, and how well it is known. Where the images do not determine a parameter, value and
+  // sigma are those of the prior; source and description are the prior's.
+  CameraPrior posterior;
+  bool is_learned = false;  // the camera differs from the prior's
+  // Why it does not: too little was tracked, or the images agree with the prior.
+  std::string reason;
+  bool determines_focal_length = false;  // sigma is below half of the prior's
+  // The images contradict the prior (three of its sigmas): it was wrong and has no more weight.
+  bool contradicts_prior = false;
+  double change_px = 0;       // LargestDifference_px from the prior's camera
+  double uncertainty_px = 0;  // standard deviation of where the camera shows a ray, at its largest
+  double sigma_px = 0;        // robust standard deviation of an observed coordinate
+  int num_rounds = 0;
+  int num_images = 0;  // keyframes of the last round
+  int num_points = 0;
+};
+
+// Opens the same footage, undistorted by the camera that it is given: `max_frames` frames (0: all)
+// from the frame `start` on.
+using FootageOpener = std::function<std::unique_ptr<FrameSource>(const CameraModel& camera,
+                                                                 int start, int max_frames)>;
+
+// Learns the camera of footage of a static scene: tracks it with the camera known so far, adjusts
+// poses, points and camera together, and begins again with the better camera until it changes no
+// more than it is known. Footage that cannot be tracked is a reason, not an error; errors of the
+// footage are thrown. Takes about ten seconds of processor time for 768x448.
+CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
+                                  const CalibrationOptions& options = {});
+
+// The largest distance in px, over the image, between where two cameras of one size show the same
+// ray: how wrong the one is if the other is right.
+double LargestDifference_px(const CameraModel& a, const CameraModel& b);
+
+}  // namespace mono3d

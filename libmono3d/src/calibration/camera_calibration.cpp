@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/calibration/camera_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calibration/camera_adjustment.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/geometry/distortion.h"
+#include "mono3d/image/sparse_model.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace mono3d {
+namespace {
+
+using calibration::AdjustCamera;
+using calibration::CameraAdjustment;
+using calibration::LargestUncertainty_px;
+using calibration::ParameterVector;
+using calibration::PriorSigmas;
+using calibration::ToParameters;
+
+// Less than the noise of a tracked point.
+constexpr double kConverged_px = 0.05;
+// Of the image's larger side: while the camera changes by more, one part of the footage is enough.
+constexpr double kCoarseChange = 0.01;
+// Rounds with one part at most: a camera that is still far off then needs more of the footage.
+constexpr int kNumCoarseRounds = 3;
+// In sigmas: beyond chance.
+constexpr double kSignificant = 3;
+
+// The maps of what can be tracked, with pixels as `camera` shows them.
+void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
+  const std::unique_ptr<Tracker> tracker = CreateTracker();
+  while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
+  tracker->WaitForMapping();
+  (void)tracker->Finish();
+  std::set<int> map_ids;
+  for (const TrajectoryEntry& entry : tracker->KeyframeTrajectory()) map_ids.insert(entry.map_id);
+  for (const int id : map_ids) maps.push_back(WithCamera(tracker->Sparse(id), camera));
+}
+
+// The first frame of each part.
+std::vector<int> ChooseParts(std::optional<std::int64_t> num_frames,
+                             const CalibrationOptions& options) {
+  std::vector<int> starts = {0};
+  const std::int64_t last = num_frames.value_or(0) - options.part_frames;
+  const int num_parts = last <= 0 ? 1 : options.num_parts;
+  for (int i = 1; i < num_parts; ++i) {
+    const auto start = static_cast<int>(last * i / (num_parts - 1));
+    // Parts that overlap say the same twice.
+    if (start >= starts.back() + options.part_frames) starts.push_back(start);
+  }
+  return starts;
+}
+
+bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& prior) {
+  const ParameterVector sigmas = PriorSigmas(prior);
+  const ParameterVector difference = ToParameters(adjustment.camera) - ToParameters(prior.camera);
+  for (Eigen::Index i = 0; i < difference.size(); ++i) {
+    if (sigmas[i] > 0 && std::abs(difference[i]) > kSignificant * sigmas[i]) return true;
+  }
+  return false;
+}
+
+// The same camera with nothing known but the size of its images.
+CameraPrior WithoutWeight(const CameraPrior& prior) {
+  CameraPrior result = DefaultCameraPrior(prior.camera.width, prior.camera.height);
+  result.camera = prior.camera;
+  result.source = prior.source;
+  result.description = prior.description;
+  return result;
+}
+
+void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result) {
+  const ParameterVector sigmas = adjustment.covariance.diagonal().cwiseSqrt();
+  CameraPrior& posterior = result.posterior;
+  posterior.camera = adjustment.camera;
+  posterior.focal_sigma = sigmas[calibration::kLogFocal];
+  posterior.aspect_sigma = sigmas[calibration::kLogAspect];
+  posterior.principal_point_sigma_px = std::max(sigmas[calibration::kCx], sigmas[calibration::kCy]);
+  for (std::size_t i = 0; i < posterior.distortion_sigma.size(); ++i) {
+    posterior.distortion_sigma[i] = sigmas[calibration::kK1 + static_cast<Eigen::Index>(i)];
+  }
+  result.determines_focal_length = adjustment.is_determined[calibration::kLogFocal];
+  result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
+  result.sigma_px = adjustment.sigma_px;
+  result.num_images = static_cast<int>(adjustment.num_images);
+  result.num_points = static_cast<int>(adjustment.num_points);
+}
+
+void LogRound(const CameraCalibration& result, double change_px) {
+  const CameraPrior& camera = result.posterior;
+  Log(LogLevel::kDebug, "calibration, round " + std::to_string(result.num_rounds) +
+                            ": focal length " + std::to_string(camera.camera.fx) + " +- " +
+                            std::to_string(camera.camera.fx * camera.focal_sigma) +
+                            " px, changed by " + std::to_string(change_px) + " px, known to " +
+                            std::to_string(result.uncertainty_px) + " px, " +
+                            std::to_string(result.num_images) + " images, " +
+                            std::to_string(result.num_points) + " points");
+}
+
+using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
+
+// Does `result` leave no doubt about a camera that was told?
+bool Agrees(const CameraCalibration& result, const CameraModel& camera) {
+  return result.prior.source == CameraPriorSource::kCalibration &&
+         LargestDifference_px(result.prior.camera, camera) <= kSignificant * result.uncertainty_px;
+}
+
+CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
+                            std::size_t max_parts, const CalibrationOptions& options) {
+  CameraCalibration result;
+  result.prior = result.posterior = prior;
+  CameraPrior weight = prior;
+  CameraModel camera = prior.camera;
+  std::size_t num_parts = 1;
+  for (int round = 1; round <= options.max_rounds; ++round) {
+    const std::vector<SparseModel> maps = track(camera, num_parts);
+    CameraAdjustment adjustment = AdjustCamera(weight, camera, maps);
+    if (!result.contradicts_prior && prior.source != CameraPriorSource::kDefault &&
+        Contradicts(adjustment, prior)) {
+      result.contradicts_prior = true;
+      weight = WithoutWeight(prior);
+      adjustment = AdjustCamera(weight, adjustment.camera, maps);
+    }
+    if (adjustment.num_observations == 0) {
+      if (num_parts == max_parts) break;
+      num_parts = max_parts;  // more may be seen elsewhere
+      continue;
+    }
+    const double change_px = LargestDifference_px(camera, adjustment.camera);
+    camera = adjustment.camera;
+    result.num_rounds = round;
+    TakePosterior(adjustment, result);
+    LogRound(result, change_px);
+    if (Agrees(result, camera)) break;
+    const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
+    if (is_coarse && round < kNumCoarseRounds) continue;
+    if (num_parts == max_parts && change_px <= std::max(kConverged_px, result.uncertainty_px)) {
+      break;
+    }
+    num_parts = max_parts;
+  }
+  result.change_px = LargestDifference_px(prior.camera, camera);
+  if (result.num_rounds == 0) {
+    result.reason = "too little of the footage can be tracked";
+  } else if (Agrees(result, camera)) {
+    result.reason = "the images agree with the calibration";
+  } else if (result.change_px == 0) {
+    result.reason = "the images do not determine the camera";
+  } else {
+    result.is_learned = true;
+  }
+  return result;
+}
+
+}  // namespace
+
+double LargestDifference_px(const CameraModel& a, const CameraModel& b) {
+  constexpr int kSteps = 8;  // the maximum lies on the border, mostly in a corner
+  double largest = 0;
+  CameraModel linear = a;
+  linear.distortion = {};
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int k = 0; k <= kSteps; ++k) {
+      const Eigen::Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(k) / kSteps);
+      const Eigen::Vector3d ray =
+          linear.Unproject({share.x() * (a.width - 1), share.y() * (a.height - 1)});
+      largest = std::max(largest, (ProjectDistorted(a, ray) - ProjectDistorted(b, ray)).norm());
+    }
+  }
+  return largest;
+}
+
+CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
+                                  const CalibrationOptions& options) {
+  options.Validate();
+  Validate(prior, "calibration");
+  const CameraModel& told = prior.camera;
+  const std::unique_ptr<FrameSource> source = open(told, 0, 0);
+  // The source may resize images and camera.
+  const int width = source->camera().width;
+  const int height = source->camera().height;
+  const std::vector<int> starts = ChooseParts(source->num_frames(), options);
+  const auto track = [&](const CameraModel& camera, std::size_t num_parts) {
+    std::vector<SparseModel> maps;
+    for (std::size_t i = 0; i < num_parts; ++i) {
+      const std::unique_ptr<FrameSource> part =
+          open(camera.Resized(told.width, told.height), starts[i], options.part_frames);
+      TrackFootage(*part, camera, maps);
+    }
+    return maps;
+  };
+  CameraCalibration result = Calibrate(prior.Resized(width, height), track, starts.size(), options);
+  const double scale = static_cast<double>(told.width) / width;
+  result.prior = prior;
+  result.posterior = result.is_learned ? result.posterior.Resized(told.width, told.height) : prior;
+  result.change_px *= scale;
+  result.uncertainty_px *= scale;
+  result.sigma_px *= scale;
+  return result;
+}
+
+void CalibrationOptions::Visit(OptionVisitor& visit) {
+  visit("num_parts", num_parts, "parts of the footage that are looked at");
+  visit("part_frames", part_frames, "frames of each part");
+  visit("max_rounds", max_rounds, "how often they are tracked, each time with a better camera");
+}
+
+void CalibrationOptions::Validate() const {
+  if (num_parts < 1) throw UsageError("calibration.num_parts must be 1 or more");
+  if (part_frames < 3) throw UsageError("calibration.part_frames must be 3 or more");
+  if (max_rounds < 1) throw UsageError("calibration.max_rounds must be 1 or more");
+}
+
+}  // namespace mono3d

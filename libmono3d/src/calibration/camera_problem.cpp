@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "calibration/camera_problem.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "mono3d/core/statistics.h"
+
+namespace mono3d::calibration {
+namespace {
+
+constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on any camera
+// Of the residuals' robust standard deviation: the loss of Cauchy has 95 % of the efficiency of
+// least squares there.
+constexpr double kLossScale = 2.385;
+constexpr double kMadToSigma = 1.4826;
+
+// The model of ProjectDistorted with the parameters of the adjustment.
+template <typename T>
+void ProjectParameters(const T* camera, const T* p_cam, T* pixel) {
+  const T x = p_cam[0] / p_cam[2];
+  const T y = p_cam[1] / p_cam[2];
+  const T r2 = x * x + y * y;
+  const T radial = T(1) + r2 * (camera[kK1] + r2 * (camera[kK2] + r2 * camera[kK3]));
+  const T& p1 = camera[kP1];
+  const T& p2 = camera[kP2];
+  const T x_distorted = x * radial + T(2) * p1 * x * y + p2 * (r2 + T(2) * x * x);
+  const T y_distorted = y * radial + p1 * (r2 + T(2) * y * y) + T(2) * p2 * x * y;
+  using std::exp;
+  const T fx = exp(camera[kLogFocal]);
+  pixel[0] = fx * x_distorted + camera[kCx];
+  pixel[1] = fx * exp(camera[kLogAspect]) * y_distorted + camera[kCy];
+}
+
+struct ReprojectionError {
+  template <typename T>
+  bool operator()(const T* camera, const T* pose, const T* point, T* residual) const {
+    T p_cam[3];
+    ceres::AngleAxisRotatePoint(pose, point, p_cam);
+    for (int i = 0; i < 3; ++i) p_cam[i] += pose[3 + i];
+    if (!(p_cam[2] > T(0))) return false;
+    T found[2];
+    ProjectParameters(camera, p_cam, found);
+    residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
+    residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
+    return true;
+  }
+
+  Eigen::Vector2d pixel;
+  double sigma_px;
+};
+
+struct PriorError {
+  template <typename T>
+  bool operator()(const T* camera, T* residual) const {
+    for (int i = 0; i < kNumParameters; ++i) {
+      residual[i] = sigmas[i] > 0 ? (camera[i] - T(mean[i])) / T(sigmas[i]) : T(0);
+    }
+    return true;
+  }
+
+  ParameterVector mean;
+  ParameterVector sigmas;
+};
+
+using ReprojectionCost = ceres::AutoDiffCostFunction<ReprojectionError, 2, kNumParameters, 6, 3>;
+using PriorCost = ceres::AutoDiffCostFunction<PriorError, kNumParameters, kNumParameters>;
+
+std::array<double, 6> ToPoseBlock(const Pose& T_cam_first) {
+  std::array<double, 6> block = {};
+  const Eigen::AngleAxisd turn(T_cam_first.rotation());
+  const Eigen::Vector3d rotation = turn.angle() * turn.axis();
+  std::copy_n(rotation.data(), 3, block.data());
+  std::copy_n(T_cam_first.translation().data(), 3, block.data() + 3);
+  return block;
+}
+
+}  // namespace
+
+CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
+                             const CameraPrior& prior)
+    : prior_(ToParameters(prior.camera)),
+      prior_sigmas_(PriorSigmas(prior)),
+      is_fixed_(prior_sigmas_.array() == 0),
+      shape_(start),
+      camera_(is_fixed_.select(prior_, ToParameters(start))) {
+  for (const SparseModel& map : maps) Add(map);
+}
+
+void CameraProblem::Add(const SparseModel& map) {
+  if (map.images.size() < 2) return;
+  const std::size_t first_image = poses_.size();
+  const std::size_t first_point = points_.size();
+  const Pose& T_world_first = map.images.front().T_world_cam;
+  for (const SparseImage& image : map.images) {
+    poses_.push_back(ToPoseBlock(image.T_world_cam.Inverse() * T_world_first));
+  }
+  AddPoints(map, first_image);
+  if (points_.size() == first_point) {
+    poses_.resize(first_image);
+    return;
+  }
+  ChooseGauge(first_image);
+}
+
+void CameraProblem::AddPoints(const SparseModel& map, std::size_t first_image) {
+  const Pose T_first_world = map.images.front().T_world_cam.Inverse();
+  std::vector<std::vector<Observation>> of_point(map.points.size());
+  for (std::size_t i = 0; i < map.images.size(); ++i) {
+    const Pose T_cam_world = map.images[i].T_world_cam.Inverse();
+    for (const SparseObservation& observation : map.images[i].observations) {
+      if (!observation.point) continue;
+      const Eigen::Vector3d p_cam = T_cam_world * map.points[*observation.point].p_world;
+      if (p_cam.z() <= 0) continue;
+      of_point[*observation.point].push_back({first_image + i, 0, observation.pixel});
+    }
+  }
+  for (std::size_t i = 0; i < of_point.size(); ++i) {
+    if (of_point[i].size() < kMinObservations) continue;
+    for (Observation& observation : of_point[i]) {
+      observation.point = points_.size();
+      observations_.push_back(observation);
+    }
+    const Eigen::Vector3d p_first = T_first_world * map.points[i].p_world;
+    points_.push_back({p_first.x(), p_first.y(), p_first.z()});
+  }
+}
+
+// The largest coordinate of the image that is furthest from the first.
+void CameraProblem::ChooseGauge(std::size_t first_image) {
+  held_images_.push_back(first_image);
+  HeldCoordinate held{first_image + 1, 3};
+  double largest = -1;
+  for (std::size_t i = first_image + 1; i < poses_.size(); ++i) {
+    for (int k = 3; k < 6; ++k) {
+      const double length = std::abs(poses_[i][static_cast<std::size_t>(k)]);
+      if (length <= largest) continue;
+      largest = length;
+      held = {i, k};
+    }
+  }
+  held_coordinates_.push_back(held);
+}
+
+std::vector<double> CameraProblem::AbsoluteResiduals_px() const {
+  std::vector<double> residuals;
+  residuals.reserve(2 * observations_.size());
+  for (const Observation& observation : observations_) {
+    const ReprojectionError error{observation.pixel, 1};
+    Eigen::Vector2d residual;
+    if (!error(camera_.data(), poses_[observation.image].data(), points_[observation.point].data(),
+               residual.data())) {
+      continue;
+    }
+    residuals.push_back(std::abs(residual.x()));
+    residuals.push_back(std::abs(residual.y()));
+  }
+  return residuals;
+}
+
+void CameraProblem::Solve(double min_gain) {
+  // A coordinate cannot be measured better than this: interpolation of 8-bit images.
+  constexpr double kMinSigma_px = 0.01;
+  sigma_px_ = std::max(kMinSigma_px, kMadToSigma * UpperMedianOrZero(AbsoluteResiduals_px()));
+  ceres::Problem::Options options;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::CauchyLoss loss(kLossScale);
+  ceres::Problem problem(options);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (std::array<double, 3>& point : points_) ordering->AddElementToGroup(point.data(), 0);
+  for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
+  ordering->AddElementToGroup(camera_.data(), 1);
+  for (const Observation& observation : observations_) {
+    problem.AddResidualBlock(
+        new ReprojectionCost(new ReprojectionError{observation.pixel, sigma_px_}), &loss,
+        camera_.data(), poses_[observation.image].data(), points_[observation.point].data());
+  }
+  problem.AddResidualBlock(new PriorCost(new PriorError{prior_, prior_sigmas_}), nullptr,
+                           camera_.data());
+  for (const std::size_t image : held_images_) {
+    problem.SetParameterBlockConstant(poses_[image].data());
+  }
+  for (const HeldCoordinate& held : held_coordinates_) {
+    problem.SetManifold(poses_[held.image].data(), new ceres::SubsetManifold(6, {held.coordinate}));
+  }
+  std::vector<int> fixed;
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (is_fixed_[i]) fixed.push_back(i);
+  }
+  if (static_cast<int>(fixed.size()) == kNumParameters) {
+    problem.SetParameterBlockConstant(camera_.data());
+  } else if (!fixed.empty()) {
+    problem.SetManifold(camera_.data(), new ceres::SubsetManifold(kNumParameters, fixed));
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.linear_solver_ordering = ordering;
+  solver.max_num_iterations = 50;
+  solver.function_tolerance = min_gain;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  if (std::getenv("CAL")) std::printf("%s\n", summary.BriefReport().c_str());
+}
+
+void CameraProblem::FixAtPrior(const ParameterFlags& which) {
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (!which[i]) continue;
+    is_fixed_[i] = true;
+    camera_[i] = prior_[i];
+  }
+}
+
+CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
+  Linearised result;
+  const ReprojectionCost cost(new ReprojectionError{observation.pixel, sigma_px_});
+  const double* parameters[] = {camera_.data(), poses_[observation.image].data(),
+                                points_[observation.point].data()};
+  double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
+  if (!cost.Evaluate(parameters, result.residual.data(), jacobians)) {
+    result.residual.setZero();
+    result.by_camera.setZero();
+    result.by_pose.setZero();
+    result.by_point.setZero();
+    return result;
+  }
+  double rho[3];
+  ceres::CauchyLoss(kLossScale).Evaluate(result.residual.squaredNorm(), rho);
+  const double weight = std::sqrt(rho[1]);
+  result.residual *= weight;
+  result.by_camera *= weight;
+  result.by_pose *= weight;
+  result.by_point *= weight;
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (is_fixed_[i]) result.by_camera.col(i).setZero();
+  }
+  return result;
+}
+
+}  // namespace mono3d::calibration

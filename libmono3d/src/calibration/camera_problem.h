@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "calibration/camera_adjustment.h"
+#include "mono3d/image/sparse_model.h"
+
+namespace mono3d::calibration {
+
+// A bundle adjustment of one or more maps with one free camera: what it varies, its residuals and
+// its gauge. Each map's world is the frame of its first image; one coordinate of another of its
+// images holds its unit of length.
+class CameraProblem {
+ public:
+  struct Observation {
+    std::size_t image;  // position in poses()
+    std::size_t point;  // position in points()
+    Eigen::Vector2d pixel;
+  };
+  // The derivatives of one observation's residual (in sigmas, corrected for the robust loss).
+  struct Linearised {
+    Eigen::Vector2d residual;
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
+    Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera;
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+  };
+
+  // One coordinate of an image's pose that is not varied.
+  struct HeldCoordinate {
+    std::size_t image;
+    int coordinate;
+  };
+
+  // Maps without two images or without points are left out. The camera starts at `start`.
+  CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
+                const CameraPrior& prior);
+
+  // Adjusts everything; the weights come from the residuals before. `min_gain`: the relative gain
+  // below which a step is the last.
+  void Solve(double min_gain);
+  void FixAtPrior(const ParameterFlags& which);
+  CameraModel camera() const { return WithParameters(shape_, camera_); }
+
+  Linearised Linearise(const Observation& observation) const;
+  // Sorted by point.
+  const std::vector<Observation>& observations() const { return observations_; }
+  std::size_t num_images() const { return poses_.size(); }
+  std::size_t num_points() const { return points_.size(); }
+  double sigma_px() const { return sigma_px_; }
+  const ParameterFlags& is_fixed() const { return is_fixed_; }
+  const ParameterVector& parameters() const { return camera_; }
+  const ParameterVector& prior() const { return prior_; }
+  const ParameterVector& prior_sigmas() const { return prior_sigmas_; }
+  // The gauge of the maps: images whose poses are not varied, and single coordinates.
+  const std::vector<std::size_t>& held_images() const { return held_images_; }
+  const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
+
+ private:
+  using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
+
+  void Add(const SparseModel& map);
+  void AddPoints(const SparseModel& map, std::size_t first_image);
+  // Of the map whose images begin at `first_image`.
+  void ChooseGauge(std::size_t first_image);
+  std::vector<double> AbsoluteResiduals_px() const;
+
+  ParameterVector prior_ = ParameterVector::Zero();
+  ParameterVector prior_sigmas_ = ParameterVector::Zero();
+  ParameterFlags is_fixed_ = ParameterFlags::Constant(false);
+  CameraModel shape_;  // the size of the images
+  ParameterVector camera_ = ParameterVector::Zero();
+  std::vector<PoseBlock> poses_;
+  std::vector<std::array<double, 3>> points_;
+  std::vector<Observation> observations_;
+  std::vector<std::size_t> held_images_;
+  std::vector<HeldCoordinate> held_coordinates_;
+  double sigma_px_ = 1;
+};
+
+}  // namespace mono3d::calibration

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "calibration/camera_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/geometry/distortion.h"
+#include "reference/random.h"
+#include "tracking/tracking_world.h"
+
+namespace mono3d::calibration {
+namespace {
+
+constexpr double kNoise_px = 0.1;
+
+CameraModel TrueCamera() {
+  return {640, 480, 560, 560, 324, 236, {-0.12, 0.05, 0.0004, -0.0003, 0}};
+}
+
+// Knows the image size alone.
+CameraPrior UnknownCamera() { return DefaultCameraPrior(640, 480); }
+
+enum class Way { kOrbit, kStrip };
+
+// 12 views of 300 points with relief: an orbit that looks down obliquely, or a straight strip that
+// looks straight down on flat ground. Poses and points are the true ones.
+SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed) {
+  std::mt19937 random(seed);
+  const double relief = way == Way::kOrbit ? 3 : 0.05;
+  SparseModel map;
+  map.camera = camera;
+  for (int i = 0; i < 300; ++i) {
+    const double x = Uniform(random, -8, 8);
+    const double y = Uniform(random, -8, 8);
+    map.points.push_back({{x, y, Uniform(random, 0, relief)}, {}});
+  }
+  constexpr int kNumViews = 12;
+  for (int i = 0; i < kNumViews; ++i) {
+    SparseImage& image = map.images.emplace_back();
+    image.id = i;
+    const double angle = 2 * std::numbers::pi * i / kNumViews;
+    if (way == Way::kOrbit) {
+      image.T_world_cam = tracking::LookAt({9 * std::cos(angle), 9 * std::sin(angle), 10},
+                                           {0.5 * std::sin(3 * angle), 0, 0});
+    } else {
+      const double x = 0.8 * i - 4;
+      image.T_world_cam = tracking::LookAt({x, 0.001, 12}, {x, 0, 0});
+    }
+    const Pose T_cam_world = image.T_world_cam.Inverse();
+    for (std::size_t k = 0; k < map.points.size(); ++k) {
+      const Eigen::Vector3d p_cam = T_cam_world * map.points[k].p_world;
+      if (p_cam.z() <= 0) continue;
+      Eigen::Vector2d pixel = ProjectDistorted(camera, p_cam);
+      if (!camera.Contains(pixel)) continue;
+      for (double& coordinate : pixel) coordinate += Normal(random, kNoise_px);
+      image.observations.push_back({pixel, k});
+    }
+  }
+  return map;
+}
+
+CameraAdjustment Adjust(const CameraPrior& prior, const SparseModel& map) {
+  return AdjustCamera(prior, prior.camera, std::vector{map});
+}
+
+TEST(CameraAdjustment, FindsTheCameraOfAnOrbit) {
+  const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(TrueCamera(), Way::kOrbit, 1));
+  EXPECT_TRUE(found.is_determined[kLogFocal]);
+  EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1);
+  EXPECT_NEAR(found.camera.fx, TrueCamera().fx, 0.003 * TrueCamera().fx);
+  EXPECT_EQ(found.camera.fx, found.camera.fy) << "the prior holds fy / fx";
+  EXPECT_NEAR(found.sigma_px, kNoise_px, 0.15 * kNoise_px);
+}
+
+TEST(CameraAdjustment, StatesHowFarItIsOff) {
+  int num_within = 0;
+  int num_all = 0;
+  for (unsigned seed = 0; seed < 15; ++seed) {
+    const CameraAdjustment found =
+        Adjust(UnknownCamera(), MakeMap(TrueCamera(), Way::kOrbit, 100 + seed));
+    const ParameterVector error = ToParameters(found.camera) - ToParameters(TrueCamera());
+    for (const int i : {kLogFocal, kCx, kCy, kK1, kP1, kP2}) {
+      ++num_all;
+      if (std::abs(error[i]) < 2 * std::sqrt(found.covariance(i, i))) ++num_within;
+    }
+  }
+  // 95 % in the mean, and 90 of them: fewer than 80 by chance once in ten thousand.
+  EXPECT_GE(num_within, 80) << "of " << num_all;
+}
+
+TEST(CameraAdjustment, KeepsThePriorOfWhatAStripDoesNotTell) {
+  CameraPrior prior = UnknownCamera();
+  prior.camera.fx = prior.camera.fy = 600;
+  prior.focal_sigma = 0.03;
+  const CameraAdjustment found = Adjust(prior, MakeMap(TrueCamera(), Way::kStrip, 1));
+  EXPECT_FALSE(found.is_determined[kLogFocal]);
+  EXPECT_EQ(found.camera.fx, 600);
+  EXPECT_NEAR(std::sqrt(found.covariance(kLogFocal, kLogFocal)), 0.03, 1e-12);
+}
+
+TEST(CameraAdjustment, InventsNoDistortion) {
+  CameraModel pinhole = TrueCamera();
+  pinhole.distortion = {};
+  const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(pinhole, Way::kOrbit, 2));
+  EXPECT_FALSE(found.camera.HasDistortion());
+  EXPECT_LT(LargestDifference_px(pinhole, found.camera), 0.5);
+}
+
+TEST(CameraAdjustment, KnowsMoreFromTwoMaps) {
+  const std::vector maps = {MakeMap(TrueCamera(), Way::kOrbit, 3),
+                            MakeMap(TrueCamera(), Way::kOrbit, 4)};
+  const CameraPrior prior = UnknownCamera();
+  const CameraAdjustment of_one = Adjust(prior, maps[0]);
+  const CameraAdjustment of_both = AdjustCamera(prior, prior.camera, maps);
+  EXPECT_EQ(of_both.num_images, 24U);
+  EXPECT_LT(of_both.covariance(kLogFocal, kLogFocal),
+            0.8 * of_one.covariance(kLogFocal, kLogFocal));
+  EXPECT_LT(LargestUncertainty_px(of_both.camera, of_both.covariance),
+            LargestUncertainty_px(of_one.camera, of_one.covariance));
+}
+
+TEST(CameraAdjustment, BearsOutliers) {
+  SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 5);
+  std::mt19937 random(1);
+  for (SparseImage& image : map.images) {
+    for (std::size_t i = 0; i < image.observations.size(); i += 12) {
+      for (double& coordinate : image.observations[i].pixel) {
+        coordinate += Uniform(random, -40, 40);
+      }
+    }
+  }
+  const CameraAdjustment found = Adjust(UnknownCamera(), map);
+  EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1.5);
+}
+
+TEST(CameraAdjustment, OfTooLittleChangesNothing) {
+  SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 1);
+  map.images.resize(2);
+  const CameraPrior prior = UnknownCamera();
+  const CameraAdjustment found = Adjust(prior, map);
+  EXPECT_EQ(found.num_observations, 0U);
+  EXPECT_EQ(found.camera, prior.camera);
+  EXPECT_EQ(AdjustCamera(prior, prior.camera, {}).num_observations, 0U);
+}
+
+}  // namespace
+}  // namespace mono3d::calibration

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/calibration/camera_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/error.h"
+#include "mono3d/image/undistorter.h"
+#include "tracking/tracking_world.h"
+
+namespace mono3d {
+namespace {
+
+// Frames in memory, as a folder has them.
+class FramesInMemory : public FrameSource {
+ public:
+  FramesInMemory(const std::vector<Frame>& frames, const CameraModel& camera, int start,
+                 int max_frames)
+      : frames_(frames), undistorter_(camera), next_(static_cast<std::size_t>(start)) {
+    end_ = frames.size();
+    if (max_frames > 0) end_ = std::min(end_, next_ + static_cast<std::size_t>(max_frames));
+  }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= end_) return std::nullopt;
+    Frame frame = frames_[next_++];
+    frame.bgr = undistorter_.Undistort(frame.bgr);
+    frame.camera = undistorter_.camera();
+    return frame;
+  }
+  std::optional<std::int64_t> num_frames() const override {
+    return static_cast<std::int64_t>(end_ - next_);
+  }
+  std::int64_t num_skipped() const override { return 0; }
+  const CameraModel& camera() const override { return undistorter_.camera(); }
+
+ private:
+  const std::vector<Frame>& frames_;
+  Undistorter undistorter_;
+  std::size_t next_;
+  std::size_t end_ = 0;
+};
+
+FootageOpener Footage(const std::vector<Frame>& frames) {
+  return [&frames](const CameraModel& camera, int start, int max_frames) {
+    return std::make_unique<FramesInMemory>(frames, camera, start, max_frames);
+  };
+}
+
+// A part of an orbit over houses, looking down obliquely, the camera swaying a little.
+std::vector<Frame> FlyAnOrbit(const CameraModel& camera) {
+  const tracking::TexturedGround ground(true);
+  std::vector<Frame> frames;
+  for (int i = 0; i < 70; ++i) {
+    const double angle = 0.018 * i;
+    const Pose T_world_cam =
+        tracking::LookAt({10 * std::sin(angle), -10 * std::cos(angle), 10},
+                         {0.8 * std::sin(0.2 * i), 0.8 * std::cos(0.13 * i), 0});
+    frames.push_back(
+        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(camera, T_world_cam), camera});
+  }
+  return frames;
+}
+
+class Calibration : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    frames_ = std::make_unique<std::vector<Frame>>(FlyAnOrbit(tracking::SmallCamera()));
+  }
+  static void TearDownTestSuite() { frames_.reset(); }
+
+  static std::unique_ptr<std::vector<Frame>> frames_;
+};
+
+std::unique_ptr<std::vector<Frame>> Calibration::frames_;
+
+TEST_F(Calibration, LearnsAnUnknownCamera) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraPrior prior = DefaultCameraPrior(truth.width, truth.height);
+  prior.camera.fx = prior.camera.fy = 1.2 * truth.fx;
+  const CameraCalibration found = CalibrateCamera(prior, Footage(*frames_));
+  ASSERT_TRUE(found.is_learned) << found.reason;
+  EXPECT_TRUE(found.determines_focal_length);
+  EXPECT_EQ(found.reason, "");
+  const CameraModel& camera = found.posterior.camera;
+  EXPECT_NEAR(camera.fx, truth.fx, 0.01 * truth.fx);
+  EXPECT_LT(std::abs(camera.fx / truth.fx - 1), 3 * found.posterior.focal_sigma);
+  EXPECT_LT(LargestDifference_px(truth, camera), 3);
+  EXPECT_GT(found.change_px, 30);
+  EXPECT_EQ(found.prior.camera, prior.camera);
+}
+
+TEST_F(Calibration, LeavesATrueOneAlone) {
+  const CameraModel truth = tracking::SmallCamera();
+  const CameraCalibration found = CalibrateCamera(CalibratedCameraPrior(truth), Footage(*frames_));
+  EXPECT_FALSE(found.is_learned);
+  EXPECT_FALSE(found.contradicts_prior);
+  EXPECT_EQ(found.reason, "the images agree with the calibration");
+  EXPECT_EQ(found.posterior.camera, truth);
+  EXPECT_EQ(found.num_rounds, 1);
+}
+
+TEST_F(Calibration, FindsThatAToldOneIsWrong) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraModel told = truth;
+  told.fx = told.fy = 1.1 * truth.fx;
+  const CameraCalibration found = CalibrateCamera(CalibratedCameraPrior(told), Footage(*frames_));
+  EXPECT_TRUE(found.is_learned);
+  EXPECT_TRUE(found.contradicts_prior);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
+}
+
+TEST_F(Calibration, OfWhatCannotBeTrackedIsThePrior) {
+  std::vector<Frame> black;
+  for (int i = 0; i < 10; ++i) black.push_back(tracking::BlackFrame(i));
+  const CameraPrior prior = DefaultCameraPrior(black[0].camera.width, black[0].camera.height);
+  const CameraCalibration found = CalibrateCamera(prior, Footage(black));
+  EXPECT_FALSE(found.is_learned);
+  EXPECT_EQ(found.reason, "too little of the footage can be tracked");
+  EXPECT_EQ(found.posterior.camera, prior.camera);
+}
+
+TEST(CalibrationOptions, RefuseWhatCannotBe) {
+  EXPECT_NO_THROW(CalibrationOptions{}.Validate());
+  EXPECT_THROW(CalibrationOptions{.num_parts = 0}.Validate(), UsageError);
+  EXPECT_THROW(CalibrationOptions{.part_frames = 2}.Validate(), UsageError);
+  EXPECT_THROW(CalibrationOptions{.max_rounds = 0}.Validate(), UsageError);
+}
+
+TEST(LargestDifference, IsThatOfTheCorners) {
+  const CameraModel a = {640, 480, 500, 500, 319.5, 239.5, {}};
+  EXPECT_EQ(LargestDifference_px(a, a), 0);
+  CameraModel longer = a;
+  longer.fx = longer.fy = 505;
+  // One percent of the way from the middle to a corner.
+  EXPECT_NEAR(LargestDifference_px(a, longer), 0.01 * std::hypot(319.5, 239.5), 1e-9);
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "common/camera_choice.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "mono3d/io/camera_file.h"
+#include "mono3d/io/camera_metadata.h"
+
+namespace mono3d::tools {
+namespace {
+
+CameraPrior PriorOf(const std::string& input, const CameraArguments& arguments) {
+  if (arguments.file.empty()) return ReadCameraPrior(input);
+  return CalibratedCameraPrior(ReadCameraFile(arguments.file));
+}
+
+std::string Fixed(double value, int num_digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", num_digits, value);
+  return text;
+}
+
+std::string FocalLength(const CameraPrior& camera) {
+  return "focal length " + Fixed(camera.camera.fx, 1) + " +- " +
+         Fixed(camera.camera.fx * camera.focal_sigma, 1) + " px";
+}
+
+}  // namespace
+
+CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
+                          const CameraArguments& arguments) {
+  const CameraPrior prior = PriorOf(input, arguments);
+  if (arguments.is_held && !arguments.file.empty()) return {prior.camera, std::nullopt};
+  const auto open = [&](const CameraModel& camera, int start, int max_frames) {
+    FrameSourceOptions part = source;
+    part.start += start * source.stride;
+    if (max_frames > 0) {
+      // Never past the frames that the run itself will see.
+      const int left = source.max_frames > 0 ? source.max_frames - start : max_frames;
+      part.max_frames = std::max(1, std::min(max_frames, left));
+    }
+    return OpenFrameSource(input, camera, part);
+  };
+  CameraChoice choice;
+  choice.calibration = CalibrateCamera(prior, open, arguments.calibration);
+  choice.camera = choice.calibration->posterior.camera;
+  return choice;
+}
+
+std::string CameraLine(const CameraCalibration& calibration) {
+  const CameraPrior& prior = calibration.prior;
+  const bool is_told = prior.source == CameraPriorSource::kCalibration;
+  if (!calibration.is_learned) {
+    if (is_told) return {};
+    return FocalLength(prior) + " from " + ToString(prior.source) + " (" + prior.description +
+           "): " + calibration.reason;
+  }
+  std::string line = FocalLength(calibration.posterior) + " (was " + Fixed(prior.camera.fx, 1) +
+                     " from " + ToString(prior.source) + ")";
+  if (is_told) {
+    line = "the footage contradicts the calibration by " + Fixed(calibration.change_px, 1) +
+           " +- " + Fixed(calibration.uncertainty_px, 1) + " px: " + line +
+           " is used; --camera-fixed holds the calibration";
+  }
+  if (!calibration.determines_focal_length) {
+    line += "; the footage does not determine the focal length";
+  }
+  return line;
+}
+
+}  // namespace mono3d::tools

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/io/frame_source.h"
+
+namespace mono3d::tools {
+
+// Where the camera of a run comes from.
+struct CameraArguments {
+  std::string file;      // a calibration; empty: none is known
+  bool is_held = false;  // the calibration is not to be doubted
+  CalibrationOptions calibration;
+};
+
+struct CameraChoice {
+  CameraModel camera;                            // of the images as they are read, before --resize
+  std::optional<CameraCalibration> calibration;  // where the images were asked
+};
+
+// The camera of the file where it is held; else what the images say, beginning with the file, or
+// with what photos or the telemetry of a video say of their camera, or with the default.
+CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
+                          const CameraArguments& arguments);
+
+// One line for people: "focal length 1021.3 +- 0.8 px (was 1100.0 from EXIF)". Empty where the
+// images agree with the calibration.
+std::string CameraLine(const CameraCalibration& calibration);
+
+}  // namespace mono3d::tools
