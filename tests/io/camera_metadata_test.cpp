@@ -100,6 +100,34 @@ TEST_F(CameraMetadata, OfImagesWithoutMetadataIsTheDefaultOfTheirSize) {
   EXPECT_THAT(warnings_, IsEmpty());
 }
 
+// Photos of one camera are alike: their warnings would be.
+TEST_F(CameraMetadata, WithoutUsableValuesIsGivenUpAfterSomePhotos) {
+  std::vector<std::string> images;
+  for (int i = 0; i < 30; ++i) {
+    images.push_back(WritePlain("a" + std::to_string(i) + ".jpg"));
+    images.push_back(WritePhoto("b" + std::to_string(i) + ".jpg",
+                                ExifWriter().Camera("A", "B").FocalLength35(60000)));
+  }
+  EXPECT_EQ(ReadCameraPrior(folder_).source, CameraPriorSource::kDefault);
+  EXPECT_EQ(warnings_.size(), 10U);
+  warnings_.clear();
+  const std::vector<CameraGroup> groups = GroupByCamera(images);
+  ASSERT_EQ(groups.size(), 1U);
+  EXPECT_EQ(groups[0].images, images);
+  EXPECT_EQ(groups[0].prior.source, CameraPriorSource::kDefault);
+  EXPECT_EQ(warnings_.size(), 10U);
+}
+
+TEST_F(CameraMetadata, OfManyPhotosWithoutMetadataIsThatOfTheOneWithMetadata) {
+  std::vector<std::string> images;
+  for (int i = 10; i < 40; ++i) images.push_back(WritePlain(std::to_string(i) + ".jpg"));
+  images.push_back(WritePhoto("99.jpg", Camera("A", 36)));
+  EXPECT_EQ(ReadCameraPrior(folder_).source, CameraPriorSource::kExif);
+  const std::vector<CameraGroup> groups = GroupByCamera(images);
+  ASSERT_EQ(groups.size(), 1U);
+  EXPECT_EQ(groups[0].prior.source, CameraPriorSource::kExif);
+}
+
 TEST_F(CameraMetadata, OfNothingIsAnError) {
   EXPECT_THAT([&] { ReadCameraPrior(folder_ / "none"); },
               ThrowsMessage<Error>(HasSubstr("there is no such file or folder")));

@@ -21,6 +21,10 @@
 namespace mono3d {
 namespace {
 
+// Photos with metadata of one camera are alike: where this many have nothing usable, none has.
+// Keeps warnings of them few.
+constexpr std::size_t kMaxTries = 10;
+
 // Decodes the file where nothing else tells its size.
 void FindSize(const std::string& photo, PhotoFacts& facts) {
   if (facts.width > 0 && facts.height > 0) return;
@@ -39,13 +43,15 @@ PhotoFacts ReadPhotoFactsAndSize(const std::string& photo) {
 // be read.
 CameraPrior PriorOfImages(const std::string& input, const std::vector<std::string>& images) {
   std::optional<CameraPrior> prior_of_size;
+  std::size_t num_tries = 0;
   for (const std::string& image : images) {
     try {
       PhotoFacts facts = ReadPhotoFacts(image);
-      if (prior_of_size && !facts.exif && !facts.xmp) continue;  // nothing new
+      if (prior_of_size && !facts.HasMetadata()) continue;  // nothing new
       FindSize(image, facts);
       if (const std::optional<CameraPrior> prior = PriorFromFacts(facts)) return *prior;
       if (!prior_of_size) prior_of_size = DefaultCameraPrior(facts.width, facts.height);
+      if (facts.HasMetadata() && ++num_tries == kMaxTries) break;
     } catch (const Error& error) {
       Log(LogLevel::kWarning, std::string("no camera from: ") + error.what());
     }
@@ -183,13 +189,19 @@ std::vector<CameraGroup> GroupByCamera(const std::vector<std::string>& images) {
   const std::vector<IdentifiedPhoto> photos = IdentifyPhotos(images);
   const std::vector<std::size_t> first = FindFirstPhotos(photos);
   std::vector<CameraGroup> groups;
+  std::vector<std::size_t> num_tries;  // of each group
   std::map<std::size_t, std::size_t> group_of_first;
   for (std::size_t i = 0; i < photos.size(); ++i) {
     const auto [entry, is_new] = group_of_first.emplace(first[i], groups.size());
-    if (is_new) groups.push_back(GroupOfCamera(photos[first[i]]));
+    if (is_new) {
+      groups.push_back(GroupOfCamera(photos[first[i]]));
+      num_tries.push_back(0);
+    }
     CameraGroup& group = groups[entry->second];
     group.images.push_back(photos[i].image);
-    if (group.prior.source != CameraPriorSource::kDefault) continue;
+    const bool has_prior = group.prior.source != CameraPriorSource::kDefault;
+    if (has_prior || !photos[i].facts.HasMetadata()) continue;
+    if (++num_tries[entry->second] > kMaxTries) continue;
     if (const std::optional<CameraPrior> prior = PriorFromFacts(photos[i].facts)) {
       group.prior = *prior;
     }

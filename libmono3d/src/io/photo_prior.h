@@ -22,6 +22,7 @@ struct PhotoFacts {
   std::optional<DjiXmp> xmp;
   bool has_damaged_xmp = false;
 
+  bool HasMetadata() const { return exif || xmp || has_damaged_xmp; }
   std::string Serial() const;
 };
 
