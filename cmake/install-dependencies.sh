@@ -12,6 +12,7 @@ packages="
   ca-certificates
   g++ cmake ninja-build pkg-config
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
+  libexif-dev libexpat1-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
   libcli11-dev libspdlog-dev
 "
@@ -20,7 +21,7 @@ case ${1:-all} in
   all)
     packages="$packages
       git
-      libflann-dev libembree-dev libexif-dev
+      libflann-dev libembree-dev
       vulkan-validationlayers
       libgtest-dev libgmock-dev
       clang-format clang-tidy doxygen

@@ -44,6 +44,7 @@
 #include "mono3d/image/undistorter.h"
 #include "mono3d/io/any_trajectory_file.h"
 #include "mono3d/io/camera_file.h"
+#include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/depth_map_files.h"

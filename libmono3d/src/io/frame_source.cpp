@@ -5,9 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <opencv2/imgproc.hpp>
-#include <system_error>
 #include <utility>
 
 #include "io/image_list.h"
@@ -107,18 +105,14 @@ class PreparedFrames : public FrameSource {
 
 std::unique_ptr<ImageSource> OpenImages(const std::string& input,
                                         const FrameSourceOptions& options) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(input, ignored) || IsGlob(input)) {
-    return OpenImageList(FindImages(input), options);
+  switch (KindOfInput(input)) {
+    case InputKind::kImages:
+      return OpenImageList(FindImages(input), options);
+    case InputKind::kImage:
+      return OpenImageList({input, {input}, {}, true}, options);
+    case InputKind::kVideo:
+      break;
   }
-  if (!std::filesystem::exists(input, ignored)) {
-    throw Error(ErrorParts{.what = "there is no such file or folder",
-                           .where = input,
-                           .expected = {},
-                           .found = {},
-                           .code = ErrorCode::kNotFound});
-  }
-  if (HasImageExtension(input)) return OpenImageList({input, {input}, {}, true}, options);
   return OpenVideo(input, options);
 }
 

@@ -110,6 +110,19 @@ bool IsGlob(std::string_view input) {
          !std::filesystem::exists(input, ignored);
 }
 
+InputKind KindOfInput(const std::string& input) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(input, ignored) || IsGlob(input)) return InputKind::kImages;
+  if (!std::filesystem::exists(input, ignored)) {
+    throw Error(ErrorParts{.what = "there is no such file or folder",
+                           .where = input,
+                           .expected = {},
+                           .found = {},
+                           .code = ErrorCode::kNotFound});
+  }
+  return HasImageExtension(input) ? InputKind::kImage : InputKind::kVideo;
+}
+
 std::vector<std::string> ListImages(const std::string& input) {
   const bool is_glob = IsGlob(input);
   std::error_code ignored;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace mono3d {
@@ -20,5 +21,10 @@ std::filesystem::path ImageFolder(const std::filesystem::path& folder);
 
 // Does `input` hold one of * ? [ without being a file or folder of that name?
 bool IsGlob(std::string_view input);
+
+// What the user calls the input: a folder or a glob, one image, or a video (any other file). Throws
+// Error when there is no such file.
+enum class InputKind { kImages, kImage, kVideo };
+InputKind KindOfInput(const std::string& input);
 
 }  // namespace mono3d

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "io/exif_camera.h"
+
+#include <libexif/exif-data.h>
+#include <libexif/exif-log.h>
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <string_view>
+
+namespace mono3d {
+namespace {
+
+struct UnrefExif {
+  void operator()(ExifData* data) const { exif_data_unref(data); }
+  void operator()(ExifLog* log) const { exif_log_unref(log); }
+};
+
+// The printable characters of a text, without blanks at its ends: it goes into messages.
+std::string PrintableText(std::string_view bytes) {
+  std::string text;
+  for (const char c : bytes.substr(0, bytes.find('\0'))) {
+    if (static_cast<unsigned char>(c) >= ' ' && c != '\x7F') text += c;
+  }
+  const std::size_t first = text.find_first_not_of(' ');
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+// Reads the entries of the EXIF directories. libexif checks that the bytes of an entry are as many
+// as its format and number of components need.
+class ExifReader {
+ public:
+  explicit ExifReader(ExifData* data) : data_(data), order_(exif_data_get_byte_order(data)) {}
+
+  bool IsEmpty() const {
+    for (const ExifContent* content : data_->ifd) {
+      if (content != nullptr && content->count > 0) return false;
+    }
+    return true;
+  }
+
+  std::string Bytes(ExifIfd ifd, int tag) const {
+    const ExifEntry* entry = Find(ifd, tag);
+    if (entry == nullptr) return {};
+    return {reinterpret_cast<const char*>(entry->data), entry->size};
+  }
+  std::string Text(ExifIfd ifd, int tag) const { return PrintableText(Bytes(ifd, tag)); }
+
+  // The first number of the entry where it is finite and positive, otherwise 0.
+  double Positive(ExifIfd ifd, int tag) const {
+    const ExifEntry* entry = Find(ifd, tag);
+    const double number = entry == nullptr ? 0 : Number(*entry);
+    return std::isfinite(number) && number > 0 ? number : 0;
+  }
+  int Size(ExifIfd ifd, int tag) const {
+    constexpr double kMaxSize = 1e6;  // px; more than any picture has
+    const double size = Positive(ifd, tag);
+    return size <= kMaxSize ? static_cast<int>(size) : 0;
+  }
+
+ private:
+  const ExifEntry* Find(ExifIfd ifd, int tag) const {
+    const ExifEntry* entry = exif_content_get_entry(data_->ifd[ifd], static_cast<ExifTag>(tag));
+    return entry == nullptr || entry->data == nullptr ? nullptr : entry;
+  }
+
+  double Number(const ExifEntry& entry) const {
+    if (entry.components == 0 || entry.size < exif_format_get_size(entry.format)) return 0;
+    switch (entry.format) {
+      case EXIF_FORMAT_SHORT:
+        return exif_get_short(entry.data, order_);
+      case EXIF_FORMAT_LONG:
+        return exif_get_long(entry.data, order_);
+      case EXIF_FORMAT_RATIONAL: {
+        const ExifRational value = exif_get_rational(entry.data, order_);
+        return value.denominator == 0 ? 0
+                                      : static_cast<double>(value.numerator) / value.denominator;
+      }
+      case EXIF_FORMAT_SRATIONAL: {
+        const ExifSRational value = exif_get_srational(entry.data, order_);
+        return value.denominator == 0 ? 0
+                                      : static_cast<double>(value.numerator) / value.denominator;
+      }
+      default:
+        return 0;
+    }
+  }
+
+  ExifData* data_;
+  ExifByteOrder order_;
+};
+
+// Pixels per mm of the sensor; 0 where the two directions disagree or one is not told.
+double PixelsPerMm(const ExifReader& exif) {
+  constexpr double kMaxDisagreement = 0.1;  // of pixels that are all but square
+  constexpr double kMmPerInch = 25.4;
+  const double x = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_X_RESOLUTION);
+  const double y = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_Y_RESOLUTION);
+  if (x == 0 || y == 0 || std::abs(x / y - 1) > kMaxDisagreement) return 0;
+  const double mean = (x + y) / 2;
+  switch (exif.Size(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT)) {
+    case 0:  // EXIF: inches where no unit is told
+    case 2:
+      return mean / kMmPerInch;
+    case 3:
+      return mean / 10;  // cm
+    case 4:
+      return mean;  // mm and um are no EXIF, but TIFF/EP and used
+    case 5:
+      return mean * 1000;
+    default:
+      return 0;
+  }
+}
+
+void NoteDamage(ExifLog*, ExifLogCode code, const char*, const char*, va_list, void* is_damaged) {
+  if (code == EXIF_LOG_CODE_CORRUPT_DATA) *static_cast<bool*>(is_damaged) = true;
+}
+
+}  // namespace
+
+ExifCamera ParseExif(const std::string& block) {
+  ExifCamera camera;
+  const std::unique_ptr<ExifData, UnrefExif> data(exif_data_new());
+  const std::unique_ptr<ExifLog, UnrefExif> log(exif_log_new());
+  if (!data || !log) throw std::bad_alloc();
+  exif_log_set_func(log.get(), NoteDamage, &camera.is_damaged);
+  exif_data_log(data.get(), log.get());
+  // Otherwise libexif adds the tags that EXIF asks for and are not there.
+  exif_data_unset_option(data.get(), EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
+  exif_data_load_data(data.get(), reinterpret_cast<const unsigned char*>(block.data()),
+                      static_cast<unsigned int>(block.size()));
+  const ExifReader exif(data.get());
+  camera.is_damaged |= exif.IsEmpty();
+  camera.make = exif.Text(EXIF_IFD_0, EXIF_TAG_MAKE);
+  camera.model = exif.Text(EXIF_IFD_0, EXIF_TAG_MODEL);
+  camera.serial = exif.Text(EXIF_IFD_EXIF, EXIF_TAG_BODY_SERIAL_NUMBER);
+  camera.width = exif.Size(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_X_DIMENSION);
+  camera.height = exif.Size(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_Y_DIMENSION);
+  camera.focal_mm = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH);
+  camera.focal_35mm = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
+  camera.pixels_per_mm = PixelsPerMm(exif);
+  const double zoom = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_DIGITAL_ZOOM_RATIO);
+  camera.digital_zoom = zoom > 1 ? zoom : 1;  // 0: not used
+  camera.stored_width = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_WIDTH);
+  camera.stored_height = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_LENGTH);
+  camera.xmp = exif.Bytes(EXIF_IFD_0, EXIF_TAG_XML_PACKET);
+  return camera;
+}
+
+}  // namespace mono3d

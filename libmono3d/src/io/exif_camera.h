@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <string>
+
+namespace mono3d {
+
+// What EXIF says of the camera; numbers that are not told, or no positive numbers, are 0.
+struct ExifCamera {
+  std::string make;
+  std::string model;
+  std::string serial;        // of the body
+  int width = 0;             // px, of the picture when EXIF was written (PixelXDimension)
+  int height = 0;            // px
+  double focal_mm = 0;       // of the lens
+  double focal_35mm = 0;     // mm; the same view on film of 36 mm x 24 mm
+  double pixels_per_mm = 0;  // on the sensor
+  double digital_zoom = 1;   // 1 or more
+  // In TIFF files.
+  int stored_width = 0;   // px
+  int stored_height = 0;  // px
+  std::string xmp;
+  bool is_damaged = false;  // a part could not be read
+};
+
+// `block` begins with "Exif\0\0". Whatever its content, what can be read is returned.
+ExifCamera ParseExif(const std::string& block);
+
+}  // namespace mono3d

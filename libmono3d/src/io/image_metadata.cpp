@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "io/image_metadata.h"
+
+#include <cstdint>
+#include <fstream>
+#include <istream>
+#include <string_view>
+#include <system_error>
+
+#include "io/image_file.h"
+#include "io/text.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d {
+namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::string_view kJpegSignature = "\xFF\xD8"sv;
+constexpr std::string_view kTiffLittleEndian = "II*\0"sv;
+constexpr std::string_view kTiffBigEndian = "MM\0*"sv;
+constexpr std::string_view kExifHeader = "Exif\0\0"sv;
+constexpr std::string_view kXmpHeader = "http://ns.adobe.com/xap/1.0/\0"sv;
+
+// The next bytes of the file; fewer at its end.
+std::string TakeBytes(std::istream& file, std::size_t num_bytes) {
+  std::string bytes(num_bytes, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(num_bytes));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return bytes;
+}
+
+int BigEndianNumber(std::string_view bytes) {
+  std::uint32_t value = 0;
+  for (const char byte : bytes) value = value << 8U | static_cast<std::uint8_t>(byte);
+  return value > INT32_MAX ? 0 : static_cast<int>(value);
+}
+
+// Of a JPEG segment, behind the bytes of its length.
+void ReadSegment(int marker, std::string_view content, ImageMetadata& metadata) {
+  const bool is_frame_header =  // SOF0 to SOF15, without DHT, JPG and DAC (ITU-T T.81, table B.1)
+      marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+  if (is_frame_header && content.size() >= 5) {
+    metadata.height = BigEndianNumber(content.substr(1, 2));
+    metadata.width = BigEndianNumber(content.substr(3, 2));
+  } else if (content.starts_with(kExifHeader) && metadata.exif.empty()) {
+    metadata.exif = content;
+  } else if (content.starts_with(kXmpHeader) && metadata.xmp.empty()) {
+    metadata.xmp = content.substr(kXmpHeader.size());
+  }
+}
+
+// Segment by segment to the coded pixels, or to what is no segment.
+void ReadJpegHead(std::istream& file, ImageMetadata& metadata) {
+  constexpr int kEndOfImage = 0xD9;
+  constexpr int kStartOfScan = 0xDA;
+  constexpr int kApp1 = 0xE1;
+  while (file.get() == 0xFF) {
+    int marker = file.get();
+    while (marker == 0xFF) marker = file.get();  // fill bytes
+    if (marker <= 0 || marker == kEndOfImage || marker == kStartOfScan) return;
+    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;  // without a length
+    const int length = BigEndianNumber(TakeBytes(file, 2));              // counts itself
+    if (length < 2) return;
+    const bool is_frame_header = marker >= 0xC0 && marker <= 0xCF;
+    if (marker == kApp1 || is_frame_header) {
+      ReadSegment(marker, TakeBytes(file, static_cast<std::size_t>(length) - 2), metadata);
+    } else {
+      file.seekg(length - 2, std::ios::cur);
+    }
+  }
+}
+
+}  // namespace
+
+ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
+  ImageMetadata metadata;
+  std::ifstream file(path, std::ios::binary);
+  std::error_code ignored;
+  if (!file.is_open() || std::filesystem::is_directory(path, ignored)) {
+    ReadBytes(path);  // says why it cannot be read
+    return metadata;
+  }
+  constexpr std::size_t kPngSizeEnd = 24;  // signature, length and type of the chunk IHDR, 8 bytes
+  const std::string head = TakeBytes(file, kPngSizeEnd);
+  if (head.starts_with(kJpegSignature)) {
+    file.clear();
+    file.seekg(kJpegSignature.size());
+    ReadJpegHead(file, metadata);
+  } else if (head.starts_with(kPngSignature) && head.size() == kPngSizeEnd) {
+    metadata.width = BigEndianNumber(std::string_view(head).substr(16, 4));
+    metadata.height = BigEndianNumber(std::string_view(head).substr(20, 4));
+  } else if (head.starts_with(kTiffLittleEndian) || head.starts_with(kTiffBigEndian)) {
+    metadata.exif = std::string(kExifHeader) + ReadBytes(path);
+  }
+  return metadata;
+}
+
+}  // namespace mono3d

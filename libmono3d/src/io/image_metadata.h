@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace mono3d {
+
+// What an image file says beside its pixels, as it is stored.
+struct ImageMetadata {
+  int width = 0;     // px; 0: the form of the file is not one of those below
+  int height = 0;    // px
+  std::string exif;  // with its header "Exif\0\0"; empty: none
+  std::string xmp;   // an XML document; empty: none
+};
+
+// Of a JPEG file (up to its coded pixels), a PNG file (its size alone) or a TIFF file (all of it,
+// as its directories may be anywhere; size and XMP are among the EXIF tags). What follows a damage
+// is missing. Throws Error when the file cannot be read.
+ImageMetadata ReadImageMetadata(const std::filesystem::path& path);
+
+}  // namespace mono3d
