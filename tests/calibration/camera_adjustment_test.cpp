@@ -73,7 +73,9 @@ CameraAdjustment Adjust(const CameraPrior& prior, const SparseModel& map) {
 TEST(CameraAdjustment, FindsTheCameraOfAnOrbit) {
   const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(TrueCamera(), Way::kOrbit, 1));
   EXPECT_TRUE(found.is_determined[kLogFocal]);
-  EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1);
+  const double uncertainty_px = LargestUncertainty_px(found.camera, found.covariance);
+  EXPECT_LT(uncertainty_px, 2);
+  EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 3 * uncertainty_px);
   EXPECT_NEAR(found.camera.fx, TrueCamera().fx, 0.003 * TrueCamera().fx);
   EXPECT_EQ(found.camera.fx, found.camera.fy) << "the prior holds fy / fx";
   EXPECT_NEAR(found.sigma_px, kNoise_px, 0.15 * kNoise_px);
@@ -110,7 +112,8 @@ TEST(CameraAdjustment, InventsNoDistortion) {
   pinhole.distortion = {};
   const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(pinhole, Way::kOrbit, 2));
   EXPECT_FALSE(found.camera.HasDistortion());
-  EXPECT_LT(LargestDifference_px(pinhole, found.camera), 0.5);
+  EXPECT_LT(LargestDifference_px(pinhole, found.camera),
+            3 * LargestUncertainty_px(found.camera, found.covariance));
 }
 
 TEST(CameraAdjustment, KnowsMoreFromTwoMaps) {

@@ -59,8 +59,8 @@ FootageOpener Footage(const std::vector<Frame>& frames) {
 std::vector<Frame> FlyAnOrbit(const CameraModel& camera) {
   const tracking::TexturedGround ground(true);
   std::vector<Frame> frames;
-  for (int i = 0; i < 70; ++i) {
-    const double angle = 0.018 * i;
+  for (int i = 0; i < 45; ++i) {
+    const double angle = 0.025 * i;
     const Pose T_world_cam =
         tracking::LookAt({10 * std::sin(angle), -10 * std::cos(angle), 10},
                          {0.8 * std::sin(0.2 * i), 0.8 * std::cos(0.13 * i), 0});
@@ -86,7 +86,7 @@ TEST_F(Calibration, LearnsAnUnknownCamera) {
   const CameraModel truth = tracking::SmallCamera();
   CameraPrior prior = DefaultCameraPrior(truth.width, truth.height);
   prior.camera.fx = prior.camera.fy = 1.2 * truth.fx;
-  const CameraCalibration found = CalibrateCamera(prior, Footage(*frames_));
+  const CameraCalibration found = CalibrateCamera(prior, Footage(*frames_), {.max_rounds = 4});
   ASSERT_TRUE(found.is_learned) << found.reason;
   EXPECT_TRUE(found.determines_focal_length);
   EXPECT_EQ(found.reason, "");
@@ -112,7 +112,8 @@ TEST_F(Calibration, FindsThatAToldOneIsWrong) {
   const CameraModel truth = tracking::SmallCamera();
   CameraModel told = truth;
   told.fx = told.fy = 1.1 * truth.fx;
-  const CameraCalibration found = CalibrateCamera(CalibratedCameraPrior(told), Footage(*frames_));
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(told), Footage(*frames_), {.max_rounds = 4});
   EXPECT_TRUE(found.is_learned);
   EXPECT_TRUE(found.contradicts_prior);
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
