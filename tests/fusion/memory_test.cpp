@@ -25,7 +25,7 @@ class NoMemoryFor {
                                                                 const std::string& buffer) {
       if (buffer != name || size_bytes <= max_bytes) return;
       ++num_refused_;
-      throw Error("no memory for " + buffer);
+      throw Error("no memory for " + buffer, ErrorCode::kOutOfMemory);
     });
   }
   ~NoMemoryFor() { SetAllocationHook({}); }

@@ -93,6 +93,17 @@ TEST(AlignImages, HandsThePredictionBackWhereThereIsNothingToAlign) {
   EXPECT_EQ(none.Matrix(), prediction.Matrix());
 }
 
+TEST(AlignImages, HandsThePredictionBackWithoutImages) {
+  const View a = ViewOf(0);
+  const std::vector<SeenPoint> points = {{{100, 100}, {0, 0, 1}}};
+  const Pose prediction(RotationExp({0, 0.01, 0}), {1, 2, 3});
+  const Octaves none;
+  EXPECT_EQ(AlignImages(SmallCamera(), none, points, a.octaves, prediction).Matrix(),
+            prediction.Matrix());
+  EXPECT_EQ(AlignImages(SmallCamera(), a.octaves, points, none, prediction).Matrix(),
+            prediction.Matrix());
+}
+
 TEST(TrackDirectly, FindsTheNextViewsToAFractionOfAPixel) {
   Map map = GroundMap();
   View previous = map.keyframe(1).view;

@@ -92,6 +92,8 @@ TrackingResult MonocularTracker::Initialise(View view) {
   result.reason.clear();
   result.recovered = StartMap(*start);
   View second = atlas_.map().keyframe(1).view;
+  // The map lets go of the octaves when many frames from before the start became keyframes.
+  second.octaves = start->second.octaves;
   result.status = TrackingStatus::kTracking;
   result.map_id = atlas_.map().id();
   result.T_world_cam = second.T_cam_world.Inverse();

@@ -175,6 +175,7 @@ Pose AlignImages(const CameraModel& camera, const Octaves& a, std::span<const Se
                  const Octaves& b, const Pose& T_b_a) {
   Estimate estimate{T_b_a, 0, 0};
   const auto num_octaves = static_cast<int>(std::min(a.size(), b.size()));
+  if (num_octaves == 0) return T_b_a;
   for (int octave = num_octaves - 1; octave >= std::min(kFinestOctave, num_octaves - 1); --octave) {
     const auto index = static_cast<std::size_t>(octave);
     const float shrink = std::ldexp(1.0F, -octave);
