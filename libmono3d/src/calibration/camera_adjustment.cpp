@@ -23,23 +23,55 @@ constexpr std::array<double, 3> kMinGains = {1e-3, 1e-4, 1e-7};
 // What an adjustment says of a parameter counts where it knows twice as much as the prior did;
 // below that the estimate follows what the model leaves out (real lenses, rolling shutters).
 constexpr double kMaxShareOfPriorSigma = 0.5;
-// Chi-square at 99 %, for 1 to 5 degrees of freedom.
-constexpr std::array<double, 5> kChi2At99 = {6.63, 9.21, 11.34, 13.28, 15.09};
+// Chi-square at 99 %, for one and two degrees of freedom: beyond chance.
+constexpr std::array<double, 2> kChi2At99 = {6.63, 9.21};
+
+// Parameters that are held together: without one of a pair the other has no meaning.
+using ParameterGroup = std::vector<Eigen::Index>;
 
 void SolveAll(CameraProblem& problem) {
   for (const double min_gain : kMinGains) problem.Solve(min_gain);
 }
 
-// Do the free distortion coefficients differ from the prior's by more than chance?
-bool HasOtherDistortion(const CameraProblem& problem, const ParameterMatrix& covariance) {
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = kK1; i <= kK3; ++i) {
-    if (!problem.is_fixed()[i]) free.push_back(i);
+// How far the group lies from the prior, as a share of what chance allows.
+double Significance(const ParameterGroup& group, const ParameterVector& difference,
+                    const ParameterMatrix& covariance) {
+  const Eigen::VectorXd of_group = difference(group);
+  const Eigen::MatrixXd its_covariance = covariance(group, group);
+  return of_group.dot(its_covariance.ldlt().solve(of_group)) / kChi2At99[group.size() - 1];
+}
+
+// Backward elimination: which free parameters the images do not tell from the prior's. Each one
+// that is left free for nothing makes the others less certain, and follows what the model leaves
+// out. Higher terms go before lower ones that mean something without them.
+ParameterFlags NotTold(const CameraProblem& problem, ParameterMatrix covariance) {
+  std::vector<ParameterGroup> groups = {{kK3}, {kK2}, {kP1, kP2}, {kCx, kCy}, {kK1}, {kLogAspect}};
+  std::erase_if(groups, [&](const ParameterGroup& group) {
+    return problem.is_fixed()[group.front()];
+  });
+  ParameterFlags held = ParameterFlags::Constant(false);
+  ParameterVector difference = problem.parameters() - problem.prior();
+  while (!groups.empty()) {
+    std::vector<double> significance;
+    for (const ParameterGroup& group : groups) {
+      significance.push_back(Significance(group, difference, covariance));
+    }
+    const auto least = std::min_element(significance.begin(), significance.end());
+    if (*least > 1) break;
+    const auto position = least - significance.begin();
+    const ParameterGroup group = groups[static_cast<std::size_t>(position)];
+    groups.erase(groups.begin() + position);
+    for (const Eigen::Index i : group) held[i] = true;
+    // The others, given that these are the prior's.
+    const Eigen::MatrixXd gain =
+        covariance(Eigen::all, group) *
+        covariance(group, group).eval().ldlt().solve(
+            Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(group.size()),
+                                      static_cast<Eigen::Index>(group.size())));
+    difference -= gain * difference(group).eval();
+    covariance -= (gain * covariance(group, Eigen::all)).eval();
   }
-  if (free.empty()) return true;
-  const Eigen::VectorXd difference = (problem.parameters() - problem.prior())(free);
-  const Eigen::MatrixXd of_them = covariance(free, free);
-  return difference.dot(of_them.ldlt().solve(difference)) > kChi2At99[free.size() - 1];
+  return held;
 }
 
 }  // namespace
@@ -81,19 +113,21 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   SolveAll(problem);
   ParameterMatrix covariance = CameraCovariance(problem);
-  ParameterFlags is_determined =
+  const ParameterFlags is_determined =
       covariance.diagonal().array().sqrt() < kMaxShareOfPriorSigma * prior_sigmas.array();
-  ParameterFlags is_held = !is_determined && !problem.is_fixed();
-  if (!HasOtherDistortion(problem, covariance)) is_held.tail<kNumParameters - kK1>() = true;
-  if ((is_held && !problem.is_fixed()).any()) {
+  const ParameterFlags is_held =
+      (!is_determined || NotTold(problem, covariance)) && !problem.is_fixed();
+  if (is_held.any()) {
     problem.FixAtPrior(is_held);
     SolveAll(problem);
-    const ParameterMatrix before = covariance;
-    covariance = CameraCovariance(problem);
-    for (int i = 0; i < kNumParameters; ++i) {
-      if (is_held[i])
-        covariance(i, i) = is_determined[i] ? before(i, i) : std::pow(prior_sigmas[i], 2);
-    }
+  }
+  // What is held where the prior has it is not known better for that: the uncertainty is that with
+  // all free.
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (is_determined[i] || prior_sigmas[i] == 0) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    covariance(i, i) = prior_sigmas[i] * prior_sigmas[i];
   }
   result.camera = problem.camera();
   result.covariance = covariance;
