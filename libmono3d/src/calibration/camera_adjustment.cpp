@@ -46,9 +46,8 @@ double Significance(const ParameterGroup& group, const ParameterVector& differen
 // out. Higher terms go before lower ones that mean something without them.
 ParameterFlags NotTold(const CameraProblem& problem, ParameterMatrix covariance) {
   std::vector<ParameterGroup> groups = {{kK3}, {kK2}, {kP1, kP2}, {kCx, kCy}, {kK1}, {kLogAspect}};
-  std::erase_if(groups, [&](const ParameterGroup& group) {
-    return problem.is_fixed()[group.front()];
-  });
+  std::erase_if(groups,
+                [&](const ParameterGroup& group) { return problem.is_fixed()[group.front()]; });
   ParameterFlags held = ParameterFlags::Constant(false);
   ParameterVector difference = problem.parameters() - problem.prior();
   while (!groups.empty()) {
@@ -65,9 +64,11 @@ ParameterFlags NotTold(const CameraProblem& problem, ParameterMatrix covariance)
     // The others, given that these are the prior's.
     const Eigen::MatrixXd gain =
         covariance(Eigen::all, group) *
-        covariance(group, group).eval().ldlt().solve(
-            Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(group.size()),
-                                      static_cast<Eigen::Index>(group.size())));
+        covariance(group, group)
+            .eval()
+            .ldlt()
+            .solve(Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(group.size()),
+                                             static_cast<Eigen::Index>(group.size())));
     difference -= gain * difference(group).eval();
     covariance -= (gain * covariance(group, Eigen::all)).eval();
   }

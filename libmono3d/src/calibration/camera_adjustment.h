@@ -47,8 +47,9 @@ struct CameraAdjustment {
 // three images or fifty points of three observations nothing is adjusted.
 //
 // The covariance is the clustered sandwich estimate (Cameron, Gelbach, Miller 2011), over points
-// and over images: the errors of one point in neighbouring images are not independent, nor are
-// those of one image, so that the inverse of the information would be too small.
+// and over stretches of the footage: the errors of one point in neighbouring images are not
+// independent, nor are those of neighbouring images, so that the inverse of the information would
+// be too small.
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
                               std::span<const SparseModel> maps);
 

@@ -4,12 +4,19 @@
 #include "calibration/camera_covariance.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace mono3d::calibration {
 namespace {
+
+// What the model leaves out (rolling shutter, a lens that is focused, patches that drift) is alike
+// in neighbouring images: errors are taken for independent between so many stretches of them.
+constexpr std::size_t kNumBlocks = 12;
 
 using Observations = std::span<const CameraProblem::Observation>;
 
@@ -83,6 +90,9 @@ class ReducedSystem {
     for (int i = 0; i < kNumParameters; ++i) {
       if (problem.is_fixed()[i]) Fix(camera_at_ + i);
     }
+    for (Eigen::Index i = 0; i < camera_at_; ++i) {
+      if (S_(i, i) == 0) Fix(i);  // an image that sees no point
+    }
     Eigen::MatrixXd camera = Eigen::MatrixXd::Zero(S_.rows(), kNumParameters);
     for (int i = 0; i < kNumParameters; ++i) {
       if (!problem.is_fixed()[i]) camera(camera_at_ + i, i) = 1;
@@ -125,10 +135,12 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
       system.CameraRowsOfInverse(problem);
   const Eigen::Index camera_at = rows.cols() - kNumParameters;
 
-  // By how much each observation moves the camera, summed over points and over images.
+  // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
-  ParameterMatrix by_observation = ParameterMatrix::Zero();
-  std::vector<ParameterVector> of_image(problem.num_images(), ParameterVector::Zero());
+  ParameterMatrix by_both = ParameterMatrix::Zero();
+  const std::size_t block = (problem.num_images() + kNumBlocks - 1) / kNumBlocks;
+  std::array<ParameterVector, kNumBlocks> of_block;
+  of_block.fill(ParameterVector::Zero());
   std::size_t point = 0;
   ForEachPoint(problem, [&](Observations observations) {
     const PointTerm& term = terms[point++];
@@ -139,25 +151,29 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
                        term.pose_by_point[i];
     }
     through_point *= term.inverse;
-    ParameterVector sum = ParameterVector::Zero();
+    std::array<ParameterVector, kNumBlocks> in_block;
+    in_block.fill(ParameterVector::Zero());
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const CameraProblem::Linearised& row = term.observations[i];
-      const ParameterVector moved =
+      in_block[observations[i].image / block] +=
           (rows.middleCols<6>(6 * static_cast<Eigen::Index>(observations[i].image)) *
                row.by_pose.transpose() +
            rows.middleCols<kNumParameters>(camera_at) * row.by_camera.transpose() -
            through_point * row.by_point.transpose()) *
           row.residual;
-      by_observation += moved * moved.transpose();
-      of_image[observations[i].image] += moved;
-      sum += moved;
+    }
+    ParameterVector sum = ParameterVector::Zero();
+    for (std::size_t i = 0; i < kNumBlocks; ++i) {
+      by_both += in_block[i] * in_block[i].transpose();
+      of_block[i] += in_block[i];
+      sum += in_block[i];
     }
     by_point += sum * sum.transpose();
   });
-  ParameterMatrix by_image = ParameterMatrix::Zero();
-  for (const ParameterVector& moved : of_image) by_image += moved * moved.transpose();
+  ParameterMatrix by_block = ParameterMatrix::Zero();
+  for (const ParameterVector& moved : of_block) by_block += moved * moved.transpose();
 
-  ParameterMatrix covariance = by_point + by_image - by_observation;
+  ParameterMatrix covariance = by_point + by_block - by_both;
   const ParameterMatrix inverse = rows.rightCols<kNumParameters>();
   ParameterVector prior_information = ParameterVector::Zero();
   for (int i = 0; i < kNumParameters; ++i) {

@@ -93,18 +93,21 @@ CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraMode
       is_fixed_(prior_sigmas_.array() == 0),
       shape_(start),
       camera_(is_fixed_.select(prior_, ToParameters(start))) {
-  for (const SparseModel& map : maps) Add(map);
+  std::size_t num_images = 0;
+  for (const SparseModel& map : maps) num_images += map.images.size();
+  const std::size_t stride = std::max<std::size_t>(1, (num_images + kMaxImages - 1) / kMaxImages);
+  for (const SparseModel& map : maps) Add(map, stride);
 }
 
-void CameraProblem::Add(const SparseModel& map) {
-  if (map.images.size() < 2) return;
+void CameraProblem::Add(const SparseModel& map, std::size_t stride) {
+  if (map.images.size() < stride + 1) return;  // less than two are taken
   const std::size_t first_image = poses_.size();
   const std::size_t first_point = points_.size();
   const Pose& T_world_first = map.images.front().T_world_cam;
-  for (const SparseImage& image : map.images) {
-    poses_.push_back(ToPoseBlock(image.T_world_cam.Inverse() * T_world_first));
+  for (std::size_t i = 0; i < map.images.size(); i += stride) {
+    poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
   }
-  AddPoints(map, first_image);
+  AddPoints(map, stride, first_image);
   if (points_.size() == first_point) {
     poses_.resize(first_image);
     return;
@@ -112,16 +115,16 @@ void CameraProblem::Add(const SparseModel& map) {
   ChooseGauge(first_image);
 }
 
-void CameraProblem::AddPoints(const SparseModel& map, std::size_t first_image) {
+void CameraProblem::AddPoints(const SparseModel& map, std::size_t stride, std::size_t first_image) {
   const Pose T_first_world = map.images.front().T_world_cam.Inverse();
   std::vector<std::vector<Observation>> of_point(map.points.size());
-  for (std::size_t i = 0; i < map.images.size(); ++i) {
+  for (std::size_t i = 0; i < map.images.size(); i += stride) {
     const Pose T_cam_world = map.images[i].T_world_cam.Inverse();
     for (const SparseObservation& observation : map.images[i].observations) {
       if (!observation.point) continue;
       const Eigen::Vector3d p_cam = T_cam_world * map.points[*observation.point].p_world;
       if (p_cam.z() <= 0) continue;
-      of_point[*observation.point].push_back({first_image + i, 0, observation.pixel});
+      of_point[*observation.point].push_back({first_image + i / stride, 0, observation.pixel});
     }
   }
   for (std::size_t i = 0; i < of_point.size(); ++i) {
@@ -186,6 +189,7 @@ void CameraProblem::Solve(double min_gain) {
   }
   problem.AddResidualBlock(new PriorCost(new PriorError{prior_, prior_sigmas_}), nullptr,
                            camera_.data());
+  for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
   for (const std::size_t image : held_images_) {
     problem.SetParameterBlockConstant(poses_[image].data());
   }
@@ -209,7 +213,7 @@ void CameraProblem::Solve(double min_gain) {
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
-  if (std::getenv("CAL")) std::printf("%s\n", summary.BriefReport().c_str());
+  if (std::getenv("CALX")) std::printf("%s\n", summary.BriefReport().c_str());
 }
 
 void CameraProblem::FixAtPrior(const ParameterFlags& which) {

@@ -19,6 +19,9 @@ namespace mono3d::calibration {
 // images holds its unit of length.
 class CameraProblem {
  public:
+  // Neighbouring keyframes say nearly the same; time grows with the square of their number.
+  static constexpr std::size_t kMaxImages = 80;
+
   struct Observation {
     std::size_t image;  // position in poses()
     std::size_t point;  // position in points()
@@ -38,7 +41,8 @@ class CameraProblem {
     int coordinate;
   };
 
-  // Maps without two images or without points are left out. The camera starts at `start`.
+  // Maps without two images or without points are left out; of more than kMaxImages images those
+  // at even distances are taken. The camera starts at `start`.
   CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
                 const CameraPrior& prior);
 
@@ -65,8 +69,8 @@ class CameraProblem {
  private:
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
 
-  void Add(const SparseModel& map);
-  void AddPoints(const SparseModel& map, std::size_t first_image);
+  void Add(const SparseModel& map, std::size_t stride);
+  void AddPoints(const SparseModel& map, std::size_t stride, std::size_t first_image);
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
   std::vector<double> AbsoluteResiduals_px() const;
