@@ -131,14 +131,14 @@ std::optional<CameraPrior> PriorFromXmp(const PhotoFacts& facts) {
 // PixelXDimension of it, but not the resolution, makes the sensor small. Pixels of small sensors
 // are small: no camera has a sensor below 1 inch (13 mm) with pixels above 3.5 um.
 double FocalOfSensor(const ExifCamera& exif, PictureSize size) {
-  constexpr double kMinSensor_mm = 2;
-  constexpr double kMaxSensor_mm = 70;  // beyond medium format
-  constexpr double kSmallSensor_mm = 12;
-  constexpr double kMaxSmallPixels_per_mm = 1 / 0.0036;
+  constexpr double kMinSensorMm = 2;
+  constexpr double kMaxSensorMm = 70;  // beyond medium format
+  constexpr double kSmallSensorMm = 12;
+  constexpr double kMaxSmallPixelsPerMm = 1 / 0.0036;
   if (exif.focal_mm == 0 || exif.pixels_per_mm == 0) return 0;
   const double sensor_mm = std::max(size.width, size.height) / exif.pixels_per_mm;
-  if (sensor_mm < kMinSensor_mm || sensor_mm > kMaxSensor_mm) return 0;
-  if (sensor_mm < kSmallSensor_mm && exif.pixels_per_mm < kMaxSmallPixels_per_mm) return 0;
+  if (sensor_mm < kMinSensorMm || sensor_mm > kMaxSensorMm) return 0;
+  if (sensor_mm < kSmallSensorMm && exif.pixels_per_mm < kMaxSmallPixelsPerMm) return 0;
   return exif.digital_zoom * exif.focal_mm / sensor_mm;
 }
 
@@ -235,7 +235,7 @@ std::optional<CameraPrior> PriorFromFacts(const PhotoFacts& facts) {
 }
 
 RelativeFocal FocalOf35mm(double focal_35mm, double focal_mm, int width, int height) {
-  constexpr double kFilmDiagonal_mm = 43.27;  // of 36 mm x 24 mm
+  constexpr double kFilmDiagonalMm = 43.27;  // of 36 mm x 24 mm
   constexpr double kSameShape = 0.02;         // sensors of 5280 x 3956 pixels are 4:3
   const double aspect =
       static_cast<double>(std::max(width, height)) / static_cast<double>(std::min(width, height));
@@ -249,8 +249,8 @@ RelativeFocal FocalOf35mm(double focal_35mm, double focal_mm, int width, int hei
     const bool is_four_thirds = crop_factor > 1.8 && crop_factor < 2.2;
     sensor_aspect = is_four_thirds || crop_factor >= 3 || crop_factor < 0.9 ? 4. / 3 : 3. / 2;
   }
-  const double by_picture = focal_35mm * std::hypot(1, 1 / aspect) / kFilmDiagonal_mm;
-  double by_sensor = focal_35mm * std::hypot(1, 1 / sensor_aspect) / kFilmDiagonal_mm;
+  const double by_picture = focal_35mm * std::hypot(1, 1 / aspect) / kFilmDiagonalMm;
+  double by_sensor = focal_35mm * std::hypot(1, 1 / sensor_aspect) / kFilmDiagonalMm;
   const double rounding = 0.29 / focal_35mm;  // to whole mm: a uniform distribution
   const double sigma = std::hypot(kNominalFocalSigma, rounding);
   if (std::abs(aspect / sensor_aspect - 1) < kSameShape) return {by_picture, sigma};

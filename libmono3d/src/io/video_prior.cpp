@@ -19,8 +19,8 @@ namespace {
 // Drones write the focal length of one camera for another: 24 mm where the lens has 22 (Air 2S),
 // and videos show a part of the sensor: stabilisation takes 10 %, the sharper modes up to 30 %.
 constexpr double kTelemetryFocalSigma = 0.15;
-constexpr double kMinFocal_mm = 5;  // in 35 mm film; below are fisheyes
-constexpr double kMaxFocal_mm = 1000;
+constexpr double kMinFocalMm = 5;  // in 35 mm film; below are fisheyes
+constexpr double kMaxFocalMm = 1000;
 
 // The number behind `label`, blanks and a colon at the front of `text`; 0 where there is none.
 double FocalBehindLabel(std::string_view text) {
@@ -62,7 +62,7 @@ std::optional<TelemetryFocal> ParseTelemetryFocal(std::string_view text) {
   for (std::size_t at = text.find(kLabel); at != std::string_view::npos;
        at = text.find(kLabel, at + 1)) {
     const double focal_mm = FocalBehindLabel(text.substr(at + kLabel.size()));
-    if (focal_mm < kMinFocal_mm || focal_mm > kMaxFocal_mm) continue;
+    if (focal_mm < kMinFocalMm || focal_mm > kMaxFocalMm) continue;
     if (!focal) focal = TelemetryFocal{focal_mm, false};
     focal->is_changing |= std::abs(focal_mm / focal->focal_35mm - 1) > kSameFocal;
   }
@@ -70,7 +70,7 @@ std::optional<TelemetryFocal> ParseTelemetryFocal(std::string_view text) {
 }
 
 CameraPrior ReadVideoPrior(const std::filesystem::path& video) {
-  constexpr double kFilmWidth_mm = 36;
+  constexpr double kFilmWidthMm = 36;
   // A frame says more than the container: OpenCV turns videos that were filmed upright.
   const std::optional<SourceImage> frame = OpenVideo(video.string(), {.max_frames = 1})->Next();
   if (!frame) {
@@ -87,7 +87,7 @@ CameraPrior ReadVideoPrior(const std::filesystem::path& video) {
   // The whole width of a sensor of 3:2; of one of 4:3 it would be 4 % more, and 5 % less where the
   // equivalent is of the diagonal of the frames.
   const double focal_px =
-      focal->focal_35mm / kFilmWidth_mm * std::max(prior.camera.width, prior.camera.height);
+      focal->focal_35mm / kFilmWidthMm * std::max(prior.camera.width, prior.camera.height);
   prior.camera.fx = focal_px;
   prior.camera.fy = focal_px;
   prior.focal_sigma = kTelemetryFocalSigma;
