@@ -18,8 +18,9 @@ namespace {
 
 constexpr std::size_t kMinImages = 3;
 constexpr std::size_t kMinPoints = 50;
-// Rounds of weights: the first residuals are those of a wrong camera.
-constexpr std::array<double, 3> kMinGains = {1e-3, 1e-4, 1e-7};
+// Rounds of weights: the first residuals are those of a wrong camera. The last gain is less than a
+// hundredth of what one standard deviation of a parameter costs.
+constexpr std::array<double, 3> kMinGains = {1e-2, 1e-4, 1e-6};
 // What an adjustment says of a parameter counts where it knows twice as much as the prior did;
 // below that the estimate follows what the model leaves out (real lenses, rolling shutters).
 constexpr double kMaxShareOfPriorSigma = 0.5;
@@ -120,7 +121,7 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
       (!is_determined || NotTold(problem, covariance)) && !problem.is_fixed();
   if (is_held.any()) {
     problem.FixAtPrior(is_held);
-    SolveAll(problem);
+    for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);
   }
   // What is held where the prior has it is not known better for that: the uncertainty is that with
   // all free.

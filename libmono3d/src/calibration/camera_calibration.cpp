@@ -149,7 +149,8 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     if (Agrees(result, camera)) break;
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
     if (is_coarse && round < kNumCoarseRounds) continue;
-    if (num_parts == max_parts && change_px <= std::max(kConverged_px, result.uncertainty_px)) {
+    // Two rounds choose other keyframes: their difference has more variance than either.
+    if (num_parts == max_parts && change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) {
       break;
     }
     num_parts = max_parts;

@@ -9,9 +9,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <memory>
-#include <optional>
+#include <numeric>
 
 #include "mono3d/core/statistics.h"
 
@@ -93,21 +93,27 @@ CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraMode
       is_fixed_(prior_sigmas_.array() == 0),
       shape_(start),
       camera_(is_fixed_.select(prior_, ToParameters(start))) {
+  if (maps.empty()) return;
   std::size_t num_images = 0;
   for (const SparseModel& map : maps) num_images += map.images.size();
-  const std::size_t stride = std::max<std::size_t>(1, (num_images + kMaxImages - 1) / kMaxImages);
-  for (const SparseModel& map : maps) Add(map, stride);
+  const double share = std::min(1., static_cast<double>(kMaxImages) /
+                                        static_cast<double>(std::max<std::size_t>(num_images, 1)));
+  for (const SparseModel& map : maps) {
+    const auto max_images =
+        static_cast<std::size_t>(std::ceil(share * static_cast<double>(map.images.size())));
+    Add(map, max_images, kMaxPoints / maps.size());
+  }
 }
 
-void CameraProblem::Add(const SparseModel& map, std::size_t stride) {
-  if (map.images.size() < stride + 1) return;  // less than two are taken
+void CameraProblem::Add(const SparseModel& map, std::size_t max_images, std::size_t max_points) {
+  if (max_images < 2) return;
   const std::size_t first_image = poses_.size();
   const std::size_t first_point = points_.size();
   const Pose& T_world_first = map.images.front().T_world_cam;
-  for (std::size_t i = 0; i < map.images.size(); i += stride) {
+  for (std::size_t i = 0; i < max_images; ++i) {
     poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
   }
-  AddPoints(map, stride, first_image);
+  AddPoints(map, first_image, max_points);
   if (points_.size() == first_point) {
     poses_.resize(first_image);
     return;
@@ -115,20 +121,27 @@ void CameraProblem::Add(const SparseModel& map, std::size_t stride) {
   ChooseGauge(first_image);
 }
 
-void CameraProblem::AddPoints(const SparseModel& map, std::size_t stride, std::size_t first_image) {
+void CameraProblem::AddPoints(const SparseModel& map, std::size_t first_image,
+                              std::size_t max_points) {
   const Pose T_first_world = map.images.front().T_world_cam.Inverse();
   std::vector<std::vector<Observation>> of_point(map.points.size());
-  for (std::size_t i = 0; i < map.images.size(); i += stride) {
-    const Pose T_cam_world = map.images[i].T_world_cam.Inverse();
-    for (const SparseObservation& observation : map.images[i].observations) {
+  for (std::size_t image = first_image; image < poses_.size(); ++image) {
+    const SparseImage& shown = map.images[image - first_image];
+    const Pose T_cam_world = shown.T_world_cam.Inverse();
+    for (const SparseObservation& observation : shown.observations) {
       if (!observation.point) continue;
       const Eigen::Vector3d p_cam = T_cam_world * map.points[*observation.point].p_world;
       if (p_cam.z() <= 0) continue;
-      of_point[*observation.point].push_back({first_image + i / stride, 0, observation.pixel});
+      of_point[*observation.point].push_back({image, 0, observation.pixel});
     }
   }
-  for (std::size_t i = 0; i < of_point.size(); ++i) {
-    if (of_point[i].size() < kMinObservations) continue;
+  std::vector<std::size_t> order(of_point.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{},
+                           [&](std::size_t i) { return of_point[i].size(); });
+  order.resize(std::min(order.size(), max_points));
+  for (const std::size_t i : order) {
+    if (of_point[i].size() < kMinObservations) break;
     for (Observation& observation : of_point[i]) {
       observation.point = points_.size();
       observations_.push_back(observation);
@@ -213,7 +226,6 @@ void CameraProblem::Solve(double min_gain) {
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
-  if (std::getenv("CALX")) std::printf("%s\n", summary.BriefReport().c_str());
 }
 
 void CameraProblem::FixAtPrior(const ParameterFlags& which) {

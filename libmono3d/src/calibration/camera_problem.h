@@ -19,8 +19,9 @@ namespace mono3d::calibration {
 // images holds its unit of length.
 class CameraProblem {
  public:
-  // Neighbouring keyframes say nearly the same; time grows with the square of their number.
-  static constexpr std::size_t kMaxImages = 80;
+  // Of all maps. Time grows with the square of the images and with the points.
+  static constexpr std::size_t kMaxImages = 100;
+  static constexpr std::size_t kMaxPoints = 3000;
 
   struct Observation {
     std::size_t image;  // position in poses()
@@ -41,8 +42,9 @@ class CameraProblem {
     int coordinate;
   };
 
-  // Maps without two images or without points are left out; of more than kMaxImages images those
-  // at even distances are taken. The camera starts at `start`.
+  // Maps without two images or without points are left out. Of more than kMaxImages images each map
+  // gives its first ones, of more than kMaxPoints points those that most images show. The camera
+  // starts at `start`.
   CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
                 const CameraPrior& prior);
 
@@ -69,8 +71,8 @@ class CameraProblem {
  private:
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
 
-  void Add(const SparseModel& map, std::size_t stride);
-  void AddPoints(const SparseModel& map, std::size_t stride, std::size_t first_image);
+  void Add(const SparseModel& map, std::size_t max_images, std::size_t max_points);
+  void AddPoints(const SparseModel& map, std::size_t first_image, std::size_t max_points);
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
   std::vector<double> AbsoluteResiduals_px() const;
