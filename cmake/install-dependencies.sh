@@ -21,6 +21,7 @@ case ${1:-all} in
     packages="$packages
       git
       libflann-dev libembree-dev libexif-dev
+      libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
       vulkan-validationlayers
       libgtest-dev libgmock-dev
       clang-format clang-tidy doxygen

@@ -26,6 +26,9 @@ if(MONO3D_BUILD_TOOLS)
   find_package(spdlog 1.10 REQUIRED)
   if(MONO3D_BUILD_SYNTHETIC)
     pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
+    # OpenCV's videoio reads videos by the same libraries, but sets no bit rate of those it writes.
+    pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET
+      libavcodec>=59 libavformat>=59 libavutil>=57 libswscale>=6)
   endif()
 endif()
 if(MONO3D_BUILD_TESTS)

@@ -12,6 +12,7 @@
 #include "synthetic/exposure.h"
 #include "synthetic/sensor_noise.h"
 #include "synthetic/tone_curve.h"
+#include "synthetic/words.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -77,18 +78,6 @@ void ValidateElectrons(const SensorOptions& options) {
                 options.full_well_electrons);
 }
 
-template <std::size_t kCount>
-void RequireOneOf(const char* option, const std::string& value,
-                  const std::array<const char*, kCount>& words) {
-  if (std::find(words.begin(), words.end(), value) != words.end()) return;
-  std::string expected;
-  for (const char* word : words) expected += (expected.empty() ? "" : ", ") + std::string(word);
-  throw UsageError(ErrorParts{.what = "no such kind",
-                              .where = std::string("--") + option,
-                              .expected = expected,
-                              .found = value});
-}
-
 }  // namespace
 
 void SensorOptions::Visit(OptionVisitor& visit) {
@@ -125,14 +114,14 @@ void SensorOptions::Validate() const {
                 vignetting);
   RequireNonNegative("sensor.shot_noise", shot_noise);
   RequireNonNegative("sensor.read_noise", read_noise);
-  RequireOneOf("sensor.readout-direction", readout_direction, kReadoutDirections);
+  RequireOneOf("sensor.readout_direction", readout_direction, kReadoutDirections);
   RequireOption(exposure_step >= 0 && exposure_step <= 10, "sensor.exposure_step", "0 to 10",
                 exposure_step);
   RequireOption(std::isfinite(exposure_step_interval_s) && exposure_step_interval_s >= 1e-3,
                 "sensor.exposure_step_interval_s", "at least 0.001", exposure_step_interval_s);
   ValidateElectrons(*this);
   RequireOption(denoise >= 0 && denoise <= 1, "sensor.denoise", "0 to 1", denoise);
-  RequireOneOf("sensor.tone-curve", tone_curve, kToneCurves);
+  RequireOneOf("sensor.tone_curve", tone_curve, kToneCurves);
   RequireOption(tone_contrast >= 0 && tone_contrast <= 1, "sensor.tone_contrast", "0 to 1",
                 tone_contrast);
 }
