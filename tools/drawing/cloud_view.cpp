@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
