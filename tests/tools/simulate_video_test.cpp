@@ -3,6 +3,11 @@
 
 // Videos of mono3d-simulate: what the encoder was asked for, and what comes out of it.
 
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,26 +54,28 @@ class SimulateVideo : public testing::Test {
 };
 
 constexpr double kFps = 10;
-constexpr int kNumImages = 60;
+constexpr int kNumImages = 120;
 
 // Windows that move by three pixels from image to image over a texture of many sizes, with noise
-// that no encoder can predict.
+// that no encoder can predict. Grey: colours at half the resolution would limit what a high bit
+// rate can do.
 const std::vector<cv::Mat>& Film() {
   static const std::vector<cv::Mat> film = [] {
     cv::RNG random(7);
-    cv::Mat texture = cv::Mat::zeros(400, 600, CV_32FC3);
+    cv::Mat texture = cv::Mat::zeros(440, 700, CV_32FC1);
     for (const int cell : {4, 16, 64}) {
-      cv::Mat noise(400 / cell + 1, 600 / cell + 1, CV_32FC3);
+      cv::Mat noise(440 / cell + 1, 700 / cell + 1, CV_32FC1);
       random.fill(noise, cv::RNG::UNIFORM, 0, 255.0 / 3);
       cv::resize(noise, noise, texture.size(), 0, 0, cv::INTER_CUBIC);
       texture += noise;
     }
     std::vector<cv::Mat> images;
     for (int i = 0; i < kNumImages; ++i) {
-      cv::Mat noise(192, 320, CV_32FC3);
+      cv::Mat noise(192, 320, CV_32FC1);
       random.fill(noise, cv::RNG::NORMAL, 0, 4);
       cv::Mat image;
-      cv::Mat(texture(cv::Rect(3 * i, 2 * i, 320, 192)) + noise).convertTo(image, CV_8UC3);
+      cv::Mat(texture(cv::Rect(3 * i, 2 * i, 320, 192)) + noise).convertTo(image, CV_8UC1);
+      cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
       images.push_back(image);
     }
     return images;
@@ -83,11 +90,31 @@ std::int64_t Write(const fs::path& path, const synthetic::VideoOptions& options)
   return video.Finish();
 }
 
-// What a frame was coded as: 'I', 'P' or 'B'.
+// What each frame was coded as: 'I', 'P' or 'B'.
 std::string FrameTypes(const fs::path& path) {
-  cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG);
+  AVFormatContext* file = nullptr;
+  EXPECT_EQ(avformat_open_input(&file, path.c_str(), nullptr, nullptr), 0);
+  EXPECT_GE(avformat_find_stream_info(file, nullptr), 0);
+  const AVCodecParameters* parameters = file->streams[0]->codecpar;
+  const AVCodec* codec = avcodec_find_decoder(parameters->codec_id);
+  AVCodecContext* decoder = avcodec_alloc_context3(codec);
+  avcodec_parameters_to_context(decoder, parameters);
+  EXPECT_EQ(avcodec_open2(decoder, codec, nullptr), 0);
+  AVPacket* packet = av_packet_alloc();
+  AVFrame* frame = av_frame_alloc();
   std::string types;
-  while (capture.grab()) types += static_cast<char>(capture.get(cv::CAP_PROP_FRAME_TYPE));
+  const auto decode = [&](const AVPacket* data) {
+    EXPECT_EQ(avcodec_send_packet(decoder, data), 0);
+    while (avcodec_receive_frame(decoder, frame) == 0) {
+      types += av_get_picture_type_char(frame->pict_type);
+    }
+  };
+  for (; av_read_frame(file, packet) == 0; av_packet_unref(packet)) decode(packet);
+  decode(nullptr);
+  av_frame_free(&frame);
+  av_packet_free(&packet);
+  avcodec_free_context(&decoder);
+  avformat_close_input(&file);
   return types;
 }
 
@@ -106,16 +133,16 @@ double Psnr(const fs::path& path) {
 TEST_F(SimulateVideo, HasTheBitRateAskedFor) {
   for (const char* codec : {"h264", "h265"}) {
     double last_psnr_db = 0;
-    for (const double mbit_per_s : {0.25, 1.0, 3.0}) {
+    for (const double mbit_per_s : {0.1, 0.3, 1.0}) {
       const fs::path path = folder_ / "film.mp4";
       const auto bits =
           static_cast<double>(Write(path, {.codec = codec, .bit_rate_mbit_per_s = mbit_per_s}));
-      // A tenth: six seconds are short for the control of the rate.
+      // A tenth: twelve seconds are short for the control of the rate.
       EXPECT_NEAR(1e-6 * bits * kFps / kNumImages, mbit_per_s, 0.1 * mbit_per_s) << codec;
-      // The file holds them, and little else.
+      // The file holds them, and besides tables and headers of a few kB.
       const auto file_bits = 8 * static_cast<double>(fs::file_size(path));
       EXPECT_GT(file_bits, bits);
-      EXPECT_LT(file_bits, bits + 8 * 4096) << codec;
+      EXPECT_LT(file_bits, bits + 8 * 8192) << codec;
       const double psnr_db = Psnr(path);
       EXPECT_GT(psnr_db, last_psnr_db + 1) << codec << " at " << mbit_per_s;
       last_psnr_db = psnr_db;
@@ -132,7 +159,7 @@ TEST_F(SimulateVideo, HasTheKeyFramesAndTheBFramesAskedFor) {
   EXPECT_EQ(FrameTypes(path), expected);
   Write(path, {.codec = "h264", .keyframe_interval = 20, .b_frames = 2});
   const std::string types = FrameTypes(path);
-  EXPECT_EQ(std::count(types.begin(), types.end(), 'I'), 3);
+  EXPECT_EQ(std::count(types.begin(), types.end(), 'I'), 6);
   EXPECT_GT(std::count(types.begin(), types.end(), 'B'), 10);
   EXPECT_EQ(types.find("BBB"), std::string::npos);
 }
@@ -181,7 +208,11 @@ TEST_F(SimulateVideo, ASequencesImagesAreThoseOfItsVideo) {
     EXPECT_EQ(cv::norm(image, decoded, cv::NORM_INF), 0) << i;
   }
   const auto record = nlohmann::json::parse(std::ifstream(a / "sequence.json"));
-  EXPECT_NEAR(record["video"]["bit_rate_mbit_per_s"].get<double>(), 0.05, 0.02) << "nine images";
+  // Nine images are too few for the control of the rate: what is told is what is there.
+  const double told = record["video"]["bit_rate_mbit_per_s"].get<double>();
+  const double in_file = 8e-6 * static_cast<double>(fs::file_size(a / "video.mp4")) / kNumFrames;
+  EXPECT_LT(told, in_file);
+  EXPECT_GT(told, in_file - 8e-6 * 2048 / kNumFrames);
   EXPECT_GT(record["video"]["psnr_db"].get<double>(), 20);
   EXPECT_LT(record["video"]["psnr_db"].get<double>(), 45);
   EXPECT_FALSE(fs::exists(a / "frames")) << "those before the compression";

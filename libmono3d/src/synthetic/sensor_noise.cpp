@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
+#include <vector>
 
 #include "synthetic/noise.h"
 
@@ -39,22 +41,17 @@ int PoissonNumber(double mean, double u) {
   return count;
 }
 
-float SmoothValue(const cv::Mat& levels, cv::Point pixel, int channel, float max_difference) {
-  constexpr int kRadius_px = 2;
-  const float own = levels.at<cv::Vec3f>(pixel)[channel];
-  float sum = 0;
-  int num = 0;
-  const int top = std::max(pixel.y - kRadius_px, 0);
-  const int left = std::max(pixel.x - kRadius_px, 0);
-  for (int y = top; y <= std::min(pixel.y + kRadius_px, levels.rows - 1); ++y) {
-    for (int x = left; x <= std::min(pixel.x + kRadius_px, levels.cols - 1); ++x) {
-      const float level = levels.at<cv::Vec3f>(y, x)[channel];
-      if (std::abs(level - own) > max_difference) continue;
-      sum += level;
-      ++num;
-    }
+constexpr int kSmoothRadius_px = 2;
+
+// Adds to each value of a row those of `other` that differ by at most its limit. One loop without
+// branches over all values: most of the time of the filter is here.
+void AddAlike(const float* own, const float* other, const std::vector<float>& limits,
+              std::vector<float>& sums, std::vector<float>& counts) {
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const float is_alike = std::abs(other[i] - own[i]) <= limits[i] ? 1.0F : 0.0F;
+    sums[i] += is_alike * other[i];
+    counts[i] += is_alike;
   }
-  return sum / static_cast<float>(num);
 }
 
 }  // namespace
@@ -96,16 +93,30 @@ float SensorNoise::Count(float level, cv::Point pixel, int channel) const {
 }
 
 cv::Mat SmoothNoise(const cv::Mat& levels, const SensorNoise& noise, double share) {
+  constexpr int kRadius = kSmoothRadius_px;
+  constexpr int kChannels = 3;
   const auto weight = static_cast<float>(share);
+  cv::Mat padded;
+  cv::copyMakeBorder(levels, padded, kRadius, kRadius, kRadius, kRadius, cv::BORDER_REFLECT_101);
   cv::Mat smooth(levels.size(), levels.type());
   cv::parallel_for_(cv::Range(0, levels.rows), [&](const cv::Range& rows) {
+    const auto num_values = static_cast<std::size_t>(kChannels * levels.cols);
+    std::vector<float> limits(num_values);
+    std::vector<float> sums(num_values);
+    std::vector<float> counts(num_values);
     for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < levels.cols; ++x) {
-        for (int channel = 0; channel < 3; ++channel) {
-          const float level = levels.at<cv::Vec3f>(y, x)[channel];
-          const float mean = SmoothValue(levels, {x, y}, channel, 2 * noise.Sigma(level));
-          smooth.at<cv::Vec3f>(y, x)[channel] = level + weight * (mean - level);
+      const auto* own = levels.ptr<float>(y);
+      for (std::size_t i = 0; i < num_values; ++i) limits[i] = 2 * noise.Sigma(own[i]);
+      std::fill(sums.begin(), sums.end(), 0.0F);
+      std::fill(counts.begin(), counts.end(), 0.0F);
+      for (int dy = 0; dy <= 2 * kRadius; ++dy) {
+        for (int dx = 0; dx <= 2 * kRadius; ++dx) {
+          AddAlike(own, padded.ptr<float>(y + dy, dx), limits, sums, counts);
         }
+      }
+      auto* out = smooth.ptr<float>(y);
+      for (std::size_t i = 0; i < num_values; ++i) {
+        out[i] = own[i] + weight * (sums[i] / counts[i] - own[i]);
       }
     }
   });

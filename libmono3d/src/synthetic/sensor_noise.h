@@ -38,7 +38,7 @@ class SensorNoise {
 
 // What in-camera processing makes of noise: each value goes by `share` of the way to the mean of
 // those of the 5 x 5 pixels about it that differ by less than two standard deviations of the noise
-// (the sigma filter, Lee 1983). `levels` is CV_32FC3.
+// (the sigma filter, Lee 1983), mirrored at the border. `levels` is CV_32FC3.
 cv::Mat SmoothNoise(const cv::Mat& levels, const SensorNoise& noise, double share);
 
 }  // namespace mono3d::synthetic
