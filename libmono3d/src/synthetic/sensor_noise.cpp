@@ -4,11 +4,12 @@
 #include "synthetic/sensor_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
-#include <vector>
 
 #include "synthetic/noise.h"
 
@@ -42,16 +43,24 @@ int PoissonNumber(double mean, double u) {
 }
 
 constexpr int kSmoothRadius_px = 2;
+constexpr int kSmoothSide_px = 2 * kSmoothRadius_px + 1;
 
-// Adds to each value of a row those of `other` that differ by at most its limit. One loop without
-// branches over all values: most of the time of the filter is here.
-void AddAlike(const float* own, const float* other, const std::vector<float>& limits,
-              std::vector<float>& sums, std::vector<float>& counts) {
-  for (std::size_t i = 0; i < limits.size(); ++i) {
-    const float is_alike = std::abs(other[i] - own[i]) <= limits[i] ? 1.0F : 0.0F;
-    sums[i] += is_alike * other[i];
-    counts[i] += is_alike;
+// The mean of those values about `own` that differ from it by at most `limit`. Without branches:
+// most of the time of the filter is here.
+float MeanOfAlike(const std::array<const float*, kSmoothSide_px>& rows, std::ptrdiff_t i, float own,
+                  float limit) {
+  constexpr int kChannels = 3;
+  float sum = 0;
+  float count = 0;
+  for (const float* row : rows) {
+    for (int dx = 0; dx < kSmoothSide_px; ++dx) {
+      const float other = row[i + kChannels * dx];
+      const float is_alike = std::abs(other - own) <= limit ? 1.0F : 0.0F;
+      sum += is_alike * other;
+      count += is_alike;
+    }
   }
+  return sum / count;  // `own` is one of them
 }
 
 }  // namespace
@@ -99,24 +108,17 @@ cv::Mat SmoothNoise(const cv::Mat& levels, const SensorNoise& noise, double shar
   cv::Mat padded;
   cv::copyMakeBorder(levels, padded, kRadius, kRadius, kRadius, kRadius, cv::BORDER_REFLECT_101);
   cv::Mat smooth(levels.size(), levels.type());
-  cv::parallel_for_(cv::Range(0, levels.rows), [&](const cv::Range& rows) {
-    const auto num_values = static_cast<std::size_t>(kChannels * levels.cols);
-    std::vector<float> limits(num_values);
-    std::vector<float> sums(num_values);
-    std::vector<float> counts(num_values);
-    for (int y = rows.start; y < rows.end; ++y) {
-      const auto* own = levels.ptr<float>(y);
-      for (std::size_t i = 0; i < num_values; ++i) limits[i] = 2 * noise.Sigma(own[i]);
-      std::fill(sums.begin(), sums.end(), 0.0F);
-      std::fill(counts.begin(), counts.end(), 0.0F);
-      for (int dy = 0; dy <= 2 * kRadius; ++dy) {
-        for (int dx = 0; dx <= 2 * kRadius; ++dx) {
-          AddAlike(own, padded.ptr<float>(y + dy, dx), limits, sums, counts);
-        }
+  cv::parallel_for_(cv::Range(0, levels.rows), [&](const cv::Range& range) {
+    for (int y = range.start; y < range.end; ++y) {
+      std::array<const float*, kSmoothSide_px> rows{};
+      for (int dy = 0; dy < kSmoothSide_px; ++dy) {
+        rows[static_cast<std::size_t>(dy)] = padded.ptr<float>(y + dy);
       }
+      const auto* own = levels.ptr<float>(y);
       auto* out = smooth.ptr<float>(y);
-      for (std::size_t i = 0; i < num_values; ++i) {
-        out[i] = own[i] + weight * (sums[i] / counts[i] - own[i]);
+      for (std::ptrdiff_t i = 0; i < kChannels * levels.cols; ++i) {
+        const float mean = MeanOfAlike(rows, i, own[i], 2 * noise.Sigma(own[i]));
+        out[i] = own[i] + weight * (mean - own[i]);
       }
     }
   });

@@ -28,7 +28,7 @@ inline constexpr std::array<const char*, 3> kSuites = {"paper51", "quick", "came
 // all. Scene, hard features, light, haze, flight and the camera's imperfections are drawn from the
 // seed.
 // quick: four of 40 images each, of different scenes and flights, for trying things out.
-// cameras: 48 of 126 to 160 small images, from cameras of all kinds, for what learns a camera from
+// cameras: 48 of 120 to 150 small images, from cameras of all kinds, for what learns a camera from
 // its pictures: eight flights, focal lengths of 0.55 to 1.3 of the width, k1 of -0.3 to 0.1,
 // principal points off by up to 2 %, shutters of 0 to 33 ms, four kinds of exposure, with and
 // without H.264. Throws UsageError on another name.

@@ -15,8 +15,8 @@
 namespace mono3d::synthetic {
 namespace {
 
-constexpr int kWidth_px = 640;
-constexpr int kHeight_px = 360;
+constexpr int kWidth_px = 576;
+constexpr int kHeight_px = 324;
 constexpr double kRate_per_s = 10;
 
 // How the camera flies, six times each. Orbits and slanting views of relief determine a lens; nadir
@@ -136,7 +136,7 @@ SensorOptions DrawSensor(const Film& film, RandomNumbers& random) {
   sensor.full_well_electrons = random.Uniform(6000, 15000);
   sensor.gain = is_dark ? random.Uniform(16, 64) : random.Uniform(1, 3);
   sensor.read_noise_electrons = random.Uniform(1.5, 4);
-  sensor.denoise = random.Uniform(0, 0.8);
+  if (random.Chance(0.5)) sensor.denoise = random.Uniform(0.3, 0.8);
   if (film.exposure == "drift") sensor.exposure_drift_stops = random.Uniform(0.2, 0.4);
   if (film.exposure == "steps") {
     sensor.exposure_step = random.Uniform(0.2, 0.4);
