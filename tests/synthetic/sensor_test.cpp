@@ -187,26 +187,26 @@ TEST(Develop, DenoisingTakesNoiseAwayAndKeepsEdges) {
   EXPECT_NEAR(cv::mean(levels.col(80))[0], 0.8, 0.02);
 }
 
-std::uint8_t GreyOf(float level, const SensorOptions& options) {
+std::uint8_t GreyOfLevel(float level, const SensorOptions& options) {
   return Develop(Uniform(level), options, 0, 0).at<cv::Vec3b>(3, 4)[1];
 }
 
 TEST(Develop, AppliesTheToneCurveAskedFor) {
   SensorOptions options;
   options.tone_curve = "linear";
-  EXPECT_EQ(GreyOf(0.5F, options), 128);
+  EXPECT_EQ(GreyOfLevel(0.5F, options), 128);
   options.tone_curve = "srgb";
-  EXPECT_EQ(GreyOf(0.5F, options), 188);  // 255 * (1.055 * 0.5^(1 / 2.4) - 0.055) = 187.5
-  EXPECT_EQ(GreyOf(0.002F, options), 7);  // 255 * 12.92 * 0.002 = 6.6
+  EXPECT_EQ(GreyOfLevel(0.5F, options), 188);  // 255 * (1.055 * 0.5^(1 / 2.4) - 0.055) = 187.5
+  EXPECT_EQ(GreyOfLevel(0.002F, options), 7);  // 255 * 12.92 * 0.002 = 6.6
   options.tone_curve = "s_curve";
   options.tone_contrast = 0;
-  EXPECT_EQ(GreyOf(0.5F, options), 188) << "sRGB";
+  EXPECT_EQ(GreyOfLevel(0.5F, options), 188) << "sRGB";
   options.tone_contrast = 1;
   // 3 v^2 - 2 v^3 of v = 0.73536 and of v = 0.24941
-  EXPECT_EQ(GreyOf(0.5F, options), 211);
-  EXPECT_EQ(GreyOf(0.0507F, options), 40);
-  EXPECT_EQ(GreyOf(0, options), 0);
-  EXPECT_EQ(GreyOf(1, options), 255);
+  EXPECT_EQ(GreyOfLevel(0.5F, options), 211);
+  EXPECT_EQ(GreyOfLevel(0.0507F, options), 40);
+  EXPECT_EQ(GreyOfLevel(0, options), 0);
+  EXPECT_EQ(GreyOfLevel(1, options), 255);
 }
 
 TEST(Develop, ToneCurvesNeverFall) {

@@ -186,7 +186,7 @@ TEST_F(SimulateVideo, RefusesOddSizesAndFoldersThatAreNotThere) {
 const std::string kSmallVideo =
     " --camera.width 96 --camera.height 56 --flight.duration_s 8 --fps 1 --depth-stride 3"
     " --scene.kind fields --video.codec h264 --video.bit_rate_mbit_per_s 0.05 --uncalibrated true";
-constexpr int kNumFrames = 9;
+constexpr int kNumVideoFrames = 9;
 
 std::map<std::string, std::string> Files(const fs::path& folder) {
   std::map<std::string, std::string> files;
@@ -201,7 +201,7 @@ TEST_F(SimulateVideo, ASequencesImagesAreThoseOfItsVideo) {
   const CommandResult result = Simulate(kSmallVideo + " -o " + a.string());
   ASSERT_EQ(result.exit_status, 0) << result.errors;
   cv::VideoCapture capture((a / "video.mp4").string(), cv::CAP_FFMPEG);
-  for (int i = 0; i < kNumFrames; ++i) {
+  for (int i = 0; i < kNumVideoFrames; ++i) {
     cv::Mat decoded;
     ASSERT_TRUE(capture.read(decoded));
     const cv::Mat image = cv::imread((a / "images" / ("00000" + std::to_string(i) + ".png")));
@@ -210,9 +210,10 @@ TEST_F(SimulateVideo, ASequencesImagesAreThoseOfItsVideo) {
   const auto record = nlohmann::json::parse(std::ifstream(a / "sequence.json"));
   // Nine images are too few for the control of the rate: what is told is what is there.
   const double told = record["video"]["bit_rate_mbit_per_s"].get<double>();
-  const double in_file = 8e-6 * static_cast<double>(fs::file_size(a / "video.mp4")) / kNumFrames;
+  const double in_file =
+      8e-6 * static_cast<double>(fs::file_size(a / "video.mp4")) / kNumVideoFrames;
   EXPECT_LT(told, in_file);
-  EXPECT_GT(told, in_file - 8e-6 * 2048 / kNumFrames);
+  EXPECT_GT(told, in_file - 8e-6 * 2048 / kNumVideoFrames);
   EXPECT_GT(record["video"]["psnr_db"].get<double>(), 20);
   EXPECT_LT(record["video"]["psnr_db"].get<double>(), 45);
   EXPECT_FALSE(fs::exists(a / "frames")) << "those before the compression";
@@ -295,7 +296,7 @@ TEST_F(SimulateVideo, TheRecordTellsTheTrueCameraAndItsExposures) {
     levels.push_back(std::abs(std::log(exposure / 0.8) / std::log(1.3)));
     ++num_lines;
   }
-  EXPECT_EQ(num_lines, kNumFrames);
+  EXPECT_EQ(num_lines, kNumVideoFrames);
   for (const double level : levels) EXPECT_NEAR(level, std::round(level), 1e-6);
   EXPECT_GT(*std::max_element(levels.begin(), levels.end()), 0.5) << "it jumped";
 }

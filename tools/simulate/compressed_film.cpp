@@ -24,8 +24,8 @@ cv::Mat ReadRaw(const std::filesystem::path& path) {
 }
 
 // Returns the bits of the images. The video appears when it is complete.
-std::int64_t Encode(const FilmFiles& files, double frames_per_s,
-                    const synthetic::VideoOptions& options) {
+std::int64_t EncodeFilm(const FilmFiles& files, double frames_per_s,
+                        const synthetic::VideoOptions& options) {
   std::filesystem::path partial = files.video;
   partial += ".partial";
   std::int64_t num_bits = 0;
@@ -45,7 +45,7 @@ std::int64_t Encode(const FilmFiles& files, double frames_per_s,
 }
 
 // Returns the mean square of the error of a grey value.
-double Decode(const FilmFiles& files) {
+double DecodeFilm(const FilmFiles& files) {
   cv::VideoCapture capture(files.video.string(), cv::CAP_FFMPEG);
   double square_sum = 0;
   for (int frame = 0; frame < files.num_frames; ++frame) {
@@ -68,10 +68,10 @@ double Decode(const FilmFiles& files) {
 
 FilmQuality CompressFilm(const FilmFiles& files, double frames_per_s,
                          const synthetic::VideoOptions& options) {
-  const auto num_bits = static_cast<double>(Encode(files, frames_per_s, options));
+  const auto num_bits = static_cast<double>(EncodeFilm(files, frames_per_s, options));
   constexpr double kWhite = 255;
   return {.bit_rate_mbit_per_s = 1e-6 * num_bits * frames_per_s / files.num_frames,
-          .psnr_db = 10 * std::log10(kWhite * kWhite / Decode(files))};
+          .psnr_db = 10 * std::log10(kWhite * kWhite / DecodeFilm(files))};
 }
 
 }  // namespace mono3d::tools

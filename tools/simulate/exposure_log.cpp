@@ -14,7 +14,7 @@
 namespace mono3d::tools {
 namespace {
 
-std::string Format(const char* format, double value) {
+std::string FormatNumber(const char* format, double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), format, value);
   return text.data();
@@ -24,7 +24,7 @@ std::string Format(const char* format, double value) {
 
 ExposureLog::ExposureLog(std::filesystem::path path, const std::vector<double>& timestamps_s)
     : path_(std::move(path)) {
-  for (const double t_s : timestamps_s) keys_.push_back(Format("%.6f", t_s));
+  for (const double t_s : timestamps_s) keys_.push_back(FormatNumber("%.6f", t_s));
   std::ifstream file(path_);
   std::string line;
   // A line without its end was cut off: getline meets the end of the file within it.
@@ -38,7 +38,7 @@ ExposureLog::ExposureLog(std::filesystem::path path, const std::vector<double>& 
 
 void ExposureLog::Add(int frame, double exposure) {
   std::string& value = values_[Key(frame)];
-  value = Format("%.9g", exposure);
+  value = FormatNumber("%.9g", exposure);
   std::ofstream file(path_, std::ios::app);
   file << Key(frame) << ' ' << value << '\n';
   file.flush();

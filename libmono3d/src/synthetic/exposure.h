@@ -5,7 +5,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "synthetic/sensor.h"
+#include "synthetic/sensor_options.h"
 
 namespace mono3d::synthetic {
 

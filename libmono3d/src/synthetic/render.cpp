@@ -12,6 +12,7 @@
 #include "synthetic/exposure.h"
 #include "synthetic/lens.h"
 #include "synthetic/pixel_shader.h"
+#include "synthetic/sensor.h"
 #include "synthetic/shading.h"
 #include "synthetic/shutter.h"
 

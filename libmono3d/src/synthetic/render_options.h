@@ -7,7 +7,7 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/pose.h"
-#include "synthetic/sensor.h"
+#include "synthetic/sensor_options.h"
 
 namespace mono3d::synthetic {
 

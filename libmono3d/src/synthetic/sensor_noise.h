@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 
-#include "synthetic/sensor.h"
+#include "synthetic/sensor_options.h"
 
 namespace mono3d::synthetic {
 

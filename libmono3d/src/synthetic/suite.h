@@ -8,19 +8,9 @@
 #include <vector>
 
 #include "synthetic/flight_statistics.h"
-#include "synthetic/sequence.h"
-#include "synthetic/video_options.h"
+#include "synthetic/suite_sequence.h"
 
 namespace mono3d::synthetic {
-
-// One sequence of a suite. Its name says what it is: suite, number, scene, flight, hard feature.
-struct SuiteSequence {
-  std::string name;
-  SequenceOptions options;
-  int jpeg_quality = 0;  // 0: not compressed
-  VideoOptions video;
-  bool uncalibrated = false;  // the pictures once more, in a folder without calibration
-};
 
 inline constexpr std::array<const char*, 3> kSuites = {"paper51", "quick", "cameras"};
 

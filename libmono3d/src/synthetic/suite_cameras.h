@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "synthetic/suite.h"
+#include "synthetic/suite_sequence.h"
 
 namespace mono3d::synthetic {
 

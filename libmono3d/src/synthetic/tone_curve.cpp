@@ -20,7 +20,7 @@ float SrgbOf(float level) {
 }
 
 // The cubic from (0, 0) to (1, 1) without slope at both ends.
-float SmoothStep(float v) { return v * v * (3 - 2 * v); }
+float WithContrast(float v) { return v * v * (3 - 2 * v); }
 
 }  // namespace
 
@@ -42,7 +42,7 @@ float ToneCurve::operator()(float level) const {
       return SrgbOf(level);
     case Kind::kSCurve: {
       const float grey = SrgbOf(level);
-      return grey + contrast_ * (SmoothStep(grey) - grey);
+      return grey + contrast_ * (WithContrast(grey) - grey);
     }
   }
   return level;
