@@ -114,7 +114,7 @@ void LogRound(const CameraCalibration& result, double change_px) {
 
 using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
 
-// Does `result` leave no doubt about a camera that was told?
+// Do the images, asked without it, agree with a calibration that was told?
 bool Agrees(const CameraCalibration& result, const CameraModel& camera) {
   return result.prior.source == CameraPriorSource::kCalibration &&
          LargestDifference_px(result.prior.camera, camera) <= kSignificant * result.uncertainty_px;
@@ -124,14 +124,16 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
                             std::size_t max_parts, const CalibrationOptions& options) {
   CameraCalibration result;
   result.prior = result.posterior = prior;
-  CameraPrior weight = prior;
+  // A calibration that may be wrong must not be drawn on to judge it.
+  const bool is_told = prior.source == CameraPriorSource::kCalibration;
+  CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
   std::size_t num_parts = 1;
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
     CameraAdjustment adjustment = AdjustCamera(weight, camera, maps);
-    if (!result.contradicts_prior && prior.source != CameraPriorSource::kDefault &&
-        Contradicts(adjustment, prior)) {
+    const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
+    if (has_weight && !result.contradicts_prior && Contradicts(adjustment, prior)) {
       result.contradicts_prior = true;
       weight = WithoutWeight(prior);
       adjustment = AdjustCamera(weight, adjustment.camera, maps);
@@ -164,6 +166,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     result.reason = "the images do not determine the camera";
   } else {
     result.is_learned = true;
+    result.contradicts_prior = result.contradicts_prior || is_told;
   }
   return result;
 }
