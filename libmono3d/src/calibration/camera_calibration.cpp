@@ -41,10 +41,15 @@ constexpr int kNumCoarseRounds = 3;
 // In sigmas: beyond chance.
 constexpr double kSignificant = 3;
 
-// The maps of what can be tracked, with pixels as `camera` shows them.
+// The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
+// an error is good up to there; who reads all of it will meet the error again.
 void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
   const std::unique_ptr<Tracker> tracker = CreateTracker();
-  while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
+  try {
+    while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
+  } catch (const Error& error) {
+    Log(LogLevel::kDebug, std::string("calibration: ") + error.what());
+  }
   tracker->WaitForMapping();
   (void)tracker->Finish();
   std::set<int> map_ids;

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/camera_adjustment.h"
+#include "calibration/camera_parameters.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {

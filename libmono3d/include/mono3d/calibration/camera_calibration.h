@@ -55,8 +55,9 @@ using FootageOpener = std::function<std::unique_ptr<FrameSource>(const CameraMod
 
 // Learns the camera of footage of a static scene: tracks it with the camera known so far, adjusts
 // poses, points and camera together, and begins again with the better camera until it changes no
-// more than it is known. Footage that cannot be tracked is a reason, not an error; errors of the
-// footage are thrown. Takes about ten seconds of processor time for 768x448.
+// more than it is known. Footage that cannot be tracked is a reason, not an error; one that
+// breaks off with an error is good up to there. Takes about ten seconds of processor time for
+// 768x448.
 CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
                                   const CalibrationOptions& options = {});
 
