@@ -27,6 +27,7 @@ namespace {
 
 using calibration::AdjustCamera;
 using calibration::CameraAdjustment;
+using calibration::Contradicts;
 using calibration::LargestUncertainty_px;
 using calibration::ParameterVector;
 using calibration::PriorSigmas;
@@ -71,9 +72,10 @@ std::vector<int> ChooseParts(std::optional<std::int64_t> num_frames,
   return starts;
 }
 
-bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& prior) {
+// Is a parameter three standard deviations from where metadata have it?
+bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
   const ParameterVector sigmas = PriorSigmas(prior);
-  const ParameterVector difference = ToParameters(adjustment.camera) - ToParameters(prior.camera);
+  const ParameterVector difference = ToParameters(camera) - ToParameters(prior.camera);
   for (Eigen::Index i = 0; i < difference.size(); ++i) {
     if (sigmas[i] > 0 && std::abs(difference[i]) > kSignificant * sigmas[i]) return true;
   }
@@ -119,12 +121,6 @@ void LogRound(const CameraCalibration& result, double change_px) {
 
 using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
 
-// Do the images, asked without it, agree with a calibration that was told?
-bool Agrees(const CameraCalibration& result, const CameraModel& camera) {
-  return result.prior.source == CameraPriorSource::kCalibration &&
-         LargestDifference_px(result.prior.camera, camera) <= kSignificant * result.uncertainty_px;
-}
-
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
                             std::size_t max_parts, const CalibrationOptions& options) {
   CameraCalibration result;
@@ -134,11 +130,12 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
   std::size_t num_parts = 1;
+  bool agrees = false;  // with what was told
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
     CameraAdjustment adjustment = AdjustCamera(weight, camera, maps);
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
-    if (has_weight && !result.contradicts_prior && Contradicts(adjustment, prior)) {
+    if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = WithoutWeight(prior);
       adjustment = AdjustCamera(weight, adjustment.camera, maps);
@@ -153,7 +150,8 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     result.num_rounds = round;
     TakePosterior(adjustment, result);
     LogRound(result, change_px);
-    if (Agrees(result, camera)) break;
+    agrees = is_told && !Contradicts(adjustment, prior);
+    if (agrees) break;
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
     if (is_coarse && round < kNumCoarseRounds) continue;
     // Two rounds choose other keyframes: their difference has more variance than either.
@@ -165,7 +163,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
     result.reason = "too little of the footage can be tracked";
-  } else if (Agrees(result, camera)) {
+  } else if (agrees) {
     result.reason = "the images agree with the calibration";
   } else if (result.change_px == 0) {
     result.reason = "the images do not determine the camera";

@@ -37,8 +37,7 @@ struct CameraCalibration {
   // Why it does not: too little was tracked, or the images agree with the prior.
   std::string reason;
   bool determines_focal_length = false;  // sigma is below half of the prior's
-  // The images contradict the prior, by three of its standard deviations or, where it is a
-  // calibration, by three of their own: it was wrong and has no more weight.
+  // The images contradict the prior: it was wrong and has no more weight.
   bool contradicts_prior = false;
   double change_px = 0;       // LargestDifference_px from the prior's camera
   double uncertainty_px = 0;  // standard deviation of where the camera shows a ray, at its largest
