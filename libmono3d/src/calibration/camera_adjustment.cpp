@@ -27,6 +27,9 @@ constexpr double kMaxShareOfPriorSigma = 0.5;
 // Chi-square at 99 %, for one and two degrees of freedom: beyond chance.
 constexpr std::array<double, 2> kChi2At99 = {6.63, 9.21};
 
+// Of the image's larger side: the residuals of a good calibration, 0.3 px in 1,000.
+constexpr double kToldTolerance = 0.0003;
+
 // Parameters that are held together: without one of a pair the other has no meaning.
 using ParameterGroup = std::vector<Eigen::Index>;
 
@@ -172,7 +175,8 @@ bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& told) {
   RayGrid::Covariance covariance = J * adjustment.covariance * J.transpose();
   const RayGrid::Pixels by_focal = told.focal_sigma * J.col(kLogFocal);
   covariance += by_focal * by_focal.transpose();
-  covariance.diagonal().array() += std::pow(told.principal_point_sigma_px, 2);
+  const double tolerance_px = kToldTolerance * std::max(told.camera.width, told.camera.height);
+  covariance.diagonal().array() += tolerance_px * tolerance_px;
   const RayGrid::Pixels difference = grid.Project(adjustment.camera) - grid.Project(told.camera);
   constexpr double kChi2At999 = 42.31;  // for 18 degrees of freedom, at 99.9 %
   return difference.dot(covariance.ldlt().solve(difference)) > kChi2At999;

@@ -41,10 +41,9 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
 // The standard deviation in px of where the camera shows a ray, at its largest over the image.
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance);
 
-// Do the images contradict a calibration? By more than what they know and what calibrations are off
-// by: a share of the focal length (told.focal_sigma) and some pixels anywhere
-// (told.principal_point_sigma_px). Compares where nine rays show, at 99.9 %: coefficients that
-// differ but mean the same lens do not count.
+// Do the images contradict a calibration? By more than what they know and what good calibrations
+// are off by: a share of the focal length (told.focal_sigma) and 0.3 px in 1,000 anywhere. Compares
+// where nine rays show, at 99.9 %: coefficients that differ but mean the same lens do not count.
 bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& told);
 
 }  // namespace mono3d::calibration
