@@ -82,12 +82,10 @@ bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
   return false;
 }
 
-// The same camera with nothing known but the size of its images.
+// The same camera with the weight of one of which nothing is known.
 CameraPrior WithoutWeight(const CameraPrior& prior) {
   CameraPrior result = DefaultCameraPrior(prior.camera.width, prior.camera.height);
   result.camera = prior.camera;
-  result.source = prior.source;
-  result.description = prior.description;
   return result;
 }
 
@@ -137,7 +135,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
-      weight = WithoutWeight(prior);
+      weight = DefaultCameraPrior(camera.width, camera.height);
       adjustment = AdjustCamera(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
@@ -150,8 +148,12 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     result.num_rounds = round;
     TakePosterior(adjustment, result);
     LogRound(result, change_px);
-    agrees = is_told && !Contradicts(adjustment, prior);
-    if (agrees) break;
+    if (is_told) {
+      agrees = !Contradicts(adjustment, prior);
+      if (agrees) break;
+      // It is wrong: what the images do not tell is better taken from an ordinary lens.
+      weight = DefaultCameraPrior(camera.width, camera.height);
+    }
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
     if (is_coarse && round < kNumCoarseRounds) continue;
     // Two rounds choose other keyframes: their difference has more variance than either.
