@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include "calibration/camera_adjustment.h"
+#include "mono3d/calibration/camera_calibration.h"
+
+namespace mono3d::calibration {
+
+// Is a parameter further from the prior than chance brings it?
+bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& prior);
+
+// The same camera with nothing known but the size of its images.
+CameraPrior WithoutWeight(const CameraPrior& prior);
+
+// Writes the camera of the adjustment and what is known of it into the posterior.
+void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result);
+
+// What was found in images of another size, brought to the size of `told`.
+void BringToSize(const CameraPrior& told, CameraCalibration& result);
+
+}  // namespace mono3d::calibration
