@@ -65,8 +65,8 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   SolveAll(problem);
   const ParameterMatrix covariance = CameraCovariance(problem);
   const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
-  const ParameterFlags is_like_prior =
-      ParametersLikePrior(problem.parameters() - problem.prior(), covariance, problem.is_fixed());
+  const ParameterFlags is_like_prior = ParametersLikePrior(
+      problem.parameters() - problem.prior(), covariance, problem.is_fixed(), kChi2At99);
   const ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
   if (is_held.any()) {
     problem.FixAtPrior(is_held);

@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -13,18 +12,16 @@ namespace mono3d::calibration {
 namespace {
 
 constexpr double kMaxShareOfPriorSigma = 0.5;
-// Chi-square at 99 %, for one and two degrees of freedom: beyond chance.
-constexpr std::array<double, 2> kChi2At99 = {6.63, 9.21};
 
 // Parameters that are held together: without one of a pair the other has no meaning.
 using ParameterGroup = std::vector<Eigen::Index>;
 
-// How far the group lies from the prior, as a share of what chance allows.
+// How far the group lies from the prior, as a share of the limit.
 double Significance(const ParameterGroup& group, const ParameterVector& difference,
-                    const ParameterMatrix& covariance) {
+                    const ParameterMatrix& covariance, const Chi2Limits& limits) {
   const Eigen::VectorXd of_group = difference(group);
   const Eigen::MatrixXd its_covariance = covariance(group, group);
-  return of_group.dot(its_covariance.ldlt().solve(of_group)) / kChi2At99[group.size() - 1];
+  return of_group.dot(its_covariance.ldlt().solve(of_group)) / limits[group.size() - 1];
 }
 
 }  // namespace
@@ -35,14 +32,14 @@ ParameterFlags DeterminedParameters(const ParameterMatrix& covariance,
 }
 
 ParameterFlags ParametersLikePrior(ParameterVector difference, ParameterMatrix covariance,
-                                   const ParameterFlags& is_fixed) {
+                                   const ParameterFlags& is_fixed, const Chi2Limits& limits) {
   std::vector<ParameterGroup> groups = {{kK3}, {kK2}, {kP1, kP2}, {kCx, kCy}, {kK1}, {kLogAspect}};
   std::erase_if(groups, [&](const ParameterGroup& group) { return is_fixed[group.front()]; });
   ParameterFlags held = ParameterFlags::Constant(false);
   while (!groups.empty()) {
     std::vector<double> significance;
     for (const ParameterGroup& group : groups) {
-      significance.push_back(Significance(group, difference, covariance));
+      significance.push_back(Significance(group, difference, covariance, limits));
     }
     const auto least = std::min_element(significance.begin(), significance.end());
     if (*least > 1) break;
