@@ -87,7 +87,7 @@ TEST(BoardCalibration, LearnsTheCameraFromAChessboard) {
 TEST(BoardCalibration, LearnsTheCameraFromACharucoBoardThatIsPartlyVisible) {
   const CalibrationBoard board{BoardKind::kCharuco, 10, 7, "DICT_5X5_100", 0.6};
   std::vector<cv::Mat> images =
-      BoardScene(board, BoardCamera()).RenderMany(30, 45, SeedFromTestName());
+      BoardScene(board, BoardCamera()).RenderMany(40, 45, SeedFromTestName());
   // The left of the board is hidden in some.
   for (std::size_t i = 0; i < images.size(); i += 3) images[i].colRange(0, 220).setTo(60);
   const CameraCalibration found =

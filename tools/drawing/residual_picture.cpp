@@ -55,12 +55,14 @@ double RoundDown(double value) {
   return result;
 }
 
-std::vector<Bin> Cells(std::span<const CalibrationResidual> residuals, double cell_px,
+std::vector<Bin> Cells(std::span<const CalibrationResidual> residuals, const CameraModel& camera,
                        cv::Size grid) {
   std::vector<Bin> cells(static_cast<std::size_t>(grid.area()));
   for (const CalibrationResidual& residual : residuals) {
-    const cv::Point cell(static_cast<int>(std::floor((residual.pixel.x() + 0.5) / cell_px)),
-                         static_cast<int>(std::floor((residual.pixel.y() + 0.5) / cell_px)));
+    const double x = (residual.pixel.x() + 0.5) / camera.width;
+    const double y = (residual.pixel.y() + 0.5) / camera.height;
+    const cv::Point cell(static_cast<int>(std::floor(x * grid.width)),
+                         static_cast<int>(std::floor(y * grid.height)));
     if (!cell.inside({{}, grid})) continue;
     Bin& bin = cells[static_cast<std::size_t>(cell.y * grid.width + cell.x)];
     bin.first.push_back(residual.error_px.x());
@@ -205,13 +207,13 @@ cv::Mat ResidualFieldPicture(std::span<const CalibrationResidual> residuals,
   constexpr int kCell = 44;        // px of the picture
   constexpr int kMargin = 20;
   constexpr int kHeader = 76;
-  const double cell_px = static_cast<double>(std::max(camera.width, camera.height)) / kCellsAlong;
-  const cv::Size grid(static_cast<int>(std::ceil(camera.width / cell_px - 1e-9)),
-                      static_cast<int>(std::ceil(camera.height / cell_px - 1e-9)));
+  const double larger = std::max(camera.width, camera.height);
+  const cv::Size grid(std::max(1, cvRound(kCellsAlong * camera.width / larger)),
+                      std::max(1, cvRound(kCellsAlong * camera.height / larger)));
   const cv::Point corner(kMargin, kHeader);
   cv::Mat picture(kHeader + grid.height * kCell + kMargin, 2 * kMargin + grid.width * kCell,
                   CV_8UC3, kChartBackground);
-  const std::vector<Bin> cells = Cells(residuals, cell_px, grid);
+  const std::vector<Bin> cells = Cells(residuals, camera, grid);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].first.size() >= kMinInCell) continue;
     const int index = static_cast<int>(i);
@@ -219,9 +221,7 @@ cv::Mat ResidualFieldPicture(std::span<const CalibrationResidual> residuals,
     cv::rectangle(picture, cv::Rect(corner + cell * kCell, cv::Size(kCell, kCell)), kNoData,
                   cv::FILLED);
   }
-  const cv::Size plot(cvRound(camera.width / cell_px * kCell),
-                      cvRound(camera.height / cell_px * kCell));
-  cv::rectangle(picture, cv::Rect(corner, plot), kChartText);
+  cv::rectangle(picture, cv::Rect(corner, grid * kCell), kChartText);
   const std::vector<Arrow> arrows = ArrowsOf(cells, grid);
   const double magnification = Magnification(arrows, kCell);
   for (const Arrow& arrow : arrows) {

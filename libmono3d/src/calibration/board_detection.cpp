@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numbers>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -119,7 +120,8 @@ class CharucoDetector : public BoardDetector {
       : dictionary_(
             cv::aruco::getPredefinedDictionary(FindDictionary(board.dictionary)->dictionary)),
         board_(cv::aruco::CharucoBoard::create(
-            board.columns, board.rows, 1.F, static_cast<float>(board.marker_share), dictionary_)) {}
+            board.columns, board.rows, 1.F, static_cast<float>(board.marker_share), dictionary_)),
+        reach_((1 - board.marker_share) / (2 * std::numbers::sqrt2)) {}
 
   std::optional<BoardView> Find(const cv::Mat& grey) const override {
     std::vector<std::vector<cv::Point2f>> markers;
@@ -155,7 +157,8 @@ class CharucoDetector : public BoardDetector {
 
   cv::Ptr<cv::aruco::Dictionary> dictionary_;
   cv::Ptr<cv::aruco::CharucoBoard> board_;
-  double reach_;  // from a corner to the nearest markers, in squares
+  // The largest window around a corner, turned in any way, that holds no marker: in squares.
+  double reach_;
 };
 
 }  // namespace
