@@ -54,7 +54,7 @@ FootageOpener BoardFootage(const std::vector<cv::Mat>& images) {
   };
 }
 
-void ExpectTheCamera(const CameraCalibration& found) {
+void ExpectTheCamera(const CameraCalibration& found, double max_corner_error_px) {
   const CameraModel truth = BoardCamera();
   ASSERT_TRUE(found.is_learned) << found.reason;
   EXPECT_EQ(found.reason, "");
@@ -64,7 +64,7 @@ void ExpectTheCamera(const CameraCalibration& found) {
   const CameraModel& camera = found.posterior.camera;
   EXPECT_NEAR(camera.fx, truth.fx, 0.003 * truth.fx);
   EXPECT_LT(std::abs(std::log(camera.fx / truth.fx)), 3 * found.posterior.focal_sigma);
-  EXPECT_LT(LargestDifference_px(truth, camera), 0.5);
+  EXPECT_LT(LargestDifference_px(truth, camera), max_corner_error_px);
   EXPECT_LT(LargestDifference_px(truth, camera), 3 * found.uncertainty_px);
   EXPECT_LT(found.sigma_px, 0.15);
 }
@@ -75,7 +75,7 @@ TEST(BoardCalibration, LearnsTheCameraFromAChessboard) {
       BoardScene(board, BoardCamera()).RenderMany(30, 45, SeedFromTestName());
   const CameraPrior prior = DefaultCameraPrior(640, 480);
   const CameraCalibration found = CalibrateFromBoard(prior, BoardFootage(images), board);
-  ExpectTheCamera(found);
+  ExpectTheCamera(found, 0.5);
   EXPECT_EQ(found.prior.camera, prior.camera);
   EXPECT_EQ(found.posterior.source, CameraPriorSource::kCalibration);
   EXPECT_GE(found.num_images, 25);
@@ -92,7 +92,8 @@ TEST(BoardCalibration, LearnsTheCameraFromACharucoBoardThatIsPartlyVisible) {
   for (std::size_t i = 0; i < images.size(); i += 3) images[i].colRange(0, 220).setTo(60);
   const CameraCalibration found =
       CalibrateFromBoard(DefaultCameraPrior(640, 480), BoardFootage(images), board);
-  ExpectTheCamera(found);
+  // Windows that keep the markers out make a corner twice as noisy, and k3 stays open.
+  ExpectTheCamera(found, 1);
   EXPECT_GE(found.num_images, 20);
   EXPECT_LT(found.residuals.size(), 54U * static_cast<std::size_t>(found.num_images));
 }
@@ -105,7 +106,7 @@ TEST(BoardCalibration, DoesNotTrustACalibrationThatTheBoardContradicts) {
   told.fx = told.fy = 1.1 * told.fx;
   const CameraCalibration found =
       CalibrateFromBoard(CalibratedCameraPrior(told), BoardFootage(images), board);
-  ExpectTheCamera(found);
+  ExpectTheCamera(found, 0.5);
   EXPECT_TRUE(found.contradicts_prior);
 }
 
