@@ -22,6 +22,7 @@ case ${1:-all} in
     packages="$packages
       git
       libflann-dev libembree-dev
+      libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
       vulkan-validationlayers
       libgtest-dev libgmock-dev
       clang-format clang-tidy doxygen

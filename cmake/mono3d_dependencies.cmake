@@ -28,6 +28,11 @@ endif()
 if(MONO3D_BUILD_TOOLS)
   find_package(CLI11 2.1 REQUIRED)
   find_package(spdlog 1.10 REQUIRED)
+  if(MONO3D_BUILD_SYNTHETIC)
+    # OpenCV's videoio reads videos by the same libraries, but sets no bit rate of those it writes.
+    pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET
+      libavcodec>=59 libavformat>=59 libavutil>=57 libswscale>=6)
+  endif()
 endif()
 if(MONO3D_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)

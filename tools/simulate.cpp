@@ -39,9 +39,19 @@ void SpreadSeed(const CLI::App& app, synthetic::SequenceOptions& options) {
 }
 
 // A suite says itself what is in its sequences.
-constexpr std::array<const char*, 9> kSuiteOptions = {
-    "seed",       "max-frames",   "depth-stride", "cloud-voxel",  "cloud-max-depth-m",
-    "depth-form", "jpeg-quality", "camera.width", "camera.height"};
+constexpr std::array<const char*, 13> kSuiteOptions = {"seed",
+                                                       "max-frames",
+                                                       "depth-stride",
+                                                       "cloud-voxel",
+                                                       "cloud-max-depth-m",
+                                                       "depth-form",
+                                                       "jpeg-quality",
+                                                       "camera.width",
+                                                       "camera.height",
+                                                       "uncalibrated",
+                                                       "video.codec",
+                                                       "video.keep",
+                                                       "video.bit_rate_mbit_per_s"};
 
 void RefuseOtherOptions(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
@@ -55,6 +65,32 @@ void RefuseOtherOptions(const CLI::App& app) {
   }
 }
 
+// The lens stays the same: what is in pixels goes along with the size.
+void SetWidth(synthetic::SequenceCameraOptions& camera, int width) {
+  const double scale = static_cast<double>(width) / camera.width;
+  camera.width = width;
+  camera.focal_px *= scale;
+  camera.offset_x_px *= scale;
+}
+void SetHeight(synthetic::SequenceCameraOptions& camera, int height) {
+  camera.offset_y_px *= static_cast<double>(height) / camera.height;
+  camera.height = height;
+}
+
+void TakeFileOptions(const CLI::App& app, const SequenceFileOptions& given,
+                     synthetic::SuiteSequence& sequence) {
+  if (IsGiven(app, "jpeg-quality")) sequence.jpeg_quality = given.jpeg_quality;
+  if (IsGiven(app, "uncalibrated")) sequence.uncalibrated = given.uncalibrated;
+  synthetic::VideoOptions& video = sequence.video;
+  if (IsGiven(app, "video.codec")) video.codec = given.video.codec;
+  if (IsGiven(app, "video.keep")) video.keep = given.video.keep;
+  if (IsGiven(app, "video.bit_rate_mbit_per_s")) {
+    video.bit_rate_mbit_per_s = given.video.bit_rate_mbit_per_s;
+  }
+  // A video of those that the suite has as photos.
+  if (IsGiven(app, "video.codec") && video.IsOn()) sequence.jpeg_quality = 0;
+}
+
 // The suite with what the command line says of all its sequences.
 std::vector<synthetic::SuiteSequence> PlanSuite(const CLI::App& app, const Arguments& arguments) {
   RefuseOtherOptions(app);
@@ -66,9 +102,9 @@ std::vector<synthetic::SuiteSequence> PlanSuite(const CLI::App& app, const Argum
     if (IsGiven(app, "depth-stride")) options.depth_stride = given.depth_stride;
     if (IsGiven(app, "cloud-voxel")) options.cloud_voxel = given.cloud_voxel;
     if (IsGiven(app, "cloud-max-depth-m")) options.cloud_max_depth_m = given.cloud_max_depth_m;
-    if (IsGiven(app, "camera.width")) options.camera.width = given.camera.width;
-    if (IsGiven(app, "camera.height")) options.camera.height = given.camera.height;
-    if (IsGiven(app, "jpeg-quality")) sequence.jpeg_quality = arguments.files.jpeg_quality;
+    if (IsGiven(app, "camera.width")) SetWidth(options.camera, given.camera.width);
+    if (IsGiven(app, "camera.height")) SetHeight(options.camera, given.camera.height);
+    TakeFileOptions(app, arguments.files, sequence);
   }
   return suite;
 }
@@ -105,6 +141,8 @@ int SimulateSuite(const CLI::App& app, const Arguments& arguments) {
   for (const synthetic::SuiteSequence& sequence : suite) {
     SequenceFileOptions files = arguments.files;
     files.jpeg_quality = sequence.jpeg_quality;
+    files.video = sequence.video;
+    files.uncalibrated = sequence.uncalibrated;
     Film(sequence.options, files, std::filesystem::path(arguments.output) / sequence.name);
   }
   std::fputs(("\nas filmed\n" + FolderTable(suite, arguments.output)).c_str(), stdout);
@@ -120,7 +158,9 @@ int Simulate(const CLI::App& app, Arguments arguments) {
   if (!arguments.only.empty()) throw UsageError({"needs --suite", "--only", {}, {}});
   SpreadSeed(app, arguments.sequence);
   if (arguments.dry_run) {
-    std::fputs(PlanTable({{"sequence", arguments.sequence, 0}}).c_str(), stdout);
+    std::fputs(
+        PlanTable({{.name = "sequence", .options = arguments.sequence, .video = {}}}).c_str(),
+        stdout);
     return 0;
   }
   Film(arguments.sequence, arguments.files, arguments.output);
@@ -140,7 +180,7 @@ int main(int argc, char** argv) {
   CLI::App& app = tool.app();
   app.add_option("-o,--output", arguments.output,
                  "folder of the sequence; with --suite, of a folder for each sequence");
-  app.add_option("--suite", arguments.suite, "paper51 or quick: many sequences at once");
+  app.add_option("--suite", arguments.suite, "paper51, quick or cameras: many sequences at once");
   app.add_option("--only", arguments.only,
                  "only the suite's sequences with names like \"*_town_*\"");
   app.add_flag("--dry-run", arguments.dry_run, "print what would be flown and end");

@@ -5,8 +5,10 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/image/undistorter.h"
@@ -191,6 +193,67 @@ TEST(RollingShutter, EachRowIsThatOfThePoseAtItsTime) {
     const cv::Mat other = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
     EXPECT_GT(cv::norm(rolling.row(y), other.row(y), cv::NORM_INF), 0.01);
   }
+}
+
+// Each line is that of the pose at its time, whichever way the sensor is read.
+TEST(RollingShutter, ReadsItsLinesInTheDirectionAskedFor) {
+  const Shot shot = MovingShot();
+  constexpr double kReadout_s = 0.04;
+  const auto at_part = [&](double part) {
+    const Shot at_line{shot.motion, shot.t_s + kReadout_s * (part - 0.5), 0};
+    return RenderRadiance(BoxScene(), kEffectsCamera, at_line);
+  };
+  const cv::Mat first = at_part(0);
+  const cv::Mat last = at_part(1);
+  const int right = kEffectsCamera.width - 1;
+  const int bottom = kEffectsCamera.height - 1;
+  const auto top_row = [](const cv::Mat& image) { return image.row(0); };
+  const auto bottom_row = [&](const cv::Mat& image) { return image.row(bottom); };
+  const auto left_column = [](const cv::Mat& image) { return image.col(0); };
+  const auto right_column = [&](const cv::Mat& image) { return image.col(right); };
+  using Line = std::function<cv::Mat(const cv::Mat&)>;
+  struct Case {
+    const char* direction;
+    Line read_first;
+    Line read_last;
+  };
+  const std::vector<Case> cases = {{"down", top_row, bottom_row},
+                                   {"up", bottom_row, top_row},
+                                   {"right", left_column, right_column},
+                                   {"left", right_column, left_column}};
+  for (const Case& c : cases) {
+    RenderOptions options;
+    options.sensor.readout_s = kReadout_s;
+    options.sensor.readout_direction = c.direction;
+    const cv::Mat rolling = RenderRadiance(BoxScene(), kEffectsCamera, shot, options);
+    EXPECT_LT(cv::norm(c.read_first(rolling), c.read_first(first), cv::NORM_INF), 1e-6);
+    EXPECT_LT(cv::norm(c.read_last(rolling), c.read_last(last), cv::NORM_INF), 1e-6);
+    EXPECT_GT(cv::norm(c.read_first(rolling), c.read_first(last), cv::NORM_INF), 0.01);
+    EXPECT_GT(cv::norm(c.read_last(rolling), c.read_last(first), cv::NORM_INF), 0.01);
+  }
+}
+
+TEST(LineDelay, IsFromALineToTheNextDownOrToTheRight) {
+  SensorOptions options;
+  EXPECT_EQ(LineDelay_s(options, 640, 361), 0);
+  options.readout_s = 0.036;
+  EXPECT_NEAR(LineDelay_s(options, 641, 361), 1e-4, 1e-12);
+  options.readout_direction = "up";
+  EXPECT_NEAR(LineDelay_s(options, 641, 361), -1e-4, 1e-12);
+  options.readout_direction = "left";
+  EXPECT_NEAR(LineDelay_s(options, 601, 361), -6e-5, 1e-12);
+}
+
+TEST(Render, TellsTheExposureOfThePicture) {
+  RenderOptions options;
+  options.sensor.exposure = 0.5;
+  options.with_depth = false;
+  const Rendering dark = Render(BoxScene(), kEffectsCamera, MovingShot(), options);
+  EXPECT_DOUBLE_EQ(dark.exposure, 0.5);
+  options.sensor.auto_exposure = 1;
+  const Rendering metered = Render(BoxScene(), kEffectsCamera, MovingShot(), options);
+  const cv::Scalar mean = cv::mean(RenderRadiance(BoxScene(), kEffectsCamera, MovingShot()));
+  EXPECT_NEAR(metered.exposure, 0.5 * 0.18 / ((mean[0] + mean[1] + mean[2]) / 3), 1e-9);
 }
 
 TEST(MotionBlur, IsTheMeanOfSharpPictures) {

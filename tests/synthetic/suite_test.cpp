@@ -6,10 +6,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
+#include <variant>
 
 #include "mono3d/core/error.h"
 #include "synthetic/draws.h"
+#include "synthetic/lens.h"
+#include "synthetic/render.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -94,6 +99,85 @@ TEST(Quick, HasFourSequencesOfFortyImages) {
   for (const SuiteSequence& sequence : suite) {
     EXPECT_EQ(PlanFrames(sequence.options).timestamps_s.size(), 40U) << sequence.name;
   }
+}
+
+bool IsWithin(double value, double low, double high) { return value >= low && value <= high; }
+
+TEST(Cameras, AreOfAllKindsWithinTheirRanges) {
+  for (const int seed : {1, 2, 3}) {
+    const std::vector<SuiteSequence> suite = BuildSuite("cameras", seed);
+    EXPECT_GE(suite.size(), 40U);
+    std::set<std::string> names;
+    std::set<std::string> scenes;
+    std::set<std::string> flights;
+    std::set<std::string> directions;
+    std::map<double, int> readouts;
+    Spread focal{.min = 9, .max = 0};
+    Spread k1{.min = 9, .max = -9};
+    int num_videos = 0;
+    for (const SuiteSequence& sequence : suite) {
+      const SequenceOptions& options = sequence.options;
+      EXPECT_NO_THROW(options.Validate()) << sequence.name;
+      EXPECT_NO_THROW(sequence.video.Validate()) << sequence.name;
+      EXPECT_TRUE(sequence.uncalibrated);
+      names.insert(sequence.name);
+      scenes.insert(options.scene.kind);
+      flights.insert(options.flight.kind);
+      directions.insert(options.render.sensor.readout_direction);
+      ++readouts[options.render.sensor.readout_s];
+      num_videos += sequence.video.IsOn() ? 1 : 0;
+      const SequenceCameraOptions& camera = options.camera;
+      focal.min = std::min(focal.min, camera.focal_px / camera.width);
+      focal.max = std::max(focal.max, camera.focal_px / camera.width);
+      k1.min = std::min(k1.min, camera.k1);
+      k1.max = std::max(k1.max, camera.k1);
+      EXPECT_LE(std::abs(camera.offset_x_px), 0.02 * camera.width);
+      EXPECT_LE(std::abs(camera.offset_y_px), 0.02 * camera.height);
+      const auto num_images = static_cast<double>(PlanFrames(options).timestamps_s.size());
+      EXPECT_TRUE(IsWithin(num_images, 120, 200)) << sequence.name;
+    }
+    EXPECT_EQ(names.size(), suite.size());
+    EXPECT_EQ(scenes.size(), kSceneKinds.size());
+    EXPECT_EQ(flights.size(), kFlightKinds.size());
+    EXPECT_EQ(directions.size(), kReadoutDirections.size());
+    EXPECT_EQ(readouts, (std::map<double, int>{{0, 12}, {0.010, 12}, {0.020, 12}, {0.033, 12}}));
+    EXPECT_TRUE(IsWithin(num_videos, 20, 42)) << num_videos;
+    // Slices reach to a 48th of both ends.
+    EXPECT_TRUE(IsWithin(focal.min, 0.55, 0.57) && IsWithin(focal.max, 1.28, 1.3));
+    EXPECT_TRUE(IsWithin(k1.min, -0.3, -0.29) && IsWithin(k1.max, 0.09, 0.1));
+  }
+}
+
+TEST(Cameras, HaveLensesThatCanBeInverted) {
+  for (int seed = 1; seed <= 6; ++seed) {
+    for (const SuiteSequence& sequence : BuildSuite("cameras", seed)) {
+      // Distortion has no size in pixels: a small image has the same corners.
+      const CameraModel camera = sequence.options.camera.Model().Resized(64, 36);
+      EXPECT_NO_THROW(Lens{camera}) << sequence.name;
+      EXPECT_NO_THROW(DepthCamera(camera)) << sequence.name;
+    }
+  }
+}
+
+TEST(Cameras, AreTheSameForTheSameSeedOnly) {
+  auto first = BuildSuite("cameras", 4);
+  auto second = BuildSuite("cameras", 4);
+  auto other = BuildSuite("cameras", 5);
+  int num_same_focal = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].name, second[i].name);
+    const auto fields = ListOptions(first[i].options);
+    const auto again = ListOptions(second[i].options);
+    ASSERT_EQ(fields.size(), again.size());
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      const auto expect_equal = [&](auto* value) {
+        EXPECT_EQ(*value, *std::get<decltype(value)>(again[k].value)) << fields[k].name;
+      };
+      std::visit(expect_equal, fields[k].value);
+    }
+    num_same_focal += first[i].options.camera.focal_px == other[i].options.camera.focal_px ? 1 : 0;
+  }
+  EXPECT_EQ(num_same_focal, 0);
 }
 
 TEST(Suite, RefusesAnUnknownName) { EXPECT_THROW(BuildSuite("paper52", 1), UsageError); }

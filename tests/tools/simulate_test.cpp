@@ -177,5 +177,29 @@ TEST_F(SimulateTool, PlansASuiteWithoutFilmingIt) {
   EXPECT_THAT(result.output, HasSubstr("71.10"));
 }
 
+TEST_F(SimulateTool, FilmsCamerasWithAndWithoutTheirCalibration) {
+  const CommandResult result = Simulate(
+      "--suite cameras --only '*_02_*' --seed 3 --camera.width 96 --camera.height 54"
+      " --max-frames 4 --depth-stride 2" +
+      Output("suite"));
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  const fs::path folder = fs::directory_iterator(folder_ / "suite")->path();
+  const CameraModel camera = ReadCameraFile(folder / "camera.yaml");
+  EXPECT_EQ(camera.width, 96);
+  EXPECT_GE(camera.fx / camera.width, 0.55);
+  EXPECT_LE(camera.fx / camera.width, 1.3);
+  EXPECT_TRUE(camera.HasDistortion());
+  const auto record = nlohmann::json::parse(std::ifstream(folder / "sequence.json"));
+  EXPECT_DOUBLE_EQ(record["camera"]["cx"].get<double>(), camera.cx);
+  const auto files = Contents(folder);
+  int num_images = 0;
+  for (const auto& [name, content] : Contents(folder / "uncalibrated")) {
+    EXPECT_TRUE(files.at(name) == content) << name;
+    EXPECT_EQ(name.find("camera"), std::string::npos) << name;
+    num_images += name.starts_with("images/") ? 1 : 0;
+  }
+  EXPECT_EQ(num_images, 4);
+}
+
 }  // namespace
 }  // namespace mono3d

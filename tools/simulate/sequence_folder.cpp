@@ -14,9 +14,12 @@
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
+#include "simulate/compressed_film.h"
 #include "simulate/depth_file.h"
 #include "simulate/exif.h"
+#include "simulate/exposure_log.h"
 #include "simulate/image_file.h"
+#include "simulate/uncalibrated_folder.h"
 #include "synthetic/true_cloud.h"
 
 namespace mono3d::tools {
@@ -26,6 +29,8 @@ namespace fs = std::filesystem;
 
 // The seed of the GPS is not that of the frame clock, so that their errors have nothing in common.
 constexpr std::uint64_t kGpsSeedOffset = 0x6750'5331;
+
+constexpr const char* kRawFolder = "frames";  // until the video is done
 
 // One sequence and where its files go.
 class SequenceWriter {
@@ -38,13 +43,15 @@ class SequenceWriter {
         survey_(sequence_.Survey()),
         depth_form_(ChooseDepthForm(file_options.depth_form, survey_)),
         gps_(synthetic::GpsTrack(track().timestamps_s, track().T_world_cam, options.gps,
-                                 kGpsSeedOffset + static_cast<std::uint64_t>(options.seed))) {}
+                                 kGpsSeedOffset + static_cast<std::uint64_t>(options.seed))),
+        exposures_(folder / "exposures.txt", track().timestamps_s) {}
 
   const synthetic::Sequence& sequence() const { return sequence_; }
 
   void WriteSmallFiles() const {
     CreateOutputFolder(folder_ / "images");
     CreateOutputFolder(folder_ / "depth");
+    if (is_video()) CreateOutputFolder(RawFolder());
     WriteCameraFile(folder_ / "camera.yaml", sequence_.camera());
     if (sequence_.camera().HasDistortion()) {
       WriteCameraFile(folder_ / "depth" / "camera.yaml", sequence_.depth_camera());
@@ -61,14 +68,40 @@ class SequenceWriter {
 
   // Returns whether there was anything to do. The image comes last: where it is, so is its depth.
   bool WriteFrame(int frame) {
-    if (fs::exists(ImagePath(frame))) return false;
+    if (fs::exists(RawPath(frame)) && exposures_.Has(frame)) return false;
     const synthetic::Rendering rendering = sequence_.RenderFrame(frame);
     if (sequence_.HasDepth(frame)) {
       WriteDepth(DepthPath(folder_ / "depth", FrameName(frame), depth_form_), rendering.depth,
                  depth_form_);
     }
-    WriteFileAtomically(ImagePath(frame), EncodeImage(rendering.bgr, frame));
+    exposures_.Add(frame, rendering.exposure);
+    WriteFileAtomically(RawPath(frame), EncodeImage(rendering.bgr, frame));
     return true;
+  }
+
+  // After the last frame.
+  void CompressVideo(SequenceRecord& record) const {
+    exposures_.Finish();
+    if (!is_video()) return;
+    const double fps = sequence_.options().frames_per_s;
+    const FilmFiles files = {.num_frames = sequence_.num_frames(),
+                             .raw = [this](int frame) { return RawPath(frame); },
+                             .decoded = [this](int frame) { return ImagePath(frame); },
+                             .video = VideoPath()};
+    const FilmQuality quality = CompressFilm(files, fps, file_options_.video);
+    record["video"] = {{"frames_per_s", fps},
+                       {"start_s", track().timestamps_s.front()},
+                       {"bit_rate_mbit_per_s", quality.bit_rate_mbit_per_s},
+                       {"psnr_db", quality.psnr_db}};
+  }
+
+  // What the options do not ask for, and what they ask for in another form.
+  void Sort() const {
+    if (is_video()) {
+      if (file_options_.video.keep == "video") fs::remove_all(folder_ / "images");
+      if (file_options_.video.keep == "images") fs::remove(VideoPath());
+    }
+    if (file_options_.uncalibrated) LinkUncalibrated(folder_);
   }
 
   // Returns the number of points and puts the 5 % quantile of their heights into `ground_z_m`.
@@ -100,6 +133,7 @@ class SequenceWriter {
     record["ground_z_m"] = ground_z_m;
     record["depth_rounding"] =
         depth_form_.is_pfm ? 0.0 : 0.5 / (depth_form_.png_scale * survey_.nearest_m);
+    record["camera"] = ToJson(sequence_.camera(), sequence_.options().render.sensor);
     record["cloud"] = {{"points", num_points}, {"voxel_m", VoxelSize()}};
     record["flight"] = ToJson(synthetic::Summarise(
         synthetic::SampleFlight(track().timestamps_s, track().T_world_cam, ground_z_m)));
@@ -109,6 +143,14 @@ class SequenceWriter {
   const synthetic::FrameTrack& track() const { return sequence_.track(); }
   double VoxelSize() const { return sequence_.options().cloud_voxel * survey_.mean_depth_m; }
 
+  bool is_video() const { return file_options_.video.IsOn(); }
+
+  fs::path VideoPath() const { return folder_ / "video.mp4"; }
+  fs::path RawFolder() const { return folder_ / kRawFolder; }
+  // As rendered: the image itself, or what goes into the video.
+  fs::path RawPath(int frame) const {
+    return is_video() ? RawFolder() / (FrameName(frame) + ".png") : ImagePath(frame);
+  }
   fs::path ImagePath(int frame) const {
     const std::string extension = file_options_.jpeg_quality > 0 ? ".jpg" : ".png";
     return folder_ / "images" / (FrameName(frame) + extension);
@@ -132,6 +174,7 @@ class SequenceWriter {
   synthetic::SequenceSurvey survey_;
   DepthForm depth_form_;
   std::vector<synthetic::GpsFix> gps_;
+  ExposureLog exposures_;
 };
 
 SequenceRecord RecordOf(synthetic::SequenceOptions options, SequenceFileOptions file_options) {
@@ -150,7 +193,10 @@ SequenceRun WriteSequence(const synthetic::SequenceOptions& options,
   SequenceRun run{.record = RecordOf(options, file_options)};
   if (const std::optional<SequenceRecord> earlier = FindRecord(folder, run.record)) {
     run.record = *earlier;
-    if (IsComplete(run.record)) return run;
+    if (IsComplete(run.record)) {
+      fs::remove_all(folder / kRawFolder);
+      return run;
+    }
   }
   SequenceWriter writer(options, file_options, folder);
   CreateOutputFolder(folder);
@@ -161,11 +207,14 @@ SequenceRun WriteSequence(const synthetic::SequenceOptions& options,
     if (writer.WriteFrame(frame)) ++run.num_rendered;
     if (!observer(frame + 1, num_frames)) return run;
   }
+  writer.CompressVideo(run.record);
   double ground_z_m = 0;
   const std::size_t num_points = writer.WriteCloud(ground_z_m);
   run.record["complete"] = true;
   writer.Describe(run.record, ground_z_m, num_points);
+  writer.Sort();
   WriteRecord(folder, run.record);
+  fs::remove_all(folder / kRawFolder);
   return run;
 }
 

@@ -47,10 +47,16 @@ void SequenceFileOptions::Visit(OptionVisitor& visit) {
   visit("jpeg_quality", jpeg_quality, "write JPEG with EXIF, 1 to 100; 0: PNG without");
   visit("depth_form", depth_form,
         "png: 16 bits, pfm: 32 bits, auto: png where it rounds by at most 0.01 %");
+  visit("uncalibrated", uncalibrated,
+        "write uncalibrated/ as well: the same pictures and times without a camera.yaml");
+  visit.Group("video", video);
 }
 
 void SequenceFileOptions::Validate() const {
   RequireOption(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg-quality", "0 to 100", jpeg_quality);
+  video.Validate();
+  RequireOption(jpeg_quality == 0 || !video.IsOn(), "jpeg-quality", "0 with --video.codec",
+                jpeg_quality);
   if (depth_form == "auto" || depth_form == "png" || depth_form == "pfm") return;
   throw UsageError(ErrorParts{.what = "unknown form of depth",
                               .where = "--depth-form",
@@ -103,6 +109,18 @@ SequenceRecord ToJson(const synthetic::FlightStatistics& statistics) {
           {"angular_velocity_rad_per_s", ToJson(statistics.angular_velocity_rad_per_s)},
           {"speed_m_per_s", ToJson(statistics.speed_m_per_s)},
           {"frames_per_s", ToJson(statistics.frames_per_s)}};
+}
+
+SequenceRecord ToJson(const CameraModel& camera, const synthetic::SensorOptions& sensor) {
+  return {{"fx", camera.fx},
+          {"fy", camera.fy},
+          {"cx", camera.cx},
+          {"cy", camera.cy},
+          {"distortion", camera.distortion},
+          {"readout_s", sensor.readout_s},
+          {"readout_direction", sensor.readout_direction},
+          {"line_delay_s", synthetic::LineDelay_s(sensor, camera.width, camera.height)},
+          {"exposure_s", sensor.exposure_s}};
 }
 
 synthetic::FlightSamples ReadSamples(const std::filesystem::path& folder,

@@ -12,6 +12,8 @@
 #include "mono3d/core/options.h"
 #include "synthetic/flight_statistics.h"
 #include "synthetic/gps.h"
+#include "synthetic/sequence.h"
+#include "synthetic/video_options.h"
 
 namespace mono3d::tools {
 
@@ -19,6 +21,8 @@ namespace mono3d::tools {
 struct SequenceFileOptions {
   int jpeg_quality = 0;             // 1 to 100; 0: PNG
   std::string depth_form = "auto";  // see ChooseDepthForm
+  bool uncalibrated = false;        // the pictures once more, in a folder without camera.yaml
+  synthetic::VideoOptions video;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -40,6 +44,8 @@ bool IsComplete(const SequenceRecord& record);
 void WriteRecord(const std::filesystem::path& folder, const SequenceRecord& record);
 
 SequenceRecord ToJson(const synthetic::FlightStatistics& statistics);
+// The true camera: lens and shutter.
+SequenceRecord ToJson(const CameraModel& camera, const synthetic::SensorOptions& sensor);
 
 // Heights, speeds and rates of the flight of a complete sequence, from its files.
 synthetic::FlightSamples ReadSamples(const std::filesystem::path& folder,

@@ -56,6 +56,14 @@ CameraPrior StartingPoint(const CameraPrior& prior) {
   return start;
 }
 
+bool ContradictsPrior(const calibration::CameraAdjustment& adjustment, const CameraPrior& prior) {
+  if (prior.source == CameraPriorSource::kDefault) return false;
+  if (prior.source == CameraPriorSource::kCalibration) {
+    return calibration::Contradicts(adjustment, prior);
+  }
+  return calibration::IsFarFrom(prior, adjustment.camera);
+}
+
 std::string BoardText(const CalibrationBoard& board) {
   return (board.kind == BoardKind::kCharuco ? "ChArUco board of " : "chessboard of ") +
          std::to_string(board.columns) + "x" + std::to_string(board.rows) +
@@ -94,8 +102,7 @@ CameraCalibration CalibrateFromBoard(const CameraPrior& prior, const FootageOpen
       calibration::TakePosterior(adjustment, result);
       result.is_learned = true;
       result.num_rounds = 1;
-      result.contradicts_prior = prior.source != CameraPriorSource::kDefault &&
-                                 calibration::Contradicts(adjustment, result.prior);
+      result.contradicts_prior = ContradictsPrior(adjustment, result.prior);
       result.change_px = LargestDifference_px(result.prior.camera, adjustment.camera);
       result.posterior.source = CameraPriorSource::kCalibration;
       result.posterior.description =

@@ -3,32 +3,17 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "calibration/camera_parameters.h"
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/camera_prior.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {
-
-// The parameters of a camera as the adjustment varies them: log fx, log(fy / fx), cx, cy (px),
-// k1 k2 p1 p2 k3. Logarithms, as focal lengths are known to a share of themselves.
-constexpr int kNumParameters = 9;
-enum Parameter { kLogFocal, kLogAspect, kCx, kCy, kK1, kK2, kP1, kP2, kK3 };
-using ParameterVector = Eigen::Matrix<double, kNumParameters, 1>;
-using ParameterMatrix = Eigen::Matrix<double, kNumParameters, kNumParameters>;
-using ParameterFlags = Eigen::Array<bool, kNumParameters, 1>;
-
-ParameterVector ToParameters(const CameraModel& camera);
-// Of the size of `camera`, with other parameters.
-CameraModel WithParameters(const CameraModel& camera, const ParameterVector& parameters);
-
-// Of each parameter; 0: it is fixed.
-ParameterVector PriorSigmas(const CameraPrior& prior);
 
 struct CameraAdjustment {
   CameraModel camera;
@@ -58,5 +43,10 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
 
 // The standard deviation in px of where the camera shows a ray, at its largest over the image.
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance);
+
+// Do the images contradict a calibration? By more than what they know and what good calibrations
+// are off by: a share of the focal length (told.focal_sigma) and 0.3 px in 1,000 anywhere. Compares
+// where nine rays show, at 99.9 %: coefficients that differ but mean the same lens do not count.
+bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& told);
 
 }  // namespace mono3d::calibration

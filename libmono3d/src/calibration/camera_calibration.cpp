@@ -29,6 +29,7 @@ namespace {
 using calibration::AdjustCamera;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
+using calibration::IsFarFrom;
 using calibration::TakePosterior;
 using calibration::WithoutWeight;
 
@@ -38,13 +39,16 @@ constexpr double kConverged_px = 0.05;
 constexpr double kCoarseChange = 0.01;
 // Rounds with one part at most: a camera that is still far off then needs more of the footage.
 constexpr int kNumCoarseRounds = 3;
-// In sigmas: beyond chance.
-constexpr double kSignificant = 3;
 
-// The maps of what can be tracked, with pixels as `camera` shows them.
+// The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
+// an error is good up to there; who reads all of it will meet the error again.
 void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
   const std::unique_ptr<Tracker> tracker = CreateTracker();
-  while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
+  try {
+    while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
+  } catch (const Error& error) {
+    Log(LogLevel::kDebug, std::string("calibration: ") + error.what());
+  }
   tracker->WaitForMapping();
   (void)tracker->Finish();
   std::set<int> map_ids;
@@ -79,24 +83,21 @@ void LogRound(const CameraCalibration& result, double change_px) {
 
 using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
 
-// Does `result` leave no doubt about a camera that was told?
-bool Agrees(const CameraCalibration& result, const CameraModel& camera) {
-  return result.prior.source == CameraPriorSource::kCalibration &&
-         LargestDifference_px(result.prior.camera, camera) <= kSignificant * result.uncertainty_px;
-}
-
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
                             std::size_t max_parts, const CalibrationOptions& options) {
   CameraCalibration result;
   result.prior = result.posterior = prior;
-  CameraPrior weight = prior;
+  // A calibration that may be wrong must not be drawn on to judge it.
+  const bool is_told = prior.source == CameraPriorSource::kCalibration;
+  CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
   std::size_t num_parts = 1;
+  bool agrees = false;  // with what was told
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
     CameraAdjustment adjustment = AdjustCamera(weight, camera, maps);
-    if (!result.contradicts_prior && prior.source != CameraPriorSource::kDefault &&
-        Contradicts(adjustment, prior)) {
+    const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
+    if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = WithoutWeight(prior);
       adjustment = AdjustCamera(weight, adjustment.camera, maps);
@@ -111,7 +112,8 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     result.num_rounds = round;
     TakePosterior(adjustment, result);
     LogRound(result, change_px);
-    if (Agrees(result, camera)) break;
+    agrees = is_told && !Contradicts(adjustment, prior);
+    if (agrees) break;
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
     if (is_coarse && round < kNumCoarseRounds) continue;
     // Two rounds choose other keyframes: their difference has more variance than either.
@@ -123,12 +125,13 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
     result.reason = "too little of the footage can be tracked";
-  } else if (Agrees(result, camera)) {
+  } else if (agrees) {
     result.reason = "the images agree with the calibration";
   } else if (result.change_px == 0) {
     result.reason = "the images do not determine the camera";
   } else {
     result.is_learned = true;
+    result.contradicts_prior = result.contradicts_prior || is_told;
   }
   return result;
 }

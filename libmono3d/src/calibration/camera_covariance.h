@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "calibration/camera_adjustment.h"
+#include "calibration/camera_parameters.h"
 #include "calibration/camera_problem.h"
 
 namespace mono3d::calibration {

@@ -8,18 +8,13 @@
 #include <cstddef>
 
 namespace mono3d::calibration {
-namespace {
 
-// In sigmas: beyond chance.
-constexpr double kContradiction = 3;
-
-}  // namespace
-
-bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& prior) {
+bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
+  constexpr double kSignificant = 3;  // in sigmas: beyond chance
   const ParameterVector sigmas = PriorSigmas(prior);
-  const ParameterVector difference = ToParameters(adjustment.camera) - ToParameters(prior.camera);
+  const ParameterVector difference = ToParameters(camera) - ToParameters(prior.camera);
   for (Eigen::Index i = 0; i < difference.size(); ++i) {
-    if (sigmas[i] > 0 && std::abs(difference[i]) > kContradiction * sigmas[i]) return true;
+    if (sigmas[i] > 0 && std::abs(difference[i]) > kSignificant * sigmas[i]) return true;
   }
   return false;
 }

@@ -8,8 +8,8 @@
 
 namespace mono3d::calibration {
 
-// Is a parameter further from the prior than chance brings it?
-bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& prior);
+// Is a parameter three standard deviations from where metadata have it?
+bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera);
 
 // The same camera with nothing known but the size of its images.
 CameraPrior WithoutWeight(const CameraPrior& prior);

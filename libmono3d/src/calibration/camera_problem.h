@@ -9,7 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "calibration/camera_adjustment.h"
+#include "calibration/camera_parameters.h"
+#include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "calibration/camera_adjustment.h"
+#include "calibration/camera_parameters.h"
 
 namespace mono3d::calibration {
 

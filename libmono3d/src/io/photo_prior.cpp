@@ -236,7 +236,7 @@ std::optional<CameraPrior> PriorFromFacts(const PhotoFacts& facts) {
 
 RelativeFocal FocalOf35mm(double focal_35mm, double focal_mm, int width, int height) {
   constexpr double kFilmDiagonalMm = 43.27;  // of 36 mm x 24 mm
-  constexpr double kSameShape = 0.02;         // sensors of 5280 x 3956 pixels are 4:3
+  constexpr double kSameShape = 0.02;        // sensors of 5280 x 3956 pixels are 4:3
   const double aspect =
       static_cast<double>(std::max(width, height)) / static_cast<double>(std::min(width, height));
   // The equivalent is of the diagonal (CIPA DCG-001). Makers state it of the whole sensor, and do

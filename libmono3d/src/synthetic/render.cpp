@@ -9,8 +9,10 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/image/undistorter.h"
+#include "synthetic/exposure.h"
 #include "synthetic/lens.h"
 #include "synthetic/pixel_shader.h"
+#include "synthetic/sensor.h"
 #include "synthetic/shading.h"
 #include "synthetic/shutter.h"
 
@@ -122,7 +124,7 @@ cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot
       row.Clear();
       for (int x = 0; x < camera.width; ++x) {
         for (const PixelSample& sample : plan.samples) {
-          const Instant& instant = plan.At(y, sample.slice);
+          const Instant& instant = plan.At(x, y, sample.slice);
           const Vector3f direction_cam = sights.Direction(x, y, sample.shift_px);
           row.Add({instant.origin, instant.R_world_cam * direction_cam, instant.t_s});
         }
@@ -145,8 +147,9 @@ cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot
 Rendering Render(const Scene& scene, const CameraModel& camera, const Shot& shot,
                  const RenderOptions& options) {
   Rendering out;
-  out.bgr =
-      Develop(RenderRadiance(scene, camera, shot, options), options.sensor, shot.t_s, shot.frame);
+  const cv::Mat radiance = RenderRadiance(scene, camera, shot, options);
+  out.bgr = Develop(radiance, options.sensor, shot.t_s, shot.frame);
+  out.exposure = ExposureFactor(radiance, options.sensor, shot.t_s);
   if (options.with_depth) out.depth = RenderDepth(scene, DepthCamera(camera), shot);
   return out;
 }

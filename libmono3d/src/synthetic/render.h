@@ -13,8 +13,9 @@
 namespace mono3d::synthetic {
 
 struct Rendering {
-  cv::Mat bgr;    // CV_8UC3
-  cv::Mat depth;  // CV_32FC1, z-depth in metres on the ray of the pixel's centre; 0: sky
+  cv::Mat bgr;          // CV_8UC3
+  cv::Mat depth;        // CV_32FC1, z-depth in metres on the ray of the pixel's centre; 0: sky
+  double exposure = 1;  // factor on the scene's light, before vignetting, noise and tone curve
 };
 
 // What the camera sees. The image has the camera's distortion, rolling shutter, blur and noise; the
@@ -26,7 +27,7 @@ Rendering Render(const Scene& scene, const CameraModel& camera, const Shot& shot
 Rendering Render(const Scene& scene, const CameraModel& camera, const Pose& T_world_cam,
                  const RenderOptions& options = {});
 
-// Linear light, CV_32FC3 (blue, green, red), before the sensor's exposure, noise and gamma.
+// Linear light, CV_32FC3 (blue, green, red), before the sensor's exposure, noise and tone curve.
 cv::Mat RenderRadiance(const Scene& scene, const CameraModel& camera, const Shot& shot,
                        const RenderOptions& options = {});
 

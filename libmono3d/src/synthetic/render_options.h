@@ -7,7 +7,7 @@
 
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/pose.h"
-#include "synthetic/sensor.h"
+#include "synthetic/sensor_options.h"
 
 namespace mono3d::synthetic {
 
@@ -26,7 +26,7 @@ using CameraMotion = std::function<Pose(double t_s)>;
 // One release of the shutter.
 struct Shot {
   CameraMotion motion;  // about t_s, as far as shutter and readout reach
-  double t_s = 0;       // the middle of the exposure of the middle row: the time of the true pose
+  double t_s = 0;       // the middle of the exposure of the middle line: the time of the true pose
   int frame = 0;        // each frame has noise of its own
 };
 

@@ -61,8 +61,8 @@ CameraModel SequenceCameraOptions::Model() const {
           .height = height,
           .fx = focal,
           .fy = focal,
-          .cx = 0.5 * (width - 1),
-          .cy = 0.5 * (height - 1),
+          .cx = 0.5 * (width - 1) + offset_x_px,
+          .cy = 0.5 * (height - 1) + offset_y_px,
           .distortion = {k1, k2, p1, p2, k3}};
 }
 
@@ -70,6 +70,8 @@ void SequenceCameraOptions::Visit(OptionVisitor& visit) {
   visit("width", width, "of the images, px");
   visit("height", height, "of the images, px");
   visit("focal_px", focal_px, "focal length; 0: nine tenths of the width");
+  visit("offset_x_px", offset_x_px, "of the principal point to the right of the middle");
+  visit("offset_y_px", offset_y_px, "of the principal point below the middle");
   visit("k1", k1, "radial distortion");
   visit("k2", k2, "radial distortion");
   visit("p1", p1, "tangential distortion");
@@ -83,6 +85,10 @@ void SequenceCameraOptions::Validate() const {
   RequireOption(height >= 16 && height <= kMax, "camera.height", "16 to 16384", height);
   RequireOption(std::isfinite(focal_px) && focal_px >= 0, "camera.focal_px", "at least 0",
                 focal_px);
+  RequireOption(std::abs(offset_x_px) < 0.5 * width, "camera.offset_x_px",
+                "less than half of the width", offset_x_px);
+  RequireOption(std::abs(offset_y_px) < 0.5 * height, "camera.offset_y_px",
+                "less than half of the height", offset_y_px);
   for (const double coefficient : {k1, k2, p1, p2, k3}) {
     RequireOption(std::isfinite(coefficient), "camera.k1, k2, p1, p2 or k3", "a finite number",
                   coefficient);

@@ -19,16 +19,18 @@
 namespace mono3d::synthetic {
 
 struct SequenceCameraOptions {
-  int width = 768;      // px
-  int height = 448;     // px
-  double focal_px = 0;  // 0: nine tenths of the width, a field of view of 58 degrees across
-  double k1 = 0;        // distortion as OpenCV has it
+  int width = 768;         // px
+  int height = 448;        // px
+  double focal_px = 0;     // 0: nine tenths of the width, a field of view of 58 degrees across
+  double offset_x_px = 0;  // of the principal point from the middle of the image
+  double offset_y_px = 0;
+  double k1 = 0;  // distortion as OpenCV has it
   double k2 = 0;
   double p1 = 0;
   double p2 = 0;
   double k3 = 0;
 
-  CameraModel Model() const;  // its principal point is the image's middle
+  CameraModel Model() const;
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };

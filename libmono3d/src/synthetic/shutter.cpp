@@ -74,6 +74,7 @@ Instant InstantOf(const Pose& T_world_cam, double t_s) {
 
 ShutterPlan PlanShutter(const Scene& scene, const CameraModel& camera, const Shot& shot,
                         const RenderOptions& options) {
+  using Lines = ShutterPlan::Lines;
   const SensorOptions& sensor = options.sensor;
   ShutterPlan plan;
   if (sensor.exposure_s > 0) {
@@ -83,13 +84,15 @@ ShutterPlan PlanShutter(const Scene& scene, const CameraModel& camera, const Sho
     plan.num_slices = 2 * std::clamp(static_cast<int>(std::ceil(blur_px / 2)), 1, kMaxSlices / 2);
   }
   plan.samples = PlanSamples(options.samples_per_side, plan.num_slices);
-  plan.has_rows = sensor.readout_s > 0;
-  const int num_rows = plan.has_rows ? camera.height : 1;
-  for (int y = 0; y < num_rows; ++y) {
-    const double row = plan.has_rows && num_rows > 1 ? y / (num_rows - 1.0) - 0.5 : 0;
+  const bool is_rolling = sensor.readout_s > 0;
+  if (is_rolling) plan.lines = ReadsColumns(sensor) ? Lines::kColumns : Lines::kRows;
+  const int num_lines = is_rolling ? NumLines(sensor, camera.width, camera.height) : 1;
+  const double sign = ReadsBackwards(sensor) ? -1 : 1;
+  for (int i = 0; i < num_lines; ++i) {
+    const double line = num_lines > 1 ? sign * (i / (num_lines - 1.0) - 0.5) : 0;
     for (int slice = 0; slice < plan.num_slices; ++slice) {
       const double part = (slice + 0.5) / plan.num_slices - 0.5;
-      const double t_s = shot.t_s + row * sensor.readout_s + part * sensor.exposure_s;
+      const double t_s = shot.t_s + line * sensor.readout_s + part * sensor.exposure_s;
       plan.instants.push_back(InstantOf(shot.motion(t_s), t_s));
     }
   }

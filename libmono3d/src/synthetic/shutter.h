@@ -32,13 +32,16 @@ struct PixelSample {
 struct ShutterPlan {
   int num_slices = 1;
   std::vector<PixelSample> samples;
-  std::vector<Instant> instants;  // of each row, `num_slices` each; rows all alike have one
+  // Of each line, `num_slices` each, in the order of the pixels; lines all alike have one.
+  std::vector<Instant> instants;
 
-  const Instant& At(int y, int slice) const {
-    const std::size_t row = has_rows ? static_cast<std::size_t>(y) : 0;
-    return instants[row * static_cast<std::size_t>(num_slices) + static_cast<std::size_t>(slice)];
+  const Instant& At(int x, int y, int slice) const {
+    const int line = lines == Lines::kRows ? y : lines == Lines::kColumns ? x : 0;
+    return instants[static_cast<std::size_t>(line) * static_cast<std::size_t>(num_slices) +
+                    static_cast<std::size_t>(slice)];
   }
-  bool has_rows = false;  // rolling shutter
+  // What is read at one time: a rolling shutter's rows, or its columns where the sensor is turned.
+  enum class Lines { kAll, kRows, kColumns } lines = Lines::kAll;
 };
 ShutterPlan PlanShutter(const Scene& scene, const CameraModel& camera, const Shot& shot,
                         const RenderOptions& options);

@@ -10,7 +10,9 @@
 #include "mono3d/core/error.h"
 #include "synthetic/draws.h"
 #include "synthetic/numbers.h"
+#include "synthetic/suite_cameras.h"
 #include "synthetic/suite_features.h"
+#include "synthetic/words.h"
 
 namespace mono3d::synthetic {
 namespace {
@@ -194,7 +196,8 @@ std::vector<SuiteSequence> BuildQuick(int seed) {
     options.flight.unsteadiness.position_m = 0.1;
     options.flight.unsteadiness.rotation_deg = 0.2;
     AddFeature(options, plan.feature);
-    suite.push_back({Name("quick", i + 1, options, plan.feature), options, 0});
+    suite.push_back(
+        {.name = Name("quick", i + 1, options, plan.feature), .options = options, .video = {}});
   }
   return suite;
 }
@@ -204,8 +207,9 @@ std::vector<SuiteSequence> BuildQuick(int seed) {
 std::vector<SuiteSequence> BuildSuite(const std::string& name, int seed) {
   if (name == "paper51") return BuildPaper51(seed);
   if (name == "quick") return BuildQuick(seed);
-  throw UsageError(ErrorParts{
-      .what = "no such suite", .where = "--suite", .expected = "paper51 or quick", .found = name});
+  if (name == "cameras") return BuildCameras(seed);
+  RequireOneOf("suite", name, kSuites);
+  throw Error("a suite without sequences: " + name);
 }
 
 FlightStatistics PaperFlights() {

@@ -8,24 +8,20 @@
 #include <vector>
 
 #include "synthetic/flight_statistics.h"
-#include "synthetic/sequence.h"
+#include "synthetic/suite_sequence.h"
 
 namespace mono3d::synthetic {
 
-// One sequence of a suite. Its name says what it is: suite, number, scene, flight, hard feature.
-struct SuiteSequence {
-  std::string name;
-  SequenceOptions options;
-  int jpeg_quality = 0;  // 0: not compressed
-};
-
-inline constexpr std::array<const char*, 2> kSuites = {"paper51", "quick"};
+inline constexpr std::array<const char*, 3> kSuites = {"paper51", "quick", "cameras"};
 
 // paper51: 51 sequences that fly as those of the paper do (its Table 1), about 24,000 images in
 // all. Scene, hard features, light, haze, flight and the camera's imperfections are drawn from the
 // seed.
 // quick: four of 40 images each, of different scenes and flights, for trying things out.
-// Throws UsageError on another name.
+// cameras: 48 of 120 to 150 small images, from cameras of all kinds, for what learns a camera from
+// its pictures: eight flights, focal lengths of 0.55 to 1.3 of the width, k1 of -0.3 to 0.1,
+// principal points off by up to 2 %, shutters of 0 to 33 ms, four kinds of exposure, with and
+// without H.264. Throws UsageError on another name.
 std::vector<SuiteSequence> BuildSuite(const std::string& name, int seed);
 
 // Table 1 of the paper: means, standard deviations and ranges over the frames of all sequences.

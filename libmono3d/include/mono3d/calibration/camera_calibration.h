@@ -50,7 +50,7 @@ struct CameraCalibration {
   bool determines_aspect = false;  // fy / fx
   bool determines_principal_point = false;
   std::array<bool, 5> determines_distortion = {};  // k1 k2 p1 p2 k3
-  // The images contradict the prior (three of its sigmas): it was wrong and has no more weight.
+  // The images contradict the prior: it was wrong and has no more weight.
   bool contradicts_prior = false;
   double change_px = 0;       // LargestDifference_px from the prior's camera
   double uncertainty_px = 0;  // standard deviation of where the camera shows a ray, at its largest
@@ -68,8 +68,9 @@ using FootageOpener = std::function<std::unique_ptr<FrameSource>(const CameraMod
 
 // Learns the camera of footage of a static scene: tracks it with the camera known so far, adjusts
 // poses, points and camera together, and begins again with the better camera until it changes no
-// more than it is known. Footage that cannot be tracked is a reason, not an error; errors of the
-// footage are thrown. Takes about ten seconds of processor time for 768x448.
+// more than it is known. Footage that cannot be tracked is a reason, not an error; one that
+// breaks off with an error is good up to there. Takes about ten seconds of processor time for
+// 768x448.
 CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
                                   const CalibrationOptions& options = {});
 
