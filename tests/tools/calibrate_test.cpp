@@ -50,7 +50,7 @@ class CalibrateTool : public testing::Test {
   std::filesystem::path output() const { return folder_ / "camera.yaml"; }
 
   void WriteImages(const std::vector<cv::Mat>& images_of_test) const {
-    char name[16];
+    char name[32];
     for (std::size_t i = 0; i < images_of_test.size(); ++i) {
       std::snprintf(name, sizeof name, "%03zu.png", i);
       cv::imwrite((images() / name).string(), images_of_test[i]);
@@ -114,7 +114,7 @@ TEST_F(CalibrateTool, LearnsFromACharucoBoardInAnotherSize) {
 
 TEST_F(CalibrateTool, SaysInOneLineWhyNothingIsLearned) {
   WriteImages(std::vector<cv::Mat>(4, cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(80))));
-  for (const std::string& board : {"", " --board 9x6", " --charuco 7x5"}) {
+  for (const std::string board : {"", " --board 9x6", " --charuco 7x5"}) {
     const CommandResult result =
         Calibrate(images().string() + board + " --report " + (folder_ / "report").string());
     EXPECT_EQ(result.exit_status, kFailure);
@@ -128,7 +128,7 @@ TEST_F(CalibrateTool, SaysInOneLineWhyNothingIsLearned) {
 
 TEST_F(CalibrateTool, RefusesWrongBoards) {
   const std::string input = images().string();
-  for (const std::string& arguments :
+  for (const std::string arguments :
        {" --board 9", " --board 9x6x2", " --board 2x6", " --charuco 7x5 --dictionary DICT_9X9",
         " --charuco 7x5 --board 9x6", " --dictionary DICT_5X5_50"}) {
     const CommandResult result = Calibrate(input + arguments);
