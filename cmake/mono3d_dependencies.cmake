@@ -3,7 +3,8 @@
 
 # Every outside library, named once. cmake/install-dependencies.sh installs them on Debian 12.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d
+             aruco)
 find_package(Ceres 2.1 REQUIRED)
 find_package(Vulkan REQUIRED COMPONENTS glslangValidator)
 find_package(nlohmann_json 3.11 REQUIRED)

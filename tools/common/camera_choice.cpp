@@ -12,11 +12,6 @@
 namespace mono3d::tools {
 namespace {
 
-CameraPrior PriorOf(const std::string& input, const CameraArguments& arguments) {
-  if (arguments.file.empty()) return ReadCameraPrior(input);
-  return CalibratedCameraPrior(ReadCameraFile(arguments.file));
-}
-
 std::string Fixed(double value, int num_digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", num_digits, value);
@@ -30,11 +25,13 @@ std::string FocalLength(const CameraPrior& camera) {
 
 }  // namespace
 
-CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
-                          const CameraArguments& arguments) {
-  const CameraPrior prior = PriorOf(input, arguments);
-  if (arguments.is_held && !arguments.file.empty()) return {prior.camera, std::nullopt};
-  const auto open = [&](const CameraModel& camera, int start, int max_frames) {
+CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments) {
+  if (arguments.file.empty()) return ReadCameraPrior(input);
+  return CalibratedCameraPrior(ReadCameraFile(arguments.file));
+}
+
+FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source) {
+  return [input, source](const CameraModel& camera, int start, int max_frames) {
     FrameSourceOptions part = source;
     part.start += start * source.stride;
     if (max_frames > 0) {
@@ -44,8 +41,14 @@ CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& so
     }
     return OpenFrameSource(input, camera, part);
   };
+}
+
+CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
+                          const CameraArguments& arguments) {
+  const CameraPrior prior = FindPrior(input, arguments);
+  if (arguments.is_held && !arguments.file.empty()) return {prior.camera, std::nullopt};
   CameraChoice choice;
-  choice.calibration = CalibrateCamera(prior, open, arguments.calibration);
+  choice.calibration = CalibrateCamera(prior, OpenerOf(input, source), arguments.calibration);
   choice.camera = choice.calibration->posterior.camera;
   return choice;
 }

@@ -24,6 +24,13 @@ struct CameraChoice {
   std::optional<CameraCalibration> calibration;  // where the images were asked
 };
 
+// What is known of the camera of `input`: the file, or what photos or the telemetry of a video say
+// of their camera, or the default.
+CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments);
+
+// Opens `input`, or a part of what `source` takes of it.
+FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source);
+
 // The camera of the file where it is held; else what the images say, beginning with the file, or
 // with what photos or the telemetry of a video say of their camera, or with the default.
 CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,

@@ -5,6 +5,7 @@
 
 // All of mono3d::mono3d. An application that uses a part of it compiles faster with the header of
 // that part.
+#include "mono3d/calibration/board_calibration.h"
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/atomic_file.h"
 #include "mono3d/core/error.h"

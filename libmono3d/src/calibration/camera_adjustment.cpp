@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "calibration/camera_covariance.h"
 #include "calibration/camera_problem.h"
+#include "calibration/parameter_choice.h"
 #include "mono3d/geometry/distortion.h"
 
 namespace mono3d::calibration {
@@ -21,62 +21,11 @@ constexpr std::size_t kMinPoints = 50;
 // Rounds of weights: the first residuals are those of a wrong camera. The last gain is less than a
 // hundredth of what one standard deviation of a parameter costs.
 constexpr std::array<double, 3> kMinGains = {1e-2, 1e-4, 1e-6};
-// What an adjustment says of a parameter counts where it knows twice as much as the prior did;
-// below that the estimate follows what the model leaves out (real lenses, rolling shutters).
-constexpr double kMaxShareOfPriorSigma = 0.5;
-// Chi-square at 99 %, for one and two degrees of freedom: beyond chance.
-constexpr std::array<double, 2> kChi2At99 = {6.63, 9.21};
-
 // Of the image's larger side: the residuals of a good calibration, 0.3 px in 1,000.
 constexpr double kToldTolerance = 0.0003;
 
-// Parameters that are held together: without one of a pair the other has no meaning.
-using ParameterGroup = std::vector<Eigen::Index>;
-
 void SolveAll(CameraProblem& problem) {
   for (const double min_gain : kMinGains) problem.Solve(min_gain);
-}
-
-// How far the group lies from the prior, as a share of what chance allows.
-double Significance(const ParameterGroup& group, const ParameterVector& difference,
-                    const ParameterMatrix& covariance) {
-  const Eigen::VectorXd of_group = difference(group);
-  const Eigen::MatrixXd its_covariance = covariance(group, group);
-  return of_group.dot(its_covariance.ldlt().solve(of_group)) / kChi2At99[group.size() - 1];
-}
-
-// Backward elimination: which free parameters the images do not tell from the prior's. Each one
-// that is left free for nothing makes the others less certain, and follows what the model leaves
-// out. Higher terms go before lower ones that mean something without them.
-ParameterFlags NotTold(const CameraProblem& problem, ParameterMatrix covariance) {
-  std::vector<ParameterGroup> groups = {{kK3}, {kK2}, {kP1, kP2}, {kCx, kCy}, {kK1}, {kLogAspect}};
-  std::erase_if(groups,
-                [&](const ParameterGroup& group) { return problem.is_fixed()[group.front()]; });
-  ParameterFlags held = ParameterFlags::Constant(false);
-  ParameterVector difference = problem.parameters() - problem.prior();
-  while (!groups.empty()) {
-    std::vector<double> significance;
-    for (const ParameterGroup& group : groups) {
-      significance.push_back(Significance(group, difference, covariance));
-    }
-    const auto least = std::min_element(significance.begin(), significance.end());
-    if (*least > 1) break;
-    const auto position = least - significance.begin();
-    const ParameterGroup group = groups[static_cast<std::size_t>(position)];
-    groups.erase(groups.begin() + position);
-    for (const Eigen::Index i : group) held[i] = true;
-    // The others, given that these are the prior's.
-    const Eigen::MatrixXd gain =
-        covariance(Eigen::all, group) *
-        covariance(group, group)
-            .eval()
-            .ldlt()
-            .solve(Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(group.size()),
-                                             static_cast<Eigen::Index>(group.size())));
-    difference -= gain * difference(group).eval();
-    covariance -= (gain * covariance(group, Eigen::all)).eval();
-  }
-  return held;
 }
 
 // Rays through the middle, the corners and the middles of the borders of an image.
@@ -132,30 +81,24 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   SolveAll(problem);
-  ParameterMatrix covariance = CameraCovariance(problem);
-  const ParameterFlags is_determined =
-      covariance.diagonal().array().sqrt() < kMaxShareOfPriorSigma * prior_sigmas.array();
-  const ParameterFlags is_held =
-      (!is_determined || NotTold(problem, covariance)) && !problem.is_fixed();
+  const ParameterMatrix covariance = CameraCovariance(problem);
+  const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
+  const ParameterFlags is_like_prior = ParametersLikePrior(
+      problem.parameters() - problem.prior(), covariance, problem.is_fixed(), kChi2At99);
+  const ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
   if (is_held.any()) {
     problem.FixAtPrior(is_held);
     for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);
   }
-  // What is held where the prior has it is not known better for that: the uncertainty is that with
-  // all free.
-  for (int i = 0; i < kNumParameters; ++i) {
-    if (is_determined[i] || prior_sigmas[i] == 0) continue;
-    covariance.row(i).setZero();
-    covariance.col(i).setZero();
-    covariance(i, i) = prior_sigmas[i] * prior_sigmas[i];
-  }
   result.camera = problem.camera();
-  result.covariance = covariance;
+  // The uncertainty is that with all free.
+  result.covariance = WithPriorVariance(covariance, is_determined, prior_sigmas);
   result.is_determined = is_determined;
   result.sigma_px = problem.sigma_px();
   result.num_images = problem.num_images();
   result.num_points = problem.num_points();
   result.num_observations = problem.observations().size();
+  result.residuals = problem.Residuals();
   return result;
 }
 

@@ -5,8 +5,10 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "calibration/camera_parameters.h"
+#include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/camera_prior.h"
 #include "mono3d/image/sparse_model.h"
@@ -23,6 +25,7 @@ struct CameraAdjustment {
   std::size_t num_images = 0;
   std::size_t num_points = 0;
   std::size_t num_observations = 0;  // 0: nothing was adjusted
+  std::vector<CalibrationResidual> residuals;
 };
 
 // Bundle adjustment of the poses and points of `maps` and of their one camera, which starts at

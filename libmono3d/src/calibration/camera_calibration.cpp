@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "calibration/camera_adjustment.h"
+#include "calibration/camera_posterior.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/distortion.h"
@@ -28,10 +29,9 @@ namespace {
 using calibration::AdjustCamera;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
-using calibration::LargestUncertainty_px;
-using calibration::ParameterVector;
-using calibration::PriorSigmas;
-using calibration::ToParameters;
+using calibration::IsFarFrom;
+using calibration::TakePosterior;
+using calibration::WithoutWeight;
 
 // Less than the noise of a tracked point.
 constexpr double kConverged_px = 0.05;
@@ -39,8 +39,6 @@ constexpr double kConverged_px = 0.05;
 constexpr double kCoarseChange = 0.01;
 // Rounds with one part at most: a camera that is still far off then needs more of the footage.
 constexpr int kNumCoarseRounds = 3;
-// In sigmas: beyond chance.
-constexpr double kSignificant = 3;
 
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
 // an error is good up to there; who reads all of it will meet the error again.
@@ -70,40 +68,6 @@ std::vector<int> ChooseParts(std::optional<std::int64_t> num_frames,
     if (start >= starts.back() + options.part_frames) starts.push_back(start);
   }
   return starts;
-}
-
-// Is a parameter three standard deviations from where metadata have it?
-bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
-  const ParameterVector sigmas = PriorSigmas(prior);
-  const ParameterVector difference = ToParameters(camera) - ToParameters(prior.camera);
-  for (Eigen::Index i = 0; i < difference.size(); ++i) {
-    if (sigmas[i] > 0 && std::abs(difference[i]) > kSignificant * sigmas[i]) return true;
-  }
-  return false;
-}
-
-// The same camera with the weight of one of which nothing is known.
-CameraPrior WithoutWeight(const CameraPrior& prior) {
-  CameraPrior result = DefaultCameraPrior(prior.camera.width, prior.camera.height);
-  result.camera = prior.camera;
-  return result;
-}
-
-void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result) {
-  const ParameterVector sigmas = adjustment.covariance.diagonal().cwiseSqrt();
-  CameraPrior& posterior = result.posterior;
-  posterior.camera = adjustment.camera;
-  posterior.focal_sigma = sigmas[calibration::kLogFocal];
-  posterior.aspect_sigma = sigmas[calibration::kLogAspect];
-  posterior.principal_point_sigma_px = std::max(sigmas[calibration::kCx], sigmas[calibration::kCy]);
-  for (std::size_t i = 0; i < posterior.distortion_sigma.size(); ++i) {
-    posterior.distortion_sigma[i] = sigmas[calibration::kK1 + static_cast<Eigen::Index>(i)];
-  }
-  result.determines_focal_length = adjustment.is_determined[calibration::kLogFocal];
-  result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
-  result.sigma_px = adjustment.sigma_px;
-  result.num_images = static_cast<int>(adjustment.num_images);
-  result.num_points = static_cast<int>(adjustment.num_points);
 }
 
 void LogRound(const CameraCalibration& result, double change_px) {
@@ -214,12 +178,7 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
     return maps;
   };
   CameraCalibration result = Calibrate(prior.Resized(width, height), track, starts.size(), options);
-  const double scale = static_cast<double>(told.width) / width;
-  result.prior = prior;
-  result.posterior = result.is_learned ? result.posterior.Resized(told.width, told.height) : prior;
-  result.change_px *= scale;
-  result.uncertainty_px *= scale;
-  result.sigma_px *= scale;
+  calibration::BringToSize(prior, result);
   return result;
 }
 

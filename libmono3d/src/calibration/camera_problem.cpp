@@ -84,6 +84,16 @@ std::array<double, 6> ToPoseBlock(const Pose& T_cam_first) {
   return block;
 }
 
+// Of each coordinate.
+std::vector<double> AbsoluteErrors_px(const std::vector<CalibrationResidual>& residuals) {
+  std::vector<double> errors;
+  errors.reserve(2 * residuals.size());
+  for (const CalibrationResidual& residual : residuals) {
+    for (const double error : residual.error_px) errors.push_back(std::abs(error));
+  }
+  return errors;
+}
+
 }  // namespace
 
 CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
@@ -167,18 +177,17 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_coordinates_.push_back(held);
 }
 
-std::vector<double> CameraProblem::AbsoluteResiduals_px() const {
-  std::vector<double> residuals;
-  residuals.reserve(2 * observations_.size());
+std::vector<CalibrationResidual> CameraProblem::Residuals() const {
+  std::vector<CalibrationResidual> residuals;
+  residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
     const ReprojectionError error{observation.pixel, 1};
-    Eigen::Vector2d residual;
+    Eigen::Vector2d found_less_observed;
     if (!error(camera_.data(), poses_[observation.image].data(), points_[observation.point].data(),
-               residual.data())) {
+               found_less_observed.data())) {
       continue;
     }
-    residuals.push_back(std::abs(residual.x()));
-    residuals.push_back(std::abs(residual.y()));
+    residuals.push_back({observation.pixel, -found_less_observed});
   }
   return residuals;
 }
@@ -186,7 +195,8 @@ std::vector<double> CameraProblem::AbsoluteResiduals_px() const {
 void CameraProblem::Solve(double min_gain) {
   // A coordinate cannot be measured better than this: interpolation of 8-bit images.
   constexpr double kMinSigma_px = 0.01;
-  sigma_px_ = std::max(kMinSigma_px, kMadToSigma * UpperMedianOrZero(AbsoluteResiduals_px()));
+  sigma_px_ =
+      std::max(kMinSigma_px, kMadToSigma * UpperMedianOrZero(AbsoluteErrors_px(Residuals())));
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::CauchyLoss loss(kLossScale);

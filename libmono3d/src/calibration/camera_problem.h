@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/camera_parameters.h"
+#include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {
@@ -55,6 +56,8 @@ class CameraProblem {
   CameraModel camera() const { return WithParameters(shape_, camera_); }
 
   Linearised Linearise(const Observation& observation) const;
+  // Of the observations that lie in front of their image.
+  std::vector<CalibrationResidual> Residuals() const;
   // Sorted by point.
   const std::vector<Observation>& observations() const { return observations_; }
   std::size_t num_images() const { return poses_.size(); }
@@ -75,7 +78,6 @@ class CameraProblem {
   void AddPoints(const SparseModel& map, std::size_t first_image, std::size_t max_points);
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
-  std::vector<double> AbsoluteResiduals_px() const;
 
   ParameterVector prior_ = ParameterVector::Zero();
   ParameterVector prior_sigmas_ = ParameterVector::Zero();

@@ -3,9 +3,12 @@
 
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
@@ -27,6 +30,12 @@ struct CalibrationOptions {
   void Validate() const;  // throws UsageError
 };
 
+// An observation, and how far it lies from where the camera shows its point.
+struct CalibrationResidual {
+  Eigen::Vector2d pixel;     // as observed, in the image with its distortion
+  Eigen::Vector2d error_px;  // observed less computed
+};
+
 // What the images say of their camera.
 struct CameraCalibration {
   CameraPrior prior;  // what was known before
@@ -36,7 +45,11 @@ struct CameraCalibration {
   bool is_learned = false;  // the camera differs from the prior's
   // Why it does not: too little was tracked, or the images agree with the prior.
   std::string reason;
-  bool determines_focal_length = false;  // sigma is below half of the prior's
+  // What the images determine: sigma is below half of the prior's.
+  bool determines_focal_length = false;
+  bool determines_aspect = false;  // fy / fx
+  bool determines_principal_point = false;
+  std::array<bool, 5> determines_distortion = {};  // k1 k2 p1 p2 k3
   // The images contradict the prior: it was wrong and has no more weight.
   bool contradicts_prior = false;
   double change_px = 0;       // LargestDifference_px from the prior's camera
@@ -45,6 +58,7 @@ struct CameraCalibration {
   int num_rounds = 0;
   int num_images = 0;  // keyframes of the last round
   int num_points = 0;
+  std::vector<CalibrationResidual> residuals;  // of the last adjustment
 };
 
 // Opens the same footage, undistorted by the camera that it is given: `max_frames` frames (0: all)

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "calibration/camera_posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace mono3d::calibration {
+
+bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
+  constexpr double kSignificant = 3;  // in sigmas: beyond chance
+  const ParameterVector sigmas = PriorSigmas(prior);
+  const ParameterVector difference = ToParameters(camera) - ToParameters(prior.camera);
+  for (Eigen::Index i = 0; i < difference.size(); ++i) {
+    if (sigmas[i] > 0 && std::abs(difference[i]) > kSignificant * sigmas[i]) return true;
+  }
+  return false;
+}
+
+CameraPrior WithoutWeight(const CameraPrior& prior) {
+  CameraPrior result = DefaultCameraPrior(prior.camera.width, prior.camera.height);
+  result.camera = prior.camera;
+  return result;
+}
+
+void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result) {
+  const ParameterVector sigmas = adjustment.covariance.diagonal().cwiseSqrt();
+  const ParameterFlags& is_determined = adjustment.is_determined;
+  CameraPrior& posterior = result.posterior;
+  posterior.camera = adjustment.camera;
+  posterior.focal_sigma = sigmas[kLogFocal];
+  posterior.aspect_sigma = sigmas[kLogAspect];
+  posterior.principal_point_sigma_px = std::max(sigmas[kCx], sigmas[kCy]);
+  result.determines_focal_length = is_determined[kLogFocal];
+  result.determines_aspect = is_determined[kLogAspect];
+  result.determines_principal_point = is_determined[kCx] && is_determined[kCy];
+  for (std::size_t i = 0; i < posterior.distortion_sigma.size(); ++i) {
+    const auto parameter = kK1 + static_cast<Eigen::Index>(i);
+    posterior.distortion_sigma[i] = sigmas[parameter];
+    result.determines_distortion[i] = is_determined[parameter];
+  }
+  result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
+  result.sigma_px = adjustment.sigma_px;
+  result.num_images = static_cast<int>(adjustment.num_images);
+  result.num_points = static_cast<int>(adjustment.num_points);
+  result.residuals = adjustment.residuals;
+}
+
+void BringToSize(const CameraPrior& told, CameraCalibration& result) {
+  const double scale = static_cast<double>(told.camera.width) / result.prior.camera.width;
+  result.prior = told;
+  result.posterior =
+      result.is_learned ? result.posterior.Resized(told.camera.width, told.camera.height) : told;
+  result.change_px *= scale;
+  result.uncertainty_px *= scale;
+  result.sigma_px *= scale;
+  for (CalibrationResidual& residual : result.residuals) {
+    residual.pixel = scale * (residual.pixel.array() + 0.5) - 0.5;
+    residual.error_px *= scale;
+  }
+}
+
+}  // namespace mono3d::calibration
