@@ -162,7 +162,7 @@ std::vector<Bin> Rings(std::span<const CalibrationResidual> residuals, const Cam
   return rings;
 }
 
-void DrawAxes(cv::Mat& picture, const RadiusPlot& plot) {
+void DrawRadiusAxes(cv::Mat& picture, const RadiusPlot& plot) {
   const std::vector<double> errors = Ticks(-plot.max_error_px, plot.max_error_px, 8);
   for (const double tick : errors) {
     const cv::Point at = plot.At(0, tick);
@@ -265,7 +265,7 @@ cv::Mat ResidualByRadiusPicture(std::span<const CalibrationResidual> residuals,
           std::max(plot.max_error_px, 1.1 * (std::abs(error.value) + 2 * error.standard_error));
     }
   }
-  DrawAxes(picture, plot);
+  DrawRadiusAxes(picture, plot);
   DrawCurve(picture, plot, across, kAcross);
   DrawCurve(picture, plot, outwards, kSystematic);
   DrawText(picture, "Residuals by distance from the principal point: medians, +- 2 standard errors",
