@@ -5,13 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
+#include "mono3d/image/undistorter.h"
 #include "reference/random.h"
 #include "tracking/tracking_world.h"
 
@@ -141,6 +144,28 @@ TEST(CameraAdjustment, BearsOutliers) {
   }
   const CameraAdjustment found = Adjust(UnknownCamera(), map);
   EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1.5);
+}
+
+// Seen in the middle alone, k1 = -0.9 fits; towards the corners it folds back.
+TEST(CameraAdjustment, FindsALensWhereWhatFitsIsNone) {
+  CameraModel folding = TrueCamera();
+  folding.distortion = {-0.9, 0, 0, 0, 0};
+  SparseModel map = MakeMap(folding, Way::kOrbit, 6);
+  for (SparseImage& image : map.images) {
+    const Pose T_cam_world = image.T_world_cam.Inverse();
+    std::erase_if(image.observations, [&](const SparseObservation& observation) {
+      const Eigen::Vector3d p_cam = T_cam_world * map.points[*observation.point].p_world;
+      return p_cam.hnormalized().norm() > 0.4;
+    });
+  }
+  CameraPrior prior = UnknownCamera();
+  prior.distortion_sigma = {1, 0, 0, 0, 0};
+  const CameraAdjustment fitted = Adjust(prior, map);
+  EXPECT_LT(fitted.camera.distortion[0], -0.8);
+  EXPECT_THROW(Undistorter(fitted.camera), Error);
+  const CameraAdjustment lens = AdjustToLens(prior, prior.camera, std::vector{map});
+  EXPECT_NO_THROW(Undistorter(lens.camera));
+  EXPECT_GT(lens.num_observations, 0U);
 }
 
 TEST(CameraAdjustment, OfTooLittleChangesNothing) {

@@ -11,7 +11,9 @@
 #include "calibration/camera_covariance.h"
 #include "calibration/camera_problem.h"
 #include "calibration/parameter_choice.h"
+#include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
+#include "mono3d/image/undistorter.h"
 
 namespace mono3d::calibration {
 namespace {
@@ -71,6 +73,15 @@ class RayGrid {
   std::array<Eigen::Vector3d, 9> rays_;
 };
 
+bool IsLens(const CameraModel& camera) {
+  try {
+    (void)Undistorter(camera);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
@@ -100,6 +111,17 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   result.num_observations = problem.observations().size();
   result.residuals = problem.Residuals();
   return result;
+}
+
+CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
+                              std::span<const SparseModel> maps) {
+  CameraAdjustment adjustment = AdjustCamera(prior, start, maps);
+  for (const double k1_sigma : {prior.distortion_sigma[0], 0.}) {
+    if (adjustment.num_observations == 0 || IsLens(adjustment.camera)) break;
+    prior.distortion_sigma = {k1_sigma, 0, 0, 0, 0};
+    adjustment = AdjustCamera(prior, start, maps);
+  }
+  return adjustment;
 }
 
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance) {

@@ -41,6 +41,11 @@ struct CameraAdjustment {
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
                               std::span<const SparseModel> maps);
 
+// The same; where the distortion that fits best is no lens's, as it folds back within the image,
+// with k1 alone, and where that folds too with the distortion of `prior`.
+CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
+                              std::span<const SparseModel> maps);
+
 // The standard deviation in px of where the camera shows a ray, at its largest over the image.
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance);
 

@@ -26,7 +26,7 @@
 namespace mono3d {
 namespace {
 
-using calibration::AdjustCamera;
+using calibration::AdjustToLens;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
 using calibration::IsFarFrom;
@@ -95,12 +95,12 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   bool agrees = false;  // with what was told
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
-    CameraAdjustment adjustment = AdjustCamera(weight, camera, maps);
+    CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = DefaultCameraPrior(camera.width, camera.height);
-      adjustment = AdjustCamera(weight, adjustment.camera, maps);
+      adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
       if (num_parts == max_parts) break;
