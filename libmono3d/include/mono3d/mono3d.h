@@ -28,6 +28,7 @@
 #include "mono3d/geometry/mesh_measures.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/geometry/stamped_pose.h"
 #include "mono3d/geometry/triangle_mesh.h"

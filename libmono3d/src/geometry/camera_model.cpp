@@ -39,6 +39,10 @@ CameraModel CameraModel::Resized(int new_width, int new_height) const {
   return resized;
 }
 
+double LineShare(const CameraModel& sensor, const Eigen::Vector2d& pixel, bool is_column) {
+  return (is_column ? pixel.x() / (sensor.width - 1) : pixel.y() / (sensor.height - 1)) - 0.5;
+}
+
 void Validate(const CameraModel& camera, const std::string& where) {
   const auto require = [&](bool holds, const char* name, const char* expected, double found) {
     if (holds) return;
@@ -58,6 +62,9 @@ void Validate(const CameraModel& camera, const std::string& where) {
   for (const double k : camera.distortion) {
     require(std::isfinite(k), "distortion coefficient", "a finite number", k);
   }
+  constexpr double kMaxReadout_s = 1;  // slower ones are scanners
+  const double readout_s = camera.shutter.readout_s;
+  require(std::abs(readout_s) <= kMaxReadout_s, "readout time", "-1 to 1 s", readout_s);
 }
 
 }  // namespace mono3d

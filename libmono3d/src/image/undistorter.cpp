@@ -90,6 +90,7 @@ bool Grows(const cv::Mat& map_x, const cv::Mat& map_y) {
 
 Undistorter::Undistorter(const CameraModel& distorted) : camera_(distorted) {
   Validate(distorted, "undistortion");
+  camera_.shutter = {};
   if (!distorted.HasDistortion()) return;
   const Error not_a_lens(ErrorParts{.what = "distortion coefficients do not describe a lens",
                                     .where = "undistortion",

@@ -60,14 +60,17 @@ class PreparedFrames : public FrameSource {
       : source_(std::move(source)),
         calibration_(calibration),
         is_resizing_(!resize.empty()),
-        undistorter_(CameraOfImages(calibration, resize)) {}
+        undistorter_(CameraOfImages(calibration, resize)) {
+    if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, resize);
+  }
 
   std::optional<Frame> Next() override {
     std::optional<SourceImage> image = source_->Next();
     if (!image) return std::nullopt;
     const cv::Mat resized = Resize(*image);
-    return Frame{image->index, image->timestamp_s, image->name, undistorter_.Undistort(resized),
-                 camera()};
+    return Frame{image->index, image->timestamp_s,
+                 image->name,  undistorter_.Undistort(resized),
+                 camera(),     sensor_};
   }
 
   std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
@@ -101,6 +104,7 @@ class PreparedFrames : public FrameSource {
   CameraModel calibration_;
   bool is_resizing_;
   Undistorter undistorter_;
+  CameraModel sensor_;  // where it has a rolling shutter
 };
 
 std::unique_ptr<ImageSource> OpenImages(const std::string& input,

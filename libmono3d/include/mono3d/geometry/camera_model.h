@@ -11,6 +11,18 @@
 
 namespace MONO3D_EXPORT mono3d {
 
+// When the lines of an image are read. A global shutter reads them all at once.
+struct RollingShutter {
+  // From the first line to the last; negative where the last one is read first (a camera that
+  // hangs upside down).
+  double readout_s = 0;
+  // The lines are the columns, from left to right: the sensor is turned by 90 degrees.
+  bool reads_columns = false;
+
+  bool IsGlobal() const { return readout_s == 0; }
+  bool operator==(const RollingShutter&) const = default;
+};
+
 // The calibration of a pinhole camera with the distortion of OpenCV (k1 k2 p1 p2 k3).
 // Pixel (0, 0) is the centre of the top-left pixel; camera axes are x right, y down, z forward.
 struct CameraModel {
@@ -21,6 +33,7 @@ struct CameraModel {
   double cx = 0;   // px
   double cy = 0;   // px
   std::array<double, 5> distortion = {0, 0, 0, 0, 0};
+  RollingShutter shutter = {};
 
   bool HasDistortion() const;
   bool operator==(const CameraModel&) const = default;
@@ -40,6 +53,9 @@ struct CameraModel {
   // The camera of the image resized to the new size: c' = (c + 0.5) * s - 0.5, f' = f * s.
   CameraModel Resized(int new_width, int new_height) const;
 };
+
+// Where the line through a pixel of the sensor lies between the first (-0.5) and the last (0.5).
+double LineShare(const CameraModel& sensor, const Eigen::Vector2d& pixel, bool is_column);
 
 // Throws Error unless sizes and focal lengths are positive and every number is finite. `where`
 // names the origin of the calibration in the message.

@@ -31,6 +31,7 @@ struct CameraPrior {
   double aspect_sigma = 0;                                   // of fy / fx; 0: the ratio is held
   double principal_point_sigma_px = 0;                       // of cx and of cy
   std::array<double, 5> distortion_sigma = {0, 0, 0, 0, 0};  // k1 k2 p1 p2 k3; 0: held
+  double readout_sigma_s = 0;  // of the shutter's readout time; 0: it is held
   CameraPriorSource source = CameraPriorSource::kDefault;
   std::string description;  // for people: "DJI FC300S, 20 mm (35 mm equivalent)"
 

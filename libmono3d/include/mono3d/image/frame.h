@@ -19,6 +19,9 @@ struct Frame {
   std::string name;  // file name or "video.mp4#12", for messages
   cv::Mat bgr;       // CV_8UC3, camera.height x camera.width
   CameraModel camera;
+  // The camera as it took the image, with its distortion, at the size of the image: where it has a
+  // rolling shutter, its lines are read one after the other. Width 0: a global shutter.
+  CameraModel sensor = {};
 };
 
 // CV_8UC1 of the same size.

@@ -3,10 +3,12 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "mono3d/core/export.h"
+#include "mono3d/geometry/rolling_shutter.h"
 #include "mono3d/image/frame.h"
 
 namespace MONO3D_EXPORT mono3d {
@@ -19,6 +21,11 @@ struct Keyframe {
   // z-depths of the tracker's points that this keyframe sees, in the keyframe's own unit; may be
   // empty (bare poses).
   std::vector<float> sparse_depths_su;
+  // Where the image shows each of them, in px; of bare poses empty.
+  std::vector<Eigen::Vector2f> sparse_pixels = {};
+  // How the camera moved while the lines were read, in the keyframe's own unit; of use where
+  // frame.sensor has a rolling shutter.
+  CameraVelocity velocity = {};
 };
 
 }  // namespace mono3d

@@ -14,6 +14,7 @@
 #include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -26,8 +27,11 @@ struct SparseObservation {
 struct SparseImage {
   std::int64_t id = 0;  // each once, 0 or more
   std::string name;     // file name
-  Pose T_world_cam;
+  Pose T_world_cam;     // at the middle line of a rolling shutter
   std::vector<SparseObservation> observations;
+  // How the camera moved at that moment, in su of the model. Where the shutter is a rolling one,
+  // observations are where the image shows the points, its lines read one after the other.
+  std::optional<CameraVelocity> velocity;
 };
 
 struct SparsePoint {

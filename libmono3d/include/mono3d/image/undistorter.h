@@ -17,8 +17,8 @@ class Undistorter {
   // is, when two pixels look the same way.
   explicit Undistorter(const CameraModel& distorted);
 
-  // Of the images that come out: same size, no distortion, and the largest field of view in which
-  // every pixel has content. The same camera when there is no distortion.
+  // Of the images that come out: same size, no distortion nor shutter, and the largest field of
+  // view in which every pixel has content. The same lens when there is no distortion.
   const CameraModel& camera() const { return camera_; }
 
   // `image` has the distorted camera's size and any 8-bit type. Without distortion this is the

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mono3d/core/export.h"
+#include "mono3d/geometry/camera_model.h"
+
+namespace MONO3D_EXPORT mono3d {
+
+// How a camera moves at the moment of an image: a point at p_cam is at
+// Exp(t * angular) * p_cam + t * linear a time t later, in the axes of the camera of that time.
+struct CameraVelocity {
+  Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d linear_su_per_s = Eigen::Vector3d::Zero();
+
+  bool operator==(const CameraVelocity&) const = default;
+};
+
+// How the scene moves through an image while the lines of a rolling shutter are read one after the
+// other. The pose of the image is that of its middle line; within the readout the velocity is
+// constant. Cheap to copy; a default one has a global shutter.
+class ShutterMotion {
+ public:
+  ShutterMotion() = default;
+  // `sensor`: the camera that took the image, with its distortion: lines are straight on it alone.
+  ShutterMotion(const CameraModel& sensor, const CameraVelocity& velocity);
+
+  // Nothing to correct: a global shutter, or a camera that stands still.
+  bool IsStill() const { return is_still_; }
+  const CameraVelocity& velocity() const { return velocity_; }
+
+  // When the line is read on which the sensor shows the ray (z > 0), in s after the middle line.
+  double Time_s(const Eigen::Vector3d& ray) const;
+  // A point of the camera's frame at the middle line, in that `time_s` later.
+  Eigen::Vector3d AtTime(const Eigen::Vector3d& p_cam, double time_s) const;
+  // The same at the time of the line that shows the point.
+  Eigen::Vector3d AtItsLine(const Eigen::Vector3d& p_cam) const;
+  // The same at the time of the line that a ray is on.
+  Eigen::Vector3d AtLineOf(const Eigen::Vector3d& ray, const Eigen::Vector3d& p_cam) const {
+    return is_still_ ? p_cam : AtTime(p_cam, Time_s(ray));
+  }
+
+  // Where an image of `camera` (free of distortion, beside `sensor`) shows p_cam with its lines
+  // read one after the other.
+  Eigen::Vector2d Project(const CameraModel& camera, const Eigen::Vector3d& p_cam) const {
+    return camera.Project(is_still_ ? p_cam : AtItsLine(p_cam));
+  }
+  // Where it would show a point that it shows at `pixel`, were all lines read with the middle one.
+  Eigen::Vector2d AtMiddleLine(const CameraModel& camera, const Eigen::Vector2d& pixel,
+                               const Eigen::Vector3d& p_cam) const;
+
+  // Lengths have been multiplied.
+  void Rescale(double ratio) { velocity_.linear_su_per_s *= ratio; }
+
+ private:
+  CameraModel sensor_;
+  CameraVelocity velocity_;
+  bool is_still_ = true;
+};
+
+}  // namespace mono3d

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/geometry/rolling_shutter.h"
+
+#include "mono3d/geometry/distortion.h"
+#include "mono3d/geometry/pose.h"
+
+namespace mono3d {
+
+ShutterMotion::ShutterMotion(const CameraModel& sensor, const CameraVelocity& velocity)
+    : sensor_(sensor),
+      velocity_(velocity),
+      is_still_(sensor.shutter.IsGlobal() || velocity == CameraVelocity()) {}
+
+double ShutterMotion::Time_s(const Eigen::Vector3d& ray) const {
+  return sensor_.shutter.readout_s *
+         LineShare(sensor_, ProjectDistorted(sensor_, ray), sensor_.shutter.reads_columns);
+}
+
+Eigen::Vector3d ShutterMotion::AtTime(const Eigen::Vector3d& p_cam, double time_s) const {
+  return RotationExp(time_s * velocity_.angular_rad_per_s) * p_cam +
+         time_s * velocity_.linear_su_per_s;
+}
+
+Eigen::Vector3d ShutterMotion::AtItsLine(const Eigen::Vector3d& p_cam) const {
+  if (is_still_) return p_cam;
+  // The line follows from the point and the point from the line. What is left falls with each round
+  // by the share of the image that the scene moves through during the readout: some percent.
+  constexpr int kRounds = 2;
+  Eigen::Vector3d p_line = p_cam;
+  for (int i = 0; i < kRounds && p_line.z() > 0; ++i) p_line = AtTime(p_cam, Time_s(p_line));
+  return p_line;
+}
+
+Eigen::Vector2d ShutterMotion::AtMiddleLine(const CameraModel& camera, const Eigen::Vector2d& pixel,
+                                            const Eigen::Vector3d& p_cam) const {
+  if (is_still_) return pixel;
+  const Eigen::Vector3d p_line = AtTime(p_cam, Time_s(camera.Unproject(pixel)));
+  if (p_line.z() <= 0 || p_cam.z() <= 0) return pixel;
+  return pixel - (camera.Project(p_line) - camera.Project(p_cam));
+}
+
+}  // namespace mono3d
