@@ -65,7 +65,11 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
   }
   const Parameter readout =
       posterior.camera.shutter.reads_columns ? kReadoutByColumns : kReadoutByRows;
-  posterior.readout_sigma_s = sigmas[readout];
+  // The adjustment takes velocities for known. They come from differences of poses, which do not
+  // follow a shake of some hertz to better than this share.
+  constexpr double kVelocityError = 0.01;
+  posterior.readout_sigma_s =
+      std::hypot(sigmas[readout], kVelocityError * posterior.camera.shutter.readout_s);
   result.determines_readout = is_determined[readout];
   result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
   result.sigma_px = adjustment.sigma_px;
