@@ -69,6 +69,28 @@ SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed) {
   return map;
 }
 
+// The same through a rolling shutter, the camera turning and flying on differently in each image.
+SparseModel MakeRollingMap(const CameraModel& camera, unsigned seed) {
+  std::mt19937 random(seed);
+  SparseModel map = MakeMap(camera, Way::kOrbit, seed);
+  for (SparseImage& image : map.images) {
+    image.velocity = CameraVelocity();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      image.velocity->angular_rad_per_s[i] = Normal(random, 0.2);
+      image.velocity->linear_su_per_s[i] = Normal(random, 1);
+    }
+    const ShutterMotion motion(camera, *image.velocity);
+    const Pose T_cam_world = image.T_world_cam.Inverse();
+    std::erase_if(image.observations, [&](SparseObservation& observation) {
+      const Eigen::Vector3d p_cam = T_cam_world * map.points[*observation.point].p_world;
+      observation.pixel = ProjectDistorted(camera, motion.AtItsLine(p_cam));
+      for (double& coordinate : observation.pixel) coordinate += Normal(random, kNoise_px);
+      return !camera.Contains(observation.pixel);
+    });
+  }
+  return map;
+}
+
 CameraAdjustment Adjust(const CameraPrior& prior, const SparseModel& map) {
   return AdjustCamera(prior, prior.camera, std::vector{map});
 }
@@ -108,6 +130,27 @@ TEST(CameraAdjustment, KeepsThePriorOfWhatAStripDoesNotTell) {
   EXPECT_FALSE(found.is_determined[kLogFocal]);
   EXPECT_EQ(found.camera.fx, 600);
   EXPECT_NEAR(std::sqrt(found.covariance(kLogFocal, kLogFocal)), 0.03, 1e-12);
+}
+
+TEST(CameraAdjustment, FindsTheReadoutTimeAndItsDirection) {
+  for (const RollingShutter shutter :
+       {RollingShutter{0.02, false}, RollingShutter{-0.03, false}, RollingShutter{0.015, true}}) {
+    CameraModel truth = TrueCamera();
+    truth.shutter = shutter;
+    const CameraAdjustment found = Adjust(UnknownCamera(), MakeRollingMap(truth, 3));
+    EXPECT_EQ(found.camera.shutter.reads_columns, shutter.reads_columns);
+    EXPECT_NEAR(found.camera.shutter.readout_s, shutter.readout_s, 5e-4);
+    EXPECT_TRUE(found.is_determined[shutter.reads_columns ? kReadoutByColumns : kReadoutByRows]);
+    EXPECT_NEAR(found.camera.fx, truth.fx, 0.003 * truth.fx);
+  }
+}
+
+TEST(CameraAdjustment, InventsNoRollingShutter) {
+  EXPECT_TRUE(Adjust(UnknownCamera(), MakeRollingMap(TrueCamera(), 4)).camera.shutter.IsGlobal());
+  // Nothing is told by images of which it is not known how the camera moved.
+  const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(TrueCamera(), Way::kOrbit, 5));
+  EXPECT_TRUE(found.camera.shutter.IsGlobal());
+  EXPECT_FALSE(found.is_determined[kReadoutByRows]);
 }
 
 TEST(CameraAdjustment, InventsNoDistortion) {

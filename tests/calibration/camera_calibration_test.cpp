@@ -24,7 +24,10 @@ class FramesInMemory : public FrameSource {
  public:
   FramesInMemory(const std::vector<Frame>& frames, const CameraModel& camera, int start,
                  int max_frames)
-      : frames_(frames), undistorter_(camera), next_(static_cast<std::size_t>(start)) {
+      : frames_(frames),
+        camera_(camera),
+        undistorter_(camera),
+        next_(static_cast<std::size_t>(start)) {
     end_ = frames.size();
     if (max_frames > 0) end_ = std::min(end_, next_ + static_cast<std::size_t>(max_frames));
   }
@@ -34,6 +37,7 @@ class FramesInMemory : public FrameSource {
     Frame frame = frames_[next_++];
     frame.bgr = undistorter_.Undistort(frame.bgr);
     frame.camera = undistorter_.camera();
+    frame.sensor = camera_.shutter.IsGlobal() ? CameraModel() : camera_;
     return frame;
   }
   std::optional<std::int64_t> num_frames() const override {
@@ -44,6 +48,7 @@ class FramesInMemory : public FrameSource {
 
  private:
   const std::vector<Frame>& frames_;
+  CameraModel camera_;
   Undistorter undistorter_;
   std::size_t next_;
   std::size_t end_ = 0;
@@ -117,6 +122,26 @@ TEST_F(Calibration, FindsThatAToldOneIsWrong) {
   EXPECT_TRUE(found.is_learned);
   EXPECT_TRUE(found.contradicts_prior);
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
+}
+
+// What is told of the lens is right, and says nothing of the shutter.
+TEST_F(Calibration, LearnsTheReadoutTimeBesideAToldLens) {
+  CameraModel sensor = tracking::SmallCamera();
+  sensor.shutter.readout_s = 0.03;
+  const tracking::TexturedGround ground(true);
+  const tracking::Sequence flight = tracking::FlyUnsteadily(ground, sensor, 60);
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(tracking::SmallCamera()), Footage(flight.frames));
+  EXPECT_TRUE(found.is_learned) << found.reason;
+  EXPECT_FALSE(found.contradicts_prior);
+  EXPECT_TRUE(found.determines_readout);
+  EXPECT_NEAR(found.posterior.camera.shutter.readout_s, 0.03, 0.0015);
+  EXPECT_FALSE(found.posterior.camera.shutter.reads_columns);
+  CameraModel lens = found.posterior.camera;
+  lens.shutter = {};
+  EXPECT_EQ(lens, tracking::SmallCamera());
+  EXPECT_EQ(found.posterior.focal_sigma,
+            CalibratedCameraPrior(tracking::SmallCamera()).focal_sigma);
 }
 
 TEST_F(Calibration, OfWhatCannotBeTrackedIsThePrior) {

@@ -157,6 +157,28 @@ TEST(KeyframeSelector, DoesNotBridgeARotationAboveTheLimit) {
   EXPECT_EQ(Ids(*bundle), (IdList{4, 5, 6, 7, 8}));
 }
 
+// Every step turns by more than the limit, as often as it takes to come back: five images hang
+// together nowhere.
+TEST(KeyframeSelector, TakesImagesTurnedFurtherOverAGap) {
+  TrackedSelector selector;
+  std::vector<ImageBundle> bundles;
+  for (int i = 0; i < 40; ++i) {
+    const int phase = i % 16;
+    PosedKeyframe posed = MakeKeyframe(i, 0.025 * i, 7.0 * (phase < 8 ? phase : 16 - phase));
+    posed.keyframe.frame.camera = {640, 480, 500, 500, 319.5, 239.5};  // 65 by 51 degrees
+    if (const auto bundle = selector.Add(posed)) bundles.push_back(*bundle);
+  }
+  ASSERT_GE(bundles.size(), 4U);
+  double last_x = -1;
+  for (const ImageBundle& bundle : bundles) {
+    const double x = 0.025 * static_cast<double>(bundle.reference().id);
+    EXPECT_GE(x - last_x, 0.0875 - 1e-9);
+    last_x = x;
+    // The outermost still show half of what the reference does.
+    for (const Pose& pose : bundle.T_ref_cam) EXPECT_LT(pose.RotationAngle(), 26 * M_PI / 180);
+  }
+}
+
 TEST(KeyframeSelector, StartsAfreshWithANewMap) {
   TrackedSelector selector;
   for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 0.05 * i)));

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace mono3d::tracking {
 namespace {
 
@@ -53,6 +55,77 @@ TEST(MotionModel, TakesTheLengthsOfTheWorldAlong) {
   motion.Rescale(2);
   EXPECT_EQ(motion.last()->translation(), Eigen::Vector3d(2, 4, -2));
   EXPECT_EQ(motion.last()->rotation().coeffs(), Step().rotation().coeffs());
+}
+
+// A camera that shakes at 4 Hz about two axes, at 30 frames a second.
+Pose ShakingPose(double t_s) {
+  const double shake = 0.02 * std::sin(25 * t_s);
+  return {RotationExp({shake, 0.5 * t_s, 0.5 * shake}), Eigen::Vector3d(t_s, shake, 0)};
+}
+
+CameraVelocity TrueVelocity(double t_s) {
+  constexpr double kStep_s = 1e-4;
+  return VelocityOf(ShakingPose(t_s + kStep_s) * ShakingPose(t_s - kStep_s).Inverse(), 2 * kStep_s);
+}
+
+MotionModel FollowShaking(int num_frames) {
+  MotionModel motion;
+  for (int i = 1; i < num_frames; ++i) {
+    motion.Add(ShakingPose(i / 30.) * ShakingPose((i - 1) / 30.).Inverse(), 1 / 30.);
+  }
+  return motion;
+}
+
+double AngularError(const VelocityPrior& found, double t_s) {
+  return (found.mean.angular_rad_per_s - TrueVelocity(t_s).angular_rad_per_s).norm();
+}
+
+TEST(MotionModel, FollowsAShakeByTwoFramesOnEachSide) {
+  double sum_at_end = 0;
+  double sum_between_two = 0;
+  double sum_between_four = 0;
+  for (int num_frames = 10; num_frames < 40; ++num_frames) {
+    const MotionModel motion = FollowShaking(num_frames);
+    const double last_s = (num_frames - 1) / 30.;
+    sum_at_end += AngularError(motion.Velocity(0), last_s);
+    sum_between_two += AngularError(motion.Velocity(1), last_s - 1 / 30.);
+    sum_between_four += AngularError(motion.Velocity(2), last_s - 2 / 30.);
+    EXPECT_GT(motion.Velocity(0).angular_sigma_rad_per_s, 0);
+  }
+  const double amplitude = 0.02 * 25;
+  EXPECT_LT(sum_between_four / 30, 0.03 * amplitude);
+  EXPECT_LT(sum_between_four, 0.5 * sum_between_two);
+  EXPECT_LT(sum_between_two, 0.5 * sum_at_end);
+}
+
+TEST(MotionModel, FollowsFramesMovedAfterwards) {
+  MotionModel moved = FollowShaking(10);
+  const Pose T_new_old(RotationExp({0, 0.01, 0}), Eigen::Vector3d(0.1, 0, 0));
+  moved.Move(1, T_new_old);
+  // There and back again.
+  moved.Move(1, T_new_old.Inverse());
+  EXPECT_LT(AngularError(moved.Velocity(1), 8 / 30.), AngularError(moved.Velocity(0), 9 / 30.));
+  moved.Move(0, T_new_old);
+  const Pose expected = T_new_old * *FollowShaking(10).last();
+  EXPECT_LT((moved.last()->Matrix() - expected.Matrix()).norm(), 1e-9);
+}
+
+TEST(MotionModel, TakesWhatIsExpectedUntilThereIsAMotion) {
+  MotionModel motion;
+  motion.Expect(Step(), 0.1);
+  EXPECT_LT((motion.Predict(0.2)->Matrix() - ScaleMotion(Step(), 2).Matrix()).norm(),
+            kMotionTolerance);
+  EXPECT_NEAR(motion.Velocity(0).mean.angular_rad_per_s.y(), -2, 1e-9);
+  motion.Add(Pose(), 0.1);
+  EXPECT_EQ(motion.Velocity(0).mean, CameraVelocity());
+}
+
+TEST(MotionModel, KnowsNoVelocityWhereTimeStandsStill) {
+  MotionModel motion;
+  EXPECT_EQ(motion.Velocity(0).mean, CameraVelocity());
+  motion.Add(Step(), 0);
+  EXPECT_EQ(motion.Velocity(0).mean, CameraVelocity());
+  EXPECT_EQ(motion.Velocity(7).mean, CameraVelocity());
 }
 
 }  // namespace

@@ -132,6 +132,48 @@ Sequence FlyOver(const TexturedGround& ground, int num_frames) {
   return sequence;
 }
 
+cv::Mat TexturedGround::RenderRolling(const CameraModel& camera,
+                                      const std::function<Pose(double)>& T_world_cam,
+                                      double time_s) const {
+  const bool by_columns = camera.shutter.reads_columns;
+  cv::Mat image(camera.height, camera.width, CV_8UC3);
+  for (int i = 0; i < (by_columns ? camera.width : camera.height); ++i) {
+    CameraModel line = camera;
+    (by_columns ? line.width : line.height) = 1;
+    (by_columns ? line.cx : line.cy) -= i;
+    const double share = LineShare(camera, Eigen::Vector2d::Constant(i), by_columns);
+    const cv::Mat shown = Render(line, T_world_cam(time_s + share * camera.shutter.readout_s));
+    shown.copyTo(by_columns ? image.col(i) : image.row(i));
+  }
+  return image;
+}
+
+Sequence FlyUnsteadily(const TexturedGround& ground, const CameraModel& sensor, int num_frames) {
+  const auto pose = [](double t_s) {
+    const double x = 2.5 * t_s;
+    const Eigen::Vector3d eye(x, -2 + 0.5 * std::sin(t_s), 10);
+    const Pose steady = LookAt(eye, {0.6 * x + 1, 8, 0});
+    // A swing of 6 degrees about the vertical, a shake of .3 degrees at 3 Hz about all axes.
+    const double shake = 0.005 * std::sin(19 * t_s);
+    const Eigen::Vector3d turn(shake, 0.1 * std::sin(2 * t_s) + shake, 0.5 * shake);
+    return Pose(steady.rotation() * RotationExp(turn), steady.translation());
+  };
+  Sequence sequence;
+  for (int i = 0; i < num_frames; ++i) {
+    Frame frame;
+    frame.index = i;
+    frame.timestamp_s = i / 30.;
+    frame.name = "frame " + std::to_string(i);
+    frame.camera = sensor;
+    frame.camera.shutter = {};
+    frame.sensor = sensor;
+    frame.bgr = ground.RenderRolling(sensor, pose, frame.timestamp_s);
+    sequence.T_world_cam.push_back(pose(frame.timestamp_s));
+    sequence.frames.push_back(std::move(frame));
+  }
+  return sequence;
+}
+
 Frame BlackFrame(std::int64_t index) {
   Frame frame;
   frame.index = index;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <random>
 #include <vector>
 
@@ -28,6 +29,9 @@ class TexturedGround {
  public:
   explicit TexturedGround(bool with_houses);
   cv::Mat Render(const CameraModel& camera, const Pose& T_world_cam) const;  // CV_8UC3
+  // Through the camera's rolling shutter: each line at its own time, the middle one at `time_s`.
+  cv::Mat RenderRolling(const CameraModel& camera, const std::function<Pose(double)>& T_world_cam,
+                        double time_s) const;
 
  private:
   struct Box {
@@ -45,6 +49,10 @@ struct Sequence {
 
 // A sideways flight over the ground at height 10, looking obliquely down, at 10 fps.
 Sequence FlyOver(const TexturedGround& ground, int num_frames);
+
+// The same way at 30 frames a second, the view swinging and shaking, through the shutter of
+// `sensor` (without distortion); the truth is that of the middle lines.
+Sequence FlyUnsteadily(const TexturedGround& ground, const CameraModel& sensor, int num_frames);
 
 Frame BlackFrame(std::int64_t index);
 

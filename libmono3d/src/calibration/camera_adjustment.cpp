@@ -97,7 +97,10 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   problem.HoldLesserReadout();
   problem.Solve(kMinGains.back());
   const ParameterMatrix covariance = CameraCovariance(problem);
-  const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
+  ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
+  for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
+    if (problem.is_fixed()[readout]) is_determined[readout] = false;
+  }
   const ParameterFlags is_like_prior = ParametersLikePrior(
       problem.parameters() - problem.prior(), covariance, problem.is_fixed(), kChi2At99);
   ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();

@@ -68,9 +68,12 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
   // The adjustment takes velocities for known. They come from differences of poses, which do not
   // follow a shake of some hertz to better than this share.
   constexpr double kVelocityError = 0.01;
+  const double sigma_s = posterior.camera.shutter.IsGlobal()
+                             ? std::max(sigmas[kReadoutByRows], sigmas[kReadoutByColumns])
+                             : sigmas[readout];
   posterior.readout_sigma_s =
-      std::hypot(sigmas[readout], kVelocityError * posterior.camera.shutter.readout_s);
-  result.determines_readout = is_determined[readout];
+      std::hypot(sigma_s, kVelocityError * posterior.camera.shutter.readout_s);
+  result.determines_readout = is_determined[kReadoutByRows] || is_determined[kReadoutByColumns];
   result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
   result.sigma_px = adjustment.sigma_px;
   result.num_images = static_cast<int>(adjustment.num_images);

@@ -273,7 +273,7 @@ void CameraProblem::Solve(double min_gain) {
 void CameraProblem::HoldLesserReadout() {
   if (is_fixed_[kReadoutByRows] || is_fixed_[kReadoutByColumns]) return;
   ParameterFlags lesser = ParameterFlags::Constant(false);
-  const bool is_by_rows = std::abs(camera_[kReadoutByRows]) > std::abs(camera_[kReadoutByColumns]);
+  const bool is_by_rows = std::abs(camera_[kReadoutByRows]) >= std::abs(camera_[kReadoutByColumns]);
   lesser[is_by_rows ? kReadoutByColumns : kReadoutByRows] = true;
   FixAtPrior(lesser);
 }

@@ -157,7 +157,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
       if (chain.empty()) continue;
       const bool is_gap = last_reference_ ? BaselineFromLast(chain, poses) >=
                                                 kGap * options_.min_reference_baseline_ratio
-                                          : window_.size() >= num_images_;
+                                          : window_.size() >= 2 * num_images_;
       if (is_gap) return chain;
     }
     return {};
