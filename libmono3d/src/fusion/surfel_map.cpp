@@ -102,6 +102,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   result.num_merged = counts->num_merged;
   result.num_inserted = counts->num_inserted;
   result.num_removed = counts->num_removed;
+  result.exposure_gain = counts->exposure.gain;
+  result.exposure_offset = counts->exposure.offset;
   result.num_surfels = num_surfels();
   result.starts_submap = placement.starts_submap;
   if (placement.join) result.submap_joins.push_back(*placement.join);

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "mono3d/core/statistics.h"
+
+namespace mono3d {
+namespace {
+
+// One independent measurement of the depth stage's windows, 9x7; of fewer surfels the mean of a
+// cell still depends on which ones they are.
+constexpr std::uint32_t kMinSurfelsPerCell = 63;
+// Rounding to whole grey values, and colours that were: the mean of a cell is no better than this.
+constexpr double kMinCellSigma = 0.5;
+constexpr double kSigmasPerMedian = 1.4826;  // of the magnitude of normal errors
+constexpr double kWeightScale = 2;           // sigmas at which a residual counts a quarter
+constexpr int kMaxFits = 20;
+constexpr double kConverged = 1e-4;  // of the gain
+// What is expected without any cell. Between depth maps exposure changes by a third of a stop as a
+// rule, which is 8 % of grey values; an offset comes from flare, haze and tone curves.
+constexpr double kGainPrior = 0.1;
+constexpr double kOffsetPrior = 5;
+// Two stops and more either way leave too little that neither image clips, and too few grey values.
+constexpr double kMaxGain = 4;
+
+struct CellMeans {
+  double image;
+  double model;
+};
+
+std::vector<CellMeans> MeansOf(std::span<const ExposureCell> cells) {
+  std::vector<CellMeans> means;
+  for (const ExposureCell& cell : cells) {
+    if (cell[0] < kMinSurfelsPerCell) continue;
+    const double quarters = 4.0 * cell[0];
+    means.push_back({cell[1] / quarters, cell[2] / quarters});
+  }
+  return means;
+}
+
+double ResidualOf(const CellMeans& cell, const Exposure& exposure) {
+  return cell.image - exposure.gain * cell.model - exposure.offset;
+}
+
+double ScaleOf(const std::vector<CellMeans>& cells, const Exposure& exposure) {
+  std::vector<double> magnitudes;
+  for (const CellMeans& cell : cells) magnitudes.push_back(std::abs(ResidualOf(cell, exposure)));
+  return std::max(kSigmasPerMedian * Quantile(std::move(magnitudes), 0.5), kMinCellSigma);
+}
+
+// The weighted normal equations of gain and offset, with the prior.
+Exposure FitExposure(const std::vector<CellMeans>& cells, const Exposure& at, double sigma,
+                     const Exposure& before) {
+  double mm = 1 / (kGainPrior * kGainPrior);
+  double mi = before.gain / (kGainPrior * kGainPrior);
+  double ones = 1 / (kOffsetPrior * kOffsetPrior);
+  double m = 0;
+  double i = 0;
+  for (const CellMeans& cell : cells) {
+    const double in_scale = ResidualOf(cell, at) / (kWeightScale * sigma);
+    const double root = 1 / (1 + in_scale * in_scale);
+    const double weight = root * root / (sigma * sigma);
+    mm += weight * cell.model * cell.model;
+    mi += weight * cell.model * cell.image;
+    ones += weight;
+    m += weight * cell.model;
+    i += weight * cell.image;
+  }
+  const double determinant = mm * ones - m * m;
+  return {(mi * ones - m * i) / determinant, (mm * i - m * mi) / determinant};
+}
+
+// Clipped values stay; table per value of 8 bits.
+std::array<std::uint8_t, 256> TableOf(const Exposure& exposure) {
+  std::array<std::uint8_t, 256> table{};
+  for (std::size_t value = 0; value < table.size(); ++value) {
+    const double corrected = (static_cast<double>(value) - exposure.offset) / exposure.gain;
+    table[value] = static_cast<std::uint8_t>(std::lround(std::clamp(corrected, 0.0, 255.0)));
+  }
+  table.front() = 0;
+  table.back() = 255;
+  return table;
+}
+
+}  // namespace
+
+std::uint32_t NumExposureCells(std::uint32_t width_px, std::uint32_t height_px) {
+  const std::uint32_t cell_px = (width_px + kExposureCellsPerRow - 1) / kExposureCellsPerRow;
+  return kExposureCellsPerRow * ((height_px + cell_px - 1) / cell_px);
+}
+
+Exposure EstimateExposure(std::span<const ExposureCell> cells, const Exposure& before) {
+  const std::vector<CellMeans> means = MeansOf(cells);
+  if (means.empty()) return {before.gain, 0};
+  // From the median of the ratios, which half of the cells may spoil.
+  std::vector<double> ratios;
+  for (const CellMeans& cell : means) ratios.push_back(cell.image / std::max(cell.model, 1.0));
+  Exposure exposure = {Quantile(std::move(ratios), 0.5), 0};
+  for (int fit = 0; fit < kMaxFits; ++fit) {
+    const Exposure next = FitExposure(means, exposure, ScaleOf(means, exposure), before);
+    const bool is_last = std::abs(next.gain - exposure.gain) < kConverged;
+    exposure = next;
+    if (is_last) break;
+  }
+  const bool is_possible = exposure.gain >= 1 / kMaxGain && exposure.gain <= kMaxGain;
+  return is_possible ? exposure : Exposure{before.gain, 0};
+}
+
+std::vector<std::uint32_t> CorrectedColours(const cv::Mat& bgr, const Exposure& exposure) {
+  const std::array<std::uint8_t, 256> table = TableOf(exposure);
+  std::vector<std::uint32_t> colours;
+  colours.reserve(bgr.total());
+  for (int y = 0; y < bgr.rows; ++y) {
+    const auto* row = bgr.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < bgr.cols; ++x) {
+      colours.push_back(static_cast<std::uint32_t>(table[row[x][2]]) |
+                        static_cast<std::uint32_t>(table[row[x][1]]) << 8 |
+                        static_cast<std::uint32_t>(table[row[x][0]]) << 16);
+    }
+  }
+  return colours;
+}
+
+}  // namespace mono3d
