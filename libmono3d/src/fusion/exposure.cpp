@@ -17,6 +17,9 @@ namespace {
 constexpr std::uint32_t kMinSurfelsPerCell = 63;
 // Rounding to whole grey values, and colours that were: the mean of a cell is no better than this.
 constexpr double kMinCellSigma = 0.5;
+// Cells side by side share what light and reflections do: however many there are, they tell no more
+// than so many regions of the image would, a row of four by three.
+constexpr double kMaxIndependentCells = 12;
 constexpr double kSigmasPerMedian = 1.4826;  // of the magnitude of normal errors
 constexpr double kWeightScale = 2;           // sigmas at which a residual counts a quarter
 constexpr int kMaxFits = 20;
@@ -61,10 +64,11 @@ Exposure FitExposure(const std::vector<CellMeans>& cells, const Exposure& at, do
   double ones = 1 / (kOffsetPrior * kOffsetPrior);
   double m = 0;
   double i = 0;
+  const double share = std::min(1.0, kMaxIndependentCells / static_cast<double>(cells.size()));
   for (const CellMeans& cell : cells) {
     const double in_scale = ResidualOf(cell, at) / (kWeightScale * sigma);
     const double root = 1 / (1 + in_scale * in_scale);
-    const double weight = root * root / (sigma * sigma);
+    const double weight = share * root * root / (sigma * sigma);
     mm += weight * cell.model * cell.model;
     mi += weight * cell.model * cell.image;
     ones += weight;
