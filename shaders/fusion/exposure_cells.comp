@@ -17,8 +17,9 @@ layout(binding = 3, r32ui) uniform readonly uimageBuffer blocks;       // to wor
 // values; 0. All 0 before.
 layout(binding = 4, std430) buffer Cells { uint cells[]; };
 
-// The cells of a row of the image; kExposureCellsPerRow of exposure.h.
+// Cells of a row of the image, at most; kExposureCellsPerRow and kMinExposureCell_px of exposure.h.
 const uint kCellsPerRow = 24u;
+const uint kMinCellPx = 16u;
 
 uint QuarterGrey(uvec3 rgb10) {
   return (77u * rgb10.x + 150u * rgb10.y + 29u * rgb10.z + 128u) >> 8;
@@ -37,7 +38,7 @@ void main() {
   const uvec3 seen = uvec3(UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x)));
   const uvec3 of_surfel = uvec3(UnpackColour(imageLoad(history, int(i)).x));
   if (IsClipped(seen) || IsClipped(of_surfel)) return;
-  const uint cell_px = (params.width_px + kCellsPerRow - 1u) / kCellsPerRow;
+  const uint cell_px = max((params.width_px + kCellsPerRow - 1u) / kCellsPerRow, kMinCellPx);
   const uint x = pixel % params.width_px, y = pixel / params.width_px;
   const uint first = 4u * ((y / cell_px) * kCellsPerRow + x / cell_px);
   atomicAdd(cells[first], 1u);

@@ -17,17 +17,26 @@ namespace {
 constexpr std::uint32_t kMinSurfelsPerCell = 63;
 // Rounding to whole grey values, and colours that were: the mean of a cell is no better than this.
 constexpr double kMinCellSigma = 0.5;
+// What light and reflections do to a cell between views, before the cells themselves have shown how
+// much that is; it counts as so many cells.
+constexpr double kExpectedCellSigma = 5;
+constexpr double kExpectedCells = 4;
 // Cells side by side share what light and reflections do: however many there are, they tell no more
 // than so many regions of the image would, a row of four by three.
 constexpr double kMaxIndependentCells = 12;
 constexpr double kSigmasPerMedian = 1.4826;  // of the magnitude of normal errors
 constexpr double kWeightScale = 2;           // sigmas at which a residual counts a quarter
+// The weights tighten from where hardly any cell is an outlier, so many times the scale of the
+// first residuals: each fit's scale is half of the one before it (graduated non-convexity, Blake
+// and Zisserman 1987), until the residuals' own is reached.
+constexpr double kFirstScale = 4;
 constexpr int kMaxFits = 20;
 constexpr double kConverged = 1e-4;  // of the gain
-// What is expected without any cell. Between depth maps exposure changes by a third of a stop as a
-// rule, which is 8 % of grey values; an offset comes from flare, haze and tone curves.
-constexpr double kGainPrior = 0.1;
-constexpr double kOffsetPrior = 5;
+// What is expected without any cell. From one depth map to the next exposure changes by a stop at
+// most as a rule, which is a third of grey values; an offset comes from flare, haze and tone
+// curves.
+constexpr double kGainPrior = 0.3;
+constexpr double kOffsetPrior = 10;
 // Two stops and more either way leave too little that neither image clips, and too few grey values.
 constexpr double kMaxGain = 4;
 
@@ -53,22 +62,33 @@ double ResidualOf(const CellMeans& cell, const Exposure& exposure) {
 double ScaleOf(const std::vector<CellMeans>& cells, const Exposure& exposure) {
   std::vector<double> magnitudes;
   for (const CellMeans& cell : cells) magnitudes.push_back(std::abs(ResidualOf(cell, exposure)));
-  return std::max(kSigmasPerMedian * Quantile(std::move(magnitudes), 0.5), kMinCellSigma);
+  const double found = kSigmasPerMedian * Quantile(std::move(magnitudes), 0.5);
+  const auto count = static_cast<double>(cells.size());
+  const double variance =
+      (count * found * found + kExpectedCells * kExpectedCellSigma * kExpectedCellSigma) /
+      (count + kExpectedCells);
+  return std::max(std::sqrt(variance), kMinCellSigma);
 }
 
-// The weighted normal equations of gain and offset, with the prior.
+// Of Geman and McClure: 1 at 0, a quarter at kWeightScale sigmas.
+double WeightOf(double in_sigmas) {
+  const double root = 1 / (1 + in_sigmas * in_sigmas / (kWeightScale * kWeightScale));
+  return root * root;
+}
+
+// The weighted normal equations of gain and offset, with the prior; a jump of the exposure is an
+// outlier of the prior.
 Exposure FitExposure(const std::vector<CellMeans>& cells, const Exposure& at, double sigma,
                      const Exposure& before) {
-  double mm = 1 / (kGainPrior * kGainPrior);
-  double mi = before.gain / (kGainPrior * kGainPrior);
+  const double prior = WeightOf((at.gain - before.gain) / kGainPrior) / (kGainPrior * kGainPrior);
+  double mm = prior;
+  double mi = prior * before.gain;
   double ones = 1 / (kOffsetPrior * kOffsetPrior);
   double m = 0;
   double i = 0;
   const double share = std::min(1.0, kMaxIndependentCells / static_cast<double>(cells.size()));
   for (const CellMeans& cell : cells) {
-    const double in_scale = ResidualOf(cell, at) / (kWeightScale * sigma);
-    const double root = 1 / (1 + in_scale * in_scale);
-    const double weight = share * root * root / (sigma * sigma);
+    const double weight = share * WeightOf(ResidualOf(cell, at) / sigma) / (sigma * sigma);
     mm += weight * cell.model * cell.model;
     mi += weight * cell.model * cell.image;
     ones += weight;
@@ -93,8 +113,13 @@ std::array<std::uint8_t, 256> TableOf(const Exposure& exposure) {
 
 }  // namespace
 
+std::uint32_t ExposureCellSize_px(std::uint32_t width_px) {
+  return std::max((width_px + kExposureCellsPerRow - 1) / kExposureCellsPerRow,
+                  kMinExposureCell_px);
+}
+
 std::uint32_t NumExposureCells(std::uint32_t width_px, std::uint32_t height_px) {
-  const std::uint32_t cell_px = (width_px + kExposureCellsPerRow - 1) / kExposureCellsPerRow;
+  const std::uint32_t cell_px = ExposureCellSize_px(width_px);
   return kExposureCellsPerRow * ((height_px + cell_px - 1) / cell_px);
 }
 
@@ -105,9 +130,12 @@ Exposure EstimateExposure(std::span<const ExposureCell> cells, const Exposure& b
   std::vector<double> ratios;
   for (const CellMeans& cell : means) ratios.push_back(cell.image / std::max(cell.model, 1.0));
   Exposure exposure = {Quantile(std::move(ratios), 0.5), 0};
+  const double first_scale = kFirstScale * ScaleOf(means, exposure);
   for (int fit = 0; fit < kMaxFits; ++fit) {
-    const Exposure next = FitExposure(means, exposure, ScaleOf(means, exposure), before);
-    const bool is_last = std::abs(next.gain - exposure.gain) < kConverged;
+    const double scale = ScaleOf(means, exposure);
+    const double tightened = std::ldexp(first_scale, -fit);
+    const Exposure next = FitExposure(means, exposure, std::max(scale, tightened), before);
+    const bool is_last = scale > tightened && std::abs(next.gain - exposure.gain) < kConverged;
     exposure = next;
     if (is_last) break;
   }

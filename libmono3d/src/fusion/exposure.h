@@ -18,8 +18,10 @@ struct Exposure {
 };
 
 // The image is compared with the model cell by cell, as shaders/fusion/exposure_cells.comp sums
-// them up: squares, this many to a row.
+// them up: squares, this many to a row at most, none smaller than four windows of the matching.
 inline constexpr std::uint32_t kExposureCellsPerRow = 24;
+inline constexpr std::uint32_t kMinExposureCell_px = 16;
+std::uint32_t ExposureCellSize_px(std::uint32_t width_px);
 std::uint32_t NumExposureCells(std::uint32_t width_px, std::uint32_t height_px);
 // Number of surfels, sums of the image's and the surfels' grey in 1/4 grey values; 0.
 using ExposureCell = std::array<std::uint32_t, 4>;
