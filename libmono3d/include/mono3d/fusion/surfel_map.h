@@ -114,8 +114,9 @@ struct SurfelExportOptions {
   void Validate() const;  // throws UsageError
 };
 
-// The coloured surfel model of the scene (paper, section 3.3). Its colours are those of the exposure
-// of its first depth map's image: later images are brought to it by what they show of the model.
+// The coloured surfel model of the scene (paper, section 3.3). Its colours are those of the
+// exposure of its first depth map's image: later images are brought to it by what they show of the
+// model. A falloff towards the corners of the images is learned on the way and taken out of them.
 class SurfelMap {
  public:
   virtual ~SurfelMap() = default;
