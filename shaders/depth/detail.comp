@@ -2,9 +2,9 @@
 // Copyright the mono3d authors
 
 // Detail of grey images: what is left when the image halved twice, a Gaussian of some 4 px, is
-// taken away, so that changes of exposure and light do not look like motion. Stored as the four
-// pixels that bilinear interpolation needs, in one word. Four words of four rows an invocation;
-// image = first_image + z.
+// taken away, times the gain of the image, so that changes of exposure and light do not look like
+// motion. Stored as the four pixels that bilinear interpolation needs, in one word. Four words of
+// four rows an invocation; image = first_image + z.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,9 +16,10 @@ layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer images;   // padded
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer quarter;  // the same, halved twice, padded
+layout(binding = 2, r32ui) uniform readonly uimageBuffer gains;  // per image, in 1024ths
 // Of (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1), the lowest byte first: detail + 128. Rows of
 // 4 * ceil(width / 4).
-layout(binding = 2, std430) writeonly buffer Detail {
+layout(binding = 3, std430) writeonly buffer Detail {
   uvec4 detail[];
 };
 
@@ -59,6 +60,7 @@ void main() {
   const int first = image * int(PaddedWords(params.width_px, params.height_px)) +
                     PaddedWordIndex(words_per_row, group, 4 * row_group);
 
+  const int gain = int(imageLoad(gains, image).x);
   int means[3][5];  // of three quarter rows, in eighths
   [[unroll]] for (int line = 0; line < 3; ++line) {
     const ivec3 pixels = QuarterPixels(group - 1, row_group + line - 1);
@@ -75,7 +77,7 @@ void main() {
     [[unroll]] for (int i = 0; i < 5; ++i) {
       const int grey = int(i < 4 ? (word >> (8 * i)) & 0xffu : next & 0xffu);
       const int mean = kBefore[dy] * means[0][i] + kHere[dy] * means[1][i] + kAfter[dy] * means[2][i];
-      bytes[i] = uint(clamp(((64 * grey - mean + 32) >> 6) + 128, 0, 255));
+      bytes[i] = uint(clamp(((gain * (64 * grey - mean) + 32768) >> 16) + 128, 0, 255));
     }
     if (dy > 0 && 4 * row_group + dy - 1 < height) {
       uvec4 words;

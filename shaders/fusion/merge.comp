@@ -25,9 +25,19 @@ layout(binding = 11, std430) writeonly buffer NormalWeight { vec4 normal_weight[
 layout(binding = 12, std430) writeonly buffer History { uvec4 history[]; };
 layout(binding = 13, std430) buffer Confirmed { uint num_confirmed[]; };  // per block; 0 before
 
+// Channels of 10 bits from which on they are as bright as an image can be.
+const float kClipped = 1020.0;
+
+// How bright a clipped channel is, is not known: what is known stands.
+vec3 MergedColour(vec3 old, vec3 measured, float share) {
+  const vec3 known =
+      mix(mix(old, measured, share), measured, greaterThanEqual(old, vec3(kClipped)));
+  return mix(known, old, greaterThanEqual(measured, vec3(kClipped)));
+}
+
 uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
   const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
-  return uvec4(PackColour(mix(UnpackColour(old.x), measured, share)),
+  return uvec4(PackColour(MergedColour(UnpackColour(old.x), measured, share)),
                Pack16(Low16(old.y) + 1u, High16(old.y)), Pack16(Low16(old.z), params.map_index),
                Pack16(Low16(old.w), High16(old.w) + ConfidenceSteps(confidence)));
 }

@@ -42,7 +42,7 @@ struct Accumulator {
   vec4 tail[7];  // tail[k] = sum of J_k * (J.tail | residual)
   vec4 depth;    // weighted sum of squares; agree; stand before; lie behind
   vec4 light;    // weighted sum of squares; number; sum of the image's grey; of the surfels' grey
-  vec4 light2;   // sums of squares of image's and surfels' grey; 0; 0
+  vec4 light2;   // sums of squares of image's and surfels' grey; of the weights of these sums; 0
 };
 
 float HuberWeight(float residual) { return min(1.0, kHuber / max(abs(residual), 1e-12)); }
@@ -85,6 +85,15 @@ bool SampleGrey(vec2 pixel, out vec3 value_gradient) {
 
 float SurfelGrey(uint rgb10) { return dot(UnpackColour(rgb10), vec3(0.299, 0.587, 0.114)) / 4.0; }
 
+// How bright a place is that is as bright, or as dark, as can be, is not known.
+bool IsClipped(float value) { return value > 254.0 || value < 1.0; }
+
+// For gain and bias: what fits them as they are counts.
+void AddExposure(inout Accumulator sums, float of_image, float of_surfel, float weight) {
+  sums.light.zw += weight * vec2(of_image, of_surfel);
+  sums.light2.xyz += weight * vec3(of_image * of_image, of_surfel * of_surfel, 1.0);
+}
+
 // The grey residual and its weight, 0 where there is none to compare.
 Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
   weight = 0.0;
@@ -92,9 +101,12 @@ Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
   vec3 seen;
   if (!SampleGrey(Project(p_cam), seen)) return none;
   const float of_surfel = SurfelGrey(rgb10);
-  sums.light.yzw += vec3(1.0, seen.x, of_surfel);
-  sums.light2.xy += vec2(seen.x * seen.x, of_surfel * of_surfel);
-  if (params.grey_gain <= 0.0) return none;
+  if (IsClipped(seen.x) || IsClipped(of_surfel)) return none;
+  sums.light.y += 1.0;
+  if (params.grey_gain <= 0.0) {
+    AddExposure(sums, seen.x, of_surfel, 1.0);
+    return none;
+  }
   const float shift = params.grey_shift_px;
   const float sigma = sqrt(params.grey_noise * params.grey_noise +
                            shift * shift * dot(seen.yz, seen.yz));
@@ -104,6 +116,7 @@ Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
   const vec3 by_point = vec3(g, -dot(g, p_cam.xy) / p_cam.z);
   weight = HuberWeight(residual);
   sums.light.x += weight * residual * residual;
+  AddExposure(sums, seen.x, of_surfel, weight);
   return Row7(vec4(cross(p_cam, by_point), by_point.x), vec4(by_point.yz, 0.0, residual));
 }
 

@@ -38,6 +38,7 @@ double ShareWithin(const cv::Mat& depth, const cv::Mat& truth, float tolerance) 
 // A pixel of disparity in the farthest camera is 3 % of the depth here.
 constexpr float kDepthTolerance = 0.01f;
 constexpr double kShareWithinTolerance = 0.95;
+constexpr float kFineTolerance = 0.002f;  // a fifteenth of a pixel, as only the refinement finds it
 
 // The scene is small, a pixel of half the resolution would be 6 % of the depth.
 DepthEstimatorOptions FullResolution() {
@@ -52,6 +53,25 @@ TEST(DepthEstimator, FindsATiltedPlane) {
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
   EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
             kShareWithinTolerance);
+}
+
+TEST(DepthEstimator, FindsItAsExactlyWhereTheExposureJumps) {
+  const PlaneScene scene;
+  ImageBundle bundle = scene.Bundle();
+  const DepthResult constant = Estimate(bundle, FullResolution());
+  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+    if (i == bundle.reference_index()) continue;
+    cv::Mat& bgr = bundle.keyframes[i].frame.bgr;
+    const double gain = i < bundle.reference_index() ? 0.5 : 0.7;
+    bgr = cv::Mat(bgr * gain + cv::Scalar::all(20));
+  }
+  const DepthResult jumping = Estimate(bundle, FullResolution());
+  ASSERT_EQ(constant.status, DepthStatus::kEstimated) << constant.reason;
+  ASSERT_EQ(jumping.status, DepthStatus::kEstimated) << jumping.reason;
+  const cv::Mat truth = scene.TrueDepth();
+  EXPECT_NEAR(ShareWithin(jumping.map.depth, truth, kFineTolerance),
+              ShareWithin(constant.map.depth, truth, kFineTolerance), 0.02);
+  EXPECT_NEAR(cv::mean(jumping.map.confidence)[0], cv::mean(constant.map.confidence)[0], 0.02);
 }
 
 TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {

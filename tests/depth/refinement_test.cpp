@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "depth/contrast.h"
 #include "depth/measurement.h"
 #include "depth/stage_testing.h"
 #include "depth/sweep_geometry.h"
@@ -17,16 +18,22 @@ namespace {
 constexpr LevelSize kRefinedSize{41, 30};
 constexpr float kStep = 0.01f;
 
+constexpr std::array<std::uint32_t, 5> kEqualGains = {kGainSteps, kGainSteps, kGainSteps,
+                                                      kGainSteps, kGainSteps};
+
 // Words of bilinear interpolation of five images, as detail.comp writes them.
-std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, LevelSize size) {
+std::vector<std::uint32_t> DetailOnDevice(const std::vector<cv::Mat>& images, LevelSize size,
+                                          const std::array<std::uint32_t, 5>& gains = kEqualGains) {
   std::vector<cv::Mat> quarter;
   for (const cv::Mat& image : images) {
     quarter.push_back(reference::Halve(reference::Halve(image)));
   }
   const Buffer detail = MakeBuffer<std::uint32_t>(5 * size.num_strided_pixels());
+  Buffer gain_buffer = MakeBuffer<std::uint32_t>(gains.size());
+  gain_buffer.Upload(std::span<const std::uint32_t>(gains));
   Recorder recorder(TestDevice());
   TestKernels().Detail(recorder, {size.width_px, size.height_px, 0}, 5, ImagesToBuffer(images),
-                       ImagesToBuffer(quarter), detail);
+                       ImagesToBuffer(quarter), gain_buffer, detail);
   recorder.Submit();
   return FirstOf<std::uint32_t>(detail, 5 * size.num_strided_pixels());
 }
@@ -36,10 +43,12 @@ TEST(Detail, EqualsReferenceBitForBit) {
   for (const LevelSize size : kSmallSizes) {
     std::vector<cv::Mat> images;
     for (int i = 0; i < 5; ++i) images.push_back(RandomImage(size, random));
-    const auto words = DetailOnDevice(images, size);
+    const std::array<std::uint32_t, 5> gains = {kGainSteps, 700, 1500, 256, 4096};
+    const auto words = DetailOnDevice(images, size, gains);
     for (std::size_t i = 0; i < images.size(); ++i) {
       const cv::Mat expected =
-          reference::Detail(images[i], reference::Halve(reference::Halve(images[i])));
+          reference::Detail(images[i], reference::Halve(reference::Halve(images[i])),
+                            static_cast<double>(gains[i]) / kGainSteps);
       for (int y = 0; y + 1 < expected.rows; ++y) {
         for (int x = 0; x + 1 < expected.cols; ++x) {
           const std::uint32_t word =
@@ -67,6 +76,36 @@ TEST(Detail, DoesNotSeeBrightness) {
       EXPECT_EQ(words[at] & 0xffu, words[plane + at] & 0xffu);
     }
   }
+}
+
+TEST(Detail, DoesNotSeeContrast) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat image = RandomImage(kRefinedSize, random) / 2;
+  const cv::Mat exposed = image * 1.6 + 20;
+  const auto gain =
+      static_cast<std::uint32_t>(std::lround(kGainSteps * ContrastGain(image, exposed)));
+  EXPECT_NEAR(gain, kGainSteps / 1.6, 0.02 * kGainSteps);
+  const auto words = DetailOnDevice({image, exposed, image, image, image}, kRefinedSize,
+                                    {kGainSteps, gain, kGainSteps, kGainSteps, kGainSteps});
+  const std::size_t plane = kRefinedSize.num_strided_pixels();
+  for (std::size_t y = 0; y < kRefinedSize.height_px; ++y) {
+    for (std::size_t x = 0; x < kRefinedSize.width_px; ++x) {
+      const std::size_t at = y * 4 * kRefinedSize.groups_per_row() + x;
+      // Rounding of the exposed image, and 2 % of a detail of 60.
+      EXPECT_NEAR(words[at] & 0xffu, words[plane + at] & 0xffu, 3);
+    }
+  }
+}
+
+TEST(ContrastGain, IsThatOfGainAndOffsetWhateverIsClipped) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat image = RandomImage({200, 150}, random);
+  EXPECT_NEAR(ContrastGain(image, image), 1, 1e-9);
+  EXPECT_NEAR(ContrastGain(image, image * 0.6 + 10), 1 / 0.6, 0.02);
+  EXPECT_NEAR(ContrastGain(image, image * 1.2 - 20), 1 / 1.2, 0.02);  // a tenth clipped at each end
+  const cv::Mat flat(150, 200, CV_8UC1, cv::Scalar(90));
+  EXPECT_EQ(ContrastGain(image, flat), 1);
+  EXPECT_EQ(ContrastGain(flat, image), 1);
 }
 
 // Place of pixel i among the measurements, which have a border of zeros.

@@ -52,6 +52,23 @@ TEST(Merge, AveragesByWeight) {
   EXPECT_EQ(merged.history[0][3], (512U << 16) | 7U);
 }
 
+TEST(Merge, LeavesClippedChannelsOut) {
+  const auto red_of = [](std::uint32_t surfel_red, int image_red) {
+    Surfels surfels = OneSurfel({0, 0, 10}, {0, 0, -1}, 0.01F);
+    surfels.history[0][0] = surfel_red;
+    TrackedMap map = PlaneMap(TestCamera(9, 5), Pose());
+    map.bgr.setTo(cv::Scalar(100, 100, image_red));
+    StageScene scene(map, surfels);
+    RunMerge(scene);
+    return scene.storage.Download().history[0][0] & 0x3FFU;
+  };
+  EXPECT_EQ(red_of(800, 255), 800U);
+  EXPECT_EQ(red_of(1020, 200), 800U);
+  EXPECT_EQ(red_of(1020, 255), 1020U);
+  EXPECT_LT(red_of(800, 254), 1016U);
+  EXPECT_GT(red_of(800, 254), 800U);
+}
+
 TEST(Merge, CountsPerBlockWhatIsConfirmed) {
   StageScene scene(48, 32, 6);
   RunMerge(scene);

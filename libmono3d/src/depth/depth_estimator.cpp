@@ -175,6 +175,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     refiner_.Record(recorder_, geometry,
                     {.images = hierarchy_.images(0),
                      .quarter = hierarchy_.images(Hierarchy::kDetailLevel),
+                     .gains = hierarchy_.contrast_gains(),
                      .inverse_depth = *inverse_depth,
                      .uniqueness = *confidence,
                      .step = plan.step / factor,

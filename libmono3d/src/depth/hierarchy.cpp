@@ -4,11 +4,13 @@
 #include "depth/hierarchy.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
 
 #include "depth/buffers.h"
+#include "depth/contrast.h"
 #include "depth/padded_image.h"
 #include "gpu/device_handle.h"
 
@@ -35,12 +37,20 @@ void Hierarchy::Upload(const ImageBundle& bundle) {
   if (levels_.empty()) levels_.emplace_back();
   num_images_ = bundle.keyframes.size();
   Reserve(levels_[0], device_, image_bytes * num_images_, "depth/pyramid");
+  Reserve(contrast_gains_, device_, sizeof(std::uint32_t) * num_images_, "depth/contrast_gains");
+  const cv::Mat reference = ToGrey(bundle.reference().frame.bgr);
+  std::vector<std::uint32_t> gains(num_images_, kGainSteps);
   std::size_t source = 1;
   for (std::size_t i = 0; i < num_images_; ++i) {
-    const std::size_t slot = i == bundle.reference_index() ? 0 : source++;
-    const std::vector<std::uint32_t> words = PackPadded(ToGrey(bundle.keyframes[i].frame.bgr));
+    const bool is_reference = i == bundle.reference_index();
+    const std::size_t slot = is_reference ? 0 : source++;
+    const cv::Mat grey = is_reference ? reference : ToGrey(bundle.keyframes[i].frame.bgr);
+    const std::vector<std::uint32_t> words = PackPadded(grey);
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
+    gains[slot] =
+        static_cast<std::uint32_t>(std::lround(kGainSteps * ContrastGain(reference, grey)));
   }
+  contrast_gains_.Upload(std::span<const std::uint32_t>(gains));
 }
 
 void Hierarchy::RecordPyramid(Recorder& recorder, const LevelSize& full, int level) {

@@ -48,6 +48,10 @@ class Hierarchy {
   // Padded images of a level up to kDetailLevel, the reference and then the sources.
   const Buffer& images(int level) const { return levels_[static_cast<std::size_t>(level)]; }
 
+  // A uint per image, in kGainSteps: what its contrast is to be multiplied by to be the
+  // reference's.
+  const Buffer& contrast_gains() const { return contrast_gains_; }
+
   // detail.comp takes away the images of this level.
   static constexpr int kDetailLevel = 2;
 
@@ -66,6 +70,7 @@ class Hierarchy {
   FineLevel fine_level_;
   std::size_t num_images_ = 0;
   std::vector<Buffer> levels_;
+  Buffer contrast_gains_;
   const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
   const Buffer* confidence_ = nullptr;
 };

@@ -249,9 +249,10 @@ void DepthKernels::Upsample(Recorder& recorder, const UpsampleParams& params,
 }
 
 void DepthKernels::Detail(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
-                          const Buffer& images, const Buffer& quarter, const Buffer& detail) {
+                          const Buffer& images, const Buffer& quarter, const Buffer& gains,
+                          const Buffer& detail) {
   const Kernel& kernel = detail_.With();
-  recorder.Dispatch(kernel, {images, quarter, detail}, params,
+  recorder.Dispatch(kernel, {images, quarter, gains, detail}, params,
                     GridOf(kernel, GroupsOfFour(params.width_px),
                            DivideRoundingUp(params.height_px, kDetailRows), num_images));
 }

@@ -126,7 +126,8 @@ class DepthKernels {
   // High-pass values of `num_images` images from params.first_image on, a word for each strided
   // pixel. `quarter` holds the images halved twice.
   void Detail(Recorder& recorder, const DetailParams& params, std::uint32_t num_images,
-              const Buffer& images, const Buffer& quarter, const Buffer& detail);
+              const Buffer& images, const Buffer& quarter, const Buffer& gains,
+              const Buffer& detail);
   // Two words for each of NumMeasurements.
   void Photometric(Recorder& recorder, std::size_t num_sources, const PhotometricParams& params,
                    const DetailBuffers& detail, const Buffer& projections,

@@ -24,7 +24,7 @@ void Refiner::RecordDetail(Recorder& recorder, const LevelSize& size, std::uint3
                            std::uint32_t num_images, const Input& input, Buffer& detail) {
   Reserve(detail, device_, 4 * num_images * size.num_strided_pixels(), "depth/detail");
   kernels_.Detail(recorder, {size.width_px, size.height_px, first_image}, num_images, input.images,
-                  input.quarter, detail);
+                  input.quarter, input.gains, detail);
 }
 
 void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const Input& input) {

@@ -25,6 +25,7 @@ class Refiner {
   struct Input {
     const Buffer& images;   // padded images, the reference first
     const Buffer& quarter;  // the same, halved twice
+    const Buffer& gains;    // of their contrasts, a uint each, see contrast.h
     const Buffer& inverse_depth;
     const Buffer& uniqueness;  // of the sweep, 0 to 1
     double step = 0;           // of inverse depth for 1 px in the farthest camera, 1/su

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "fusion/exposure.h"
 #include "fusion/surfel.h"
 #include "fusion/view.h"
 
@@ -89,6 +90,11 @@ DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int widt
   index_map = Buffer(device, cells * 8, "fusion/index_map");
   selected = Buffer(device, words * 4, "fusion/selected");
   new_pixels = Buffer(device, pixels * 4, "fusion/new_pixels");
+  exposure_cells = Buffer(device,
+                          NumExposureCells(static_cast<std::uint32_t>(width_px),
+                                           static_cast<std::uint32_t>(height_px)) *
+                              sizeof(ExposureCell),
+                          "fusion/exposure_cells");
   num_removed = Buffer(device, 4, "fusion/num_removed");
 }
 

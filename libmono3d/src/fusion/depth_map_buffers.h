@@ -36,6 +36,7 @@ struct DepthMapBuffers {
   Buffer index_map;          // 2 uints per cell: number of the surfel, bits of its depth
   Buffer selected;           // bit per pixel: becomes a surfel
   Buffer new_pixels;         // uint per pixel: numbers of those selected, as far as there are
+  Buffer exposure_cells;     // ExposureCell per cell, see exposure.h
   Buffer num_removed;        // one uint
 
   DepthMapBuffers() = default;

@@ -57,6 +57,7 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, co
   const std::uint32_t number = model_.anchors.size();
   model_.anchors.Add(anchor, S_world_kf, submap);
   Counts counts;
+  counts.exposure = CorrectColours(map);
   counts.num_removed = ChangeSurfels(map, number);
   past_views_.Push(context_.device, map, number, buffers_);
   surfels.EndInsert(number, num_new_, static_cast<std::uint32_t>(counts.num_removed));
@@ -87,6 +88,25 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
   buffers_.new_pixels.Upload(std::span(new_pixels));
   num_new_ = static_cast<std::uint32_t>(new_pixels.size());
+}
+
+// The colours of the model are those of its first image's exposure: what is uploaded comes to it,
+// as far as the depth map shows what is there already.
+Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
+  if (map.bgr.empty()) return {};
+  const ViewParams params = Params(map);
+  if (params.num_surfels == 0) latest_exposure_ = {};
+  context_.kernels.ExposureCells(context_.recorder, params, buffers_, buffers_.exposure_cells,
+                                 model_.surfels, visible_);
+  context_.recorder.Submit(context_.times);
+  const auto cells = buffers_.exposure_cells.Download<ExposureCell>();
+  latest_exposure_ = EstimateExposure(cells, latest_exposure_);
+  Log(LogLevel::kDebug, "image of frame " + std::to_string(map.frame_index) + ": exposure gain " +
+                            std::to_string(latest_exposure_.gain) + ", offset " +
+                            std::to_string(latest_exposure_.offset));
+  const std::vector<std::uint32_t> colours = CorrectedColours(map.bgr, latest_exposure_);
+  buffers_.colour.Upload(std::span(colours));
+  return latest_exposure_;
 }
 
 // Returns the number of surfels removed.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fusion/depth_map_buffers.h"
+#include "fusion/exposure.h"
 #include "fusion/fusion_context.h"
 #include "fusion/past_views.h"
 
@@ -30,6 +31,7 @@ class DepthMapFuser {
     std::int64_t num_merged = 0;
     std::int64_t num_inserted = 0;
     std::int64_t num_removed = 0;
+    Exposure exposure;  // of its image, against the model's colours
   };
   // Fuses what was uploaded as the next anchor, of this submap. Where there is no room for its new
   // surfels, the model becomes coarser. Nothing, with the model as it was or coarser, where that is
@@ -55,6 +57,7 @@ class DepthMapFuser {
  private:
   ViewParams Params(const DepthMap& map) const;
   void Associate(const DepthMap& map, int submap);
+  Exposure CorrectColours(const DepthMap& map);
   std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
   void NoteChanges();
   void ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number);
@@ -70,6 +73,7 @@ class DepthMapFuser {
   std::int64_t num_candidates_ = 0;  // of what was uploaded
   std::uint32_t num_new_ = 0;        // pixels that become a surfel, as Associate found
   std::uint32_t merge_radius_px_ = 1;
+  Exposure latest_exposure_;  // of the depth map fused last
   int width_px_ = 0;
   int height_px_ = 0;
   std::vector<std::uint32_t> changed_anchors_;

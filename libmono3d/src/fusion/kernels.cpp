@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "fusion/associate.spirv.h"
+#include "fusion/exposure_cells.spirv.h"
 #include "fusion/free_space.spirv.h"
 #include "fusion/grid.h"
 #include "fusion/index_map.spirv.h"
@@ -21,6 +22,7 @@ namespace mono3d {
 FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
     : prepare_(device, {"fusion/prepare", fusion_prepare_spirv}),
       associate_(device, {"fusion/associate", fusion_associate_spirv}),
+      exposure_cells_(device, {"fusion/exposure_cells", fusion_exposure_cells_spirv}),
       select_new_(device, {"fusion/select_new", fusion_select_new_spirv}),
       merge_(device, {"fusion/merge", fusion_merge_spirv}),
       free_space_(device, {"fusion/free_space", fusion_free_space_spirv}),
@@ -76,6 +78,15 @@ void FusionKernels::SelectNew(Recorder& recorder, const ViewParams& params,
                     {map.depth, map.candidate, map.index_map, surfels.normal_weight(),
                      surfels.anchor_of_block(), anchors.buffer(), map.selected},
                     params, GridFor(select_new_, map.num_pixels()));
+}
+
+void FusionKernels::ExposureCells(Recorder& recorder, const ViewParams& params,
+                                  const DepthMapBuffers& map, const Buffer& cells,
+                                  const SurfelStorage& surfels, const BlockList& blocks) const {
+  recorder.Fill(cells, 0);
+  recorder.Dispatch(exposure_cells_,
+                    {surfels.association(), map.colour, surfels.history(), blocks.buffer(), cells},
+                    params, blocks.grid());
 }
 
 void FusionKernels::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,

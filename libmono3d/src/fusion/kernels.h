@@ -40,6 +40,11 @@ class FusionKernels {
   // Reads depth, candidate, index_map and the surfels; writes selected.
   void SelectNew(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
                  const DepthMapBuffers& map, const SurfelStorage& surfels) const;
+  // Reads association, colour and the surfels' colours; writes `cells`, NumExposureCells of
+  // ExposureCell.
+  void ExposureCells(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
+                     const Buffer& cells, const SurfelStorage& surfels,
+                     const BlockList& blocks) const;
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms, and
   // counts them per block in the storage's num_confirmed.
   void Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
@@ -57,6 +62,7 @@ class FusionKernels {
  private:
   Kernel prepare_;
   Kernel associate_;
+  Kernel exposure_cells_;
   std::optional<Kernel> index_map_;  // or the two after it
   std::optional<Kernel> index_map_depth_;
   std::optional<Kernel> index_map_id_;

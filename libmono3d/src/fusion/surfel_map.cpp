@@ -46,10 +46,18 @@ VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMap
       placer_(context_, model_, merger_),
       fuser_(context_, model_) {}
 
-// Paper, section 3.3: registration with the model, then fusion.
 FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses& poses) {
   const ScopedStageTimer timer(context_.times, "fusion/integrate");
   RequireUsable(map);
+  DepthMap corrected = map;
+  corrected.bgr = vignetting_.Corrected(map.bgr, map.camera);
+  FusionResult result = IntegrateCorrected(corrected, poses);
+  if (result.status == FusionStatus::kFused) vignetting_.Add(map, result.S_world_kf);
+  return result;
+}
+
+// Paper, section 3.3: registration with the model, then fusion.
+FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const KeyframePoses& poses) {
   const KeyframePose& keyframe = poses.At(map.keyframe_id);
   const Similarity& S_tracker_kf = keyframe.S_world_kf;
   (void)Update(poses);
@@ -102,6 +110,8 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   result.num_merged = counts->num_merged;
   result.num_inserted = counts->num_inserted;
   result.num_removed = counts->num_removed;
+  result.exposure_gain = counts->exposure.gain;
+  result.exposure_offset = counts->exposure.offset;
   result.num_surfels = num_surfels();
   result.starts_submap = placement.starts_submap;
   if (placement.join) result.submap_joins.push_back(*placement.join);
@@ -142,11 +152,17 @@ PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
   fuser_.ForgetPastViews();
+  vignetting_.ForgetViews();
   model_.surfels.RemoveAnchoredFrom(first_depth_map);
   model_.anchors.RemoveFrom(first_depth_map);
   merger_.AnchorsRemovedFrom(first_depth_map);
   changes_.AllChanged(model_.anchors.size());
   placer_.SetTrackerDrifted(false);
+}
+
+void VulkanSurfelMap::Rest() {
+  fuser_.Rest();
+  vignetting_.ForgetViews();
 }
 
 void VulkanSurfelMap::MergePending() {
@@ -206,6 +222,7 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   placer_.SetTrackerDrifted(other.placer_.tracker_drifted());
   fuser_.SetMergeRadius(std::max(fuser_.merge_radius_px(), other.fuser_.merge_radius_px()));
   fuser_.ForgetPastViews();
+  vignetting_.ForgetViews();
   std::vector<bool> is_other(anchors.size());
   std::fill(is_other.begin() + first_anchor, is_other.end(), true);
 

@@ -15,6 +15,7 @@
 #include "fusion/part_merger.h"
 #include "fusion/registration/depth_map_placer.h"
 #include "fusion/retry.h"
+#include "fusion/vignetting.h"
 
 namespace mono3d {
 
@@ -33,7 +34,7 @@ class VulkanSurfelMap : public RepairableMap {
   void TakeOut(std::uint32_t first_depth_map) override;
   int num_submaps() const override { return model_.anchors.num_submaps(); }
   void MergePending() override;
-  void Rest() override { fuser_.Rest(); }
+  void Rest() override;
 
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override;
@@ -41,6 +42,8 @@ class VulkanSurfelMap : public RepairableMap {
   std::int64_t num_surfels() const override { return model_.surfels.num_surfels(); }
 
  private:
+  // Without the falloff of its image.
+  FusionResult IntegrateCorrected(const DepthMap& map, const KeyframePoses& poses);
   FusionResult Rejected(const Similarity& S_world_kf, FusionRejection rejection,
                         std::string reason) const;
   void CloseGaps();
@@ -52,6 +55,7 @@ class VulkanSurfelMap : public RepairableMap {
   DepthMapPlacer placer_;
   DepthMapFuser fuser_;
   ChangeLog changes_;
+  Vignetting vignetting_;      // of the camera
   std::optional<int> map_id_;  // of the tracker's map that the model shows
 };
 

@@ -26,12 +26,12 @@ double Interpolate(const cv::Mat& image, double x, double y) {
 
 }  // namespace
 
-cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter) {
+cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter, double gain) {
   cv::Mat detail(grey.size(), CV_8UC1);
   for (int y = 0; y < grey.rows; ++y) {
     for (int x = 0; x < grey.cols; ++x) {
       const double mean = Interpolate(quarter, (x + 0.5) / 4 - 0.5, (y + 0.5) / 4 - 0.5);
-      const double value = std::floor(Pixel(grey, x, y) - mean + 0.5) + 128;
+      const double value = std::floor(gain * (Pixel(grey, x, y) - mean) + 0.5) + 128;
       detail.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
     }
   }

@@ -14,7 +14,7 @@
 namespace mono3d::reference {
 
 // detail.comp: a grey image less the one halved twice, plus 128; CV_8UC1.
-cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter);
+cv::Mat Detail(const cv::Mat& grey, const cv::Mat& quarter, double gain);
 
 // photometric.comp: inverse depth before and after the step, its information, and the sources' mean
 // weight. `detail` holds the reference and the sources.

@@ -9,6 +9,7 @@
 
 #include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
+#include "fusion/exposure.h"
 #include "fusion/register.params.h"
 #include "fusion/registration/system.h"
 #include "fusion/selection.h"
@@ -55,6 +56,11 @@ std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint
 // Appends a surfel for each selected pixel, anchored to the depth map.
 void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
             const std::vector<std::uint32_t>& selected, Surfels& surfels);
+
+// What image and model say of the brightness of the same places, per cell of the image.
+std::vector<ExposureCell> ExposureCells(const ViewParams& view, const PackedDepthMap& map,
+                                        const std::vector<std::uint32_t>& association,
+                                        const Surfels& surfels);
 
 // The normal equations of a registration, in double precision, with derivatives by central
 // differences. `grey`: rows of the level's width, floor(size / 2^level).

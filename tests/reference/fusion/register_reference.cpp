@@ -85,8 +85,16 @@ double GreyOf(std::uint32_t rgb10) {
 }
 
 struct GreySums {
-  double image = 0, surfel = 0, image2 = 0, surfel2 = 0;
+  double image = 0, surfel = 0, image2 = 0, surfel2 = 0, weight = 0;
+
+  void Add(double of_image, double of_surfel, double by) {
+    image += by * of_image, image2 += by * of_image * of_image;
+    surfel += by * of_surfel, surfel2 += by * of_surfel * of_surfel;
+    weight += by;
+  }
 };
+
+bool IsClipped(double grey) { return grey > 254 || grey < 1; }
 
 void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const Vector3d& p_cam,
              std::uint32_t rgb10, RegistrationSystem& system, GreySums& sums) {
@@ -99,10 +107,9 @@ void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const
   if (!patch) return;
   const double seen = patch->At(pixel);
   const double of_surfel = GreyOf(rgb10);
+  if (IsClipped(seen) || IsClipped(of_surfel)) return;
   ++system.num_grey;
-  sums.image += seen, sums.image2 += seen * seen;
-  sums.surfel += of_surfel, sums.surfel2 += of_surfel * of_surfel;
-  if (params.grey_gain <= 0) return;
+  if (params.grey_gain <= 0) return sums.Add(seen, of_surfel, 1);
   const Eigen::Vector2d gradient(
       (patch->At(pixel + Eigen::Vector2d(0.5, 0)) - patch->At(pixel - Eigen::Vector2d(0.5, 0))),
       (patch->At(pixel + Eigen::Vector2d(0, 0.5)) - patch->At(pixel - Eigen::Vector2d(0, 0.5))));
@@ -113,6 +120,8 @@ void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const
         return (patch->At(project(Moved(p_cam, step))) - expected) / sigma;
       },
       system);
+  const double residual = std::abs(seen - expected) / sigma;
+  sums.Add(seen, of_surfel, std::min(1.0, kHuber / std::max(residual, 1e-12)));
 }
 
 }  // namespace
@@ -156,7 +165,7 @@ RegistrationSystem Register(const RegisterParams& params, const AnchorTransforms
     AddGrey(params, grey, p, surfels.history[i][0], system, sums);
   }
   if (system.num_grey == 0) return system;
-  const auto count = static_cast<double>(system.num_grey);
+  const double count = sums.weight;
   system.image_grey_mean = sums.image / count;
   system.surfel_grey_mean = sums.surfel / count;
   system.image_grey_sigma = std::sqrt(sums.image2 / count - std::pow(system.image_grey_mean, 2));

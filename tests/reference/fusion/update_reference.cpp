@@ -25,15 +25,23 @@ Vector3f RayOfPixel(const ViewParams& view, std::size_t pixel) {
 
 Surfels::Float4 Join(const Vector3f& v, float w) { return {v.x(), v.y(), v.z(), w}; }
 
-// Each channel of 8 bits in `measured`, of 10 in the rest.
+// Each channel of 8 bits in `measured`, of 10 in the rest. Where one of the two is as bright as can
+// be, the other one stands.
 std::uint32_t MixColour(std::uint32_t old, std::uint32_t measured, float share) {
   std::uint32_t mixed = 0;
   for (unsigned channel = 0; channel < 3; ++channel) {
     const auto a = static_cast<float>((old >> (10 * channel)) & 0x3FFU);
     const auto b = static_cast<float>(((measured >> (8 * channel)) & 0xFFU) * 4);
-    mixed |= static_cast<std::uint32_t>(a * (1 - share) + b * share + 0.5F) << (10 * channel);
+    float merged = a * (1 - share) + b * share;
+    if (a >= 1020) merged = b;
+    if (b >= 1020) merged = a;
+    mixed |= static_cast<std::uint32_t>(merged + 0.5F) << (10 * channel);
   }
   return mixed;
+}
+
+std::uint32_t Colour10(std::uint32_t rgb8) {
+  return (rgb8 & 0xFFU) * 4 | (rgb8 >> 8 & 0xFFU) * 4 << 10 | (rgb8 >> 16 & 0xFFU) * 4 << 20;
 }
 
 void MergeOne(const ViewParams& view, const AnchorTransforms& anchors, const PackedDepthMap& map,
@@ -117,7 +125,7 @@ void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates&
     const float sigma = InverseDepthSigma(view, 1 / z) * z * z;
     surfels.position_radius.push_back(Join(ray * z, SurfelRadius(view, z, n, ray)));
     surfels.normal_weight.push_back(Join(n, confidence / (sigma * sigma)));
-    surfels.history.push_back({MixColour(0, map.colour[i], 1), Pack16(1, 0),
+    surfels.history.push_back({Colour10(map.colour[i]), Pack16(1, 0),
                                Pack16(view.map_index, view.map_index),
                                Pack16(view.map_index, ConfidenceSteps(confidence))});
   }

@@ -80,6 +80,10 @@ struct FusionResult {
   // out and made again from its depth maps before that.
   std::vector<RetriedMap> retried;
   bool is_repaired = false;
+  // How its image was exposed: grey value = gain * the model's + offset. 1 and 0 where it was not
+  // fused or has no image.
+  double exposure_gain = 1;
+  double exposure_offset = 0;
   bool starts_submap = false;  // it shows nothing of the model: it lies where the tracker has it
   std::vector<SubmapJoin> submap_joins;  // by it, and by those that were tried again
   // Of this depth map, and of those that were tried again, where the model contradicted the
@@ -110,7 +114,9 @@ struct SurfelExportOptions {
   void Validate() const;  // throws UsageError
 };
 
-// The coloured surfel model of the scene (paper, section 3.3).
+// The coloured surfel model of the scene (paper, section 3.3). Its colours are those of the
+// exposure of its first depth map's image: later images are brought to it by what they show of the
+// model. A falloff towards the corners of the images is learned on the way and taken out of them.
 class SurfelMap {
  public:
   virtual ~SurfelMap() = default;

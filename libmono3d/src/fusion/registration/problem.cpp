@@ -108,6 +108,9 @@ void SetExposure(RegisterParams& params, const RegistrationSystem& system) {
   params.grey_gain = static_cast<float>(system.image_grey_sigma / system.surfel_grey_sigma);
   params.grey_bias =
       static_cast<float>(system.image_grey_mean - params.grey_gain * system.surfel_grey_mean);
+  // Of the difference half is the image's own, half that of the surfels' colours, which the gain
+  // magnifies.
+  params.grey_noise *= std::sqrt(0.5F * (1 + params.grey_gain * params.grey_gain));
 }
 
 namespace {

@@ -48,7 +48,7 @@ RegistrationSystem SumRegistrationRows(std::span<const float> rows) {
   system.grey_cost = sums[kLight];
   system.num_grey = std::llround(sums[kLight + 1]);
   if (system.num_grey == 0) return system;
-  const auto count = static_cast<double>(system.num_grey);
+  const double count = sums[kLight2 + 2];
   system.image_grey_mean = sums[kLight + 2] / count;
   system.surfel_grey_mean = sums[kLight + 3] / count;
   system.image_grey_sigma = Sigma(sums[kLight2], system.image_grey_mean, count);

@@ -28,6 +28,7 @@ struct RegistrationSystem {
   std::int64_t num_behind = 0;              // and behind it: hidden, or wrong as well
   double grey_cost = 0;
   std::int64_t num_grey = 0;  // surfels whose grey value was compared
+  // By the weights of the grey residuals, where there were some.
   double image_grey_mean = 0;
   double image_grey_sigma = 0;
   double surfel_grey_mean = 0;
