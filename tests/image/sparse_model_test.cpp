@@ -22,9 +22,9 @@ SparseModel TwoImages() {
   SparseModel model;
   model.camera = {.width = 80, .height = 60, .fx = 100, .fy = 100, .cx = 39.5, .cy = 29.5};
   model.points = {{{0, 0, 2}, {1, 2, 3}}, {{0, 0, -1}, {0, 0, 0}}};
-  model.images.push_back({0, "a.png", Pose(), {{{39.5, 29.5}, 0}, {{1, 1}, std::nullopt}}, {}});
+  model.images.push_back({0, "a.png", Pose(), {{{39.5, 29.5}, 0}, {{1, 1}, std::nullopt}}});
   const Pose T_world_b(Eigen::Quaterniond::Identity(), {1, 0, 0});
-  model.images.push_back({7, "b.png", T_world_b, {{{-10.5 + 3, 29.5 + 4}, 0}}, {}});
+  model.images.push_back({7, "b.png", T_world_b, {{{-10.5 + 3, 29.5 + 4}, 0}}});
   return model;
 }
 

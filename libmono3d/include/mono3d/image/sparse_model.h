@@ -31,7 +31,7 @@ struct SparseImage {
   std::vector<SparseObservation> observations;
   // How the camera moved at that moment, in su of the model. Where the shutter is a rolling one,
   // observations are where the image shows the points, its lines read one after the other.
-  std::optional<CameraVelocity> velocity;
+  std::optional<CameraVelocity> velocity = {};
 };
 
 struct SparsePoint {
