@@ -4,9 +4,14 @@
 #include "mono3d/geometry/rolling_shutter.h"
 
 #include "mono3d/geometry/distortion.h"
-#include "mono3d/geometry/pose.h"
 
 namespace mono3d {
+
+CameraVelocity VelocityOf(const Pose& T_later_earlier, double duration_s) {
+  if (duration_s == 0) return {};
+  return {RotationLog(T_later_earlier.rotation()) / duration_s,
+          T_later_earlier.translation() / duration_s};
+}
 
 ShutterMotion::ShutterMotion(const CameraModel& sensor, const CameraVelocity& velocity)
     : sensor_(sensor),
@@ -16,6 +21,12 @@ ShutterMotion::ShutterMotion(const CameraModel& sensor, const CameraVelocity& ve
 double ShutterMotion::Time_s(const Eigen::Vector3d& ray) const {
   return sensor_.shutter.readout_s *
          LineShare(sensor_, ProjectDistorted(sensor_, ray), sensor_.shutter.reads_columns);
+}
+
+Pose ShutterMotion::T_line_cam(const Eigen::Vector3d& ray) const {
+  if (is_still_) return Pose();
+  const double time_s = Time_s(ray);
+  return {RotationExp(time_s * velocity_.angular_rad_per_s), time_s * velocity_.linear_su_per_s};
 }
 
 Eigen::Vector3d ShutterMotion::AtTime(const Eigen::Vector3d& p_cam, double time_s) const {

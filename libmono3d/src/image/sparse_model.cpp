@@ -51,8 +51,15 @@ SparseModel WithCamera(const SparseModel& model, const CameraModel& camera) {
   SparseModel result = model;
   result.camera = camera;
   for (SparseImage& image : result.images) {
+    const ShutterMotion motion(camera, image.velocity.value_or(CameraVelocity()));
+    const Pose T_cam_world = image.T_world_cam.Inverse();
     for (SparseObservation& observation : image.observations) {
-      observation.pixel = ProjectDistorted(camera, model.camera.Unproject(observation.pixel));
+      Eigen::Vector3d ray = model.camera.Unproject(observation.pixel);
+      if (observation.point && !motion.IsStill()) {
+        const Eigen::Vector3d p_cam = T_cam_world * model.points[*observation.point].p_world;
+        if (p_cam.z() > 0) ray += (motion.AtItsLine(p_cam) - p_cam) / p_cam.z();
+      }
+      observation.pixel = ProjectDistorted(camera, ray);
     }
   }
   return result;

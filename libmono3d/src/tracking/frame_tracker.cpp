@@ -14,6 +14,7 @@
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/feature_tracking.h"
 #include "tracking/optimisation/pose_optimisation.h"
+#include "tracking/optimisation/view_pose.h"
 
 namespace mono3d::tracking {
 
@@ -68,6 +69,7 @@ PoseResult FrameTracker::FindPose(View& view) const {
   if (!lost_since_s_) {
     const View& previous = *state_.previous;
     view.T_cam_world = PredictPose(view.frame.timestamp_s);
+    view.shutter = Shutter(view);
     pose = TrackDirectly(atlas_->map(), previous, view);
     if (pose.num_inliers >= options_.min_inliers &&
         pose.num_inliers >= kMinKeptShare * CountExpected(atlas_->map(), previous, view)) {
@@ -113,17 +115,34 @@ PoseResult FrameTracker::RefineByPatchAlignment(View& view, const PoseResult& po
   return by_patches;
 }
 
-void FrameTracker::UpdateMotion(const View& view) {
-  state_.motion.Reset();
-  if (state_.previous && !lost_since_s_) {
+ShutterMotion FrameTracker::Shutter(const View& view) const {
+  return {view.frame.sensor, state_.motion.Velocity()};
+}
+
+void FrameTracker::UpdateMotion(View& view) {
+  Map& map = atlas_->map();
+  if (!state_.previous || lost_since_s_) {
+    state_.motion.Reset();
+  } else {
     state_.motion.Set(view.T_cam_world * PreviousPose().Inverse(),
                       view.frame.timestamp_s - state_.previous->frame.timestamp_s);
+    view.shutter = Shutter(view);
+    if (!view.shutter.IsStill()) {
+      static_cast<void>(RefinePose(map, view));
+      state_.motion.Improve(view.T_cam_world * PreviousPose().Inverse());
+      view.shutter = Shutter(view);
+    }
+    if (state_.previous_keyframe) {
+      MapKeyframe& keyframe = map.keyframe(*state_.previous_keyframe);
+      keyframe.view.shutter = {view.frame.sensor, state_.motion.VelocityBefore()};
+    }
   }
   const std::vector<Covisible> seeing = atlas_->map().KeyframesSeeing(view.points);
   if (!seeing.empty()) state_.reference = seeing.front().keyframe;
 }
 
-void FrameTracker::Remember(View view) {
+void FrameTracker::Remember(View view, std::optional<KeyframeId> keyframe) {
+  state_.previous_keyframe = keyframe;
   state_.previous_frame = atlas_->AddFrame(view, state_.reference);
   view.frame.bgr.release();
   state_.previous = std::move(view);
@@ -147,6 +166,7 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
 
 void FrameTracker::Renumber(const NumberShift& shift) {
   state_.reference += shift.keyframes;
+  if (state_.previous_keyframe) *state_.previous_keyframe += shift.keyframes;
   if (!state_.previous) return;
   for (std::optional<PointId>& point : state_.previous->points) {
     if (point) point->index += shift.points;
@@ -163,6 +183,7 @@ void FrameTracker::SetLost(double timestamp_s) {
 
 void FrameTracker::Reset() {
   state_.previous.reset();
+  state_.previous_keyframe.reset();
   state_.motion.Reset();
   lost_since_s_.reset();
 }

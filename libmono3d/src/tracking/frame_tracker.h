@@ -25,7 +25,8 @@ class FrameTracker {
   struct State {
     std::optional<View> previous;    // the last tracked frame, without its image
     std::size_t previous_frame = 0;  // its number in the atlas, whose pose follows the map
-    KeyframeId reference = 0;        // the keyframe that shares most points with it
+    std::optional<KeyframeId> previous_keyframe;  // where it is one
+    KeyframeId reference = 0;                     // the keyframe that shares most points with it
     MotionModel motion;
   };
 
@@ -50,10 +51,11 @@ class FrameTracker {
   PoseResult RefineByPatchAlignment(View& view, const PoseResult& pose) const;
 
   // The view has its pose: the motion since the one before, and the keyframe that shares most
-  // points with it.
-  void UpdateMotion(const View& view);
-  // A tracked view becomes the previous one.
-  void Remember(View view);
+  // points with it. With a rolling shutter the pose becomes better by the motion up to it, and that
+  // of the view before by the motion after it.
+  void UpdateMotion(View& view);
+  // A tracked view, or the one of a keyframe, becomes the previous one.
+  void Remember(View view, std::optional<KeyframeId> keyframe);
   // What is known of whether the view should become a keyframe.
   InsertionEvidence EvidenceFor(const View& view, const PoseResult& pose) const;
 
@@ -82,6 +84,7 @@ class FrameTracker {
   PoseResult FindPoseByFeatures(View& view) const;
   Pose PreviousPose() const { return atlas_->T_cam_world(state_.previous_frame); }
   Pose PredictPose(double timestamp_s) const;
+  ShutterMotion Shutter(const View& view) const;
 
   TrackerOptions options_;
   StageTimes* times_;

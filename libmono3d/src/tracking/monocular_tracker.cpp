@@ -99,7 +99,7 @@ TrackingResult MonocularTracker::Initialise(View view) {
   result.T_world_cam = second.T_cam_world.Inverse();
   result.is_keyframe = true;
   result.num_inliers = static_cast<int>(atlas_.map().Depths(second).size());
-  frame_tracker_.Remember(std::move(second));
+  frame_tracker_.Remember(std::move(second), 1);
   result.pose = atlas_.frame_pose(atlas_.num_frames() - 1);
   return result;
 }
@@ -141,7 +141,7 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   frame_tracker_.SetMotion(map.T_cam_world(1) * first.T_cam_world.Inverse(),
                            start.second.frame.timestamp_s - first.frame.timestamp_s);
   const std::size_t first_frame = atlas_.num_frames();
-  frame_tracker_.Remember(first);
+  frame_tracker_.Remember(first, 0);
   TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false);
   std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
   std::reverse(before.begin(), before.end());
@@ -184,7 +184,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
   result.map_id = atlas_.map().id();  // another one where two were joined
   result.T_world_cam = view.T_cam_world.Inverse();
-  frame_tracker_.Remember(std::move(view));
+  frame_tracker_.Remember(std::move(view), NewestIf(result.is_keyframe));
   result.pose = atlas_.frame_pose(atlas_.num_frames() - 1);
   if (was_lost) result.recovered = TrackLostFrames();
   return result;
@@ -224,13 +224,14 @@ void MonocularTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_i
     if (pose.num_inliers < options_.min_inliers) continue;
     num_failures = 0;
     frame_tracker_.UpdateMotion(view);
-    if (may_insert && InsertIfNeeded(view, pose)) {
+    const bool is_keyframe = may_insert && InsertIfNeeded(view, pose);
+    if (is_keyframe) {
       MappingLock alone;
       local_mapper_.MapKeyframe(atlas_.map(), atlas_.newest(), alone);
       atlas_.AddPlace(atlas_.newest());
       view = atlas_.map().keyframe(atlas_.newest()).view;
     }
-    frame_tracker_.Remember(std::move(view));
+    frame_tracker_.Remember(std::move(view), NewestIf(is_keyframe));
   }
   frame_tracker_.SetState(from);
 }

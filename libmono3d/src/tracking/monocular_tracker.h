@@ -51,6 +51,9 @@ class MonocularTracker final : public Tracker {
   void TrackBacklog(const std::vector<Frame>& frames, bool may_insert);
   std::vector<FramePose> TrackLostFrames();
   bool InsertIfNeeded(View& view, const PoseResult& pose);
+  std::optional<KeyframeId> NewestIf(bool is_keyframe) const {
+    return is_keyframe ? std::optional<KeyframeId>(atlas_.newest()) : std::nullopt;
+  }
   // The mapping.
   void MapKeyframe(KeyframeId keyframe, MappingLock& lock);
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);

@@ -52,6 +52,9 @@ Frame ScalingTracker::Scaled(const Frame& frame) const {
   };
   Frame small = frame;
   small.camera = frame.camera.Resized(scaled(frame.camera.width), scaled(frame.camera.height));
+  if (frame.sensor.width > 0) {
+    small.sensor = frame.sensor.Resized(small.camera.width, small.camera.height);
+  }
   // Averaging over areas keeps a smaller image free of aliasing.
   cv::resize(frame.bgr, small.bgr, cv::Size(small.camera.width, small.camera.height), 0, 0,
              cv::INTER_AREA);
@@ -64,6 +67,7 @@ TrackingResult ScalingTracker::Track(const Frame& frame) {
   const Frame small = Scaled(frame);
   TrackingResult result = tracker_->Track(small);
   camera_ = frame.camera;
+  sensor_ = frame.sensor;
   if (!result.T_world_cam || result.is_keyframe) images_.Add(frame.index, frame.bgr);
   result.reprojection_px *= frame.camera.fx / small.camera.fx;
   GiveImagesBack(result.finalised_keyframes);
@@ -89,7 +93,13 @@ void ScalingTracker::GiveImagesBack(std::vector<Keyframe>& keyframes) {
       return true;
     }
     keyframe.frame.bgr = *std::move(image);
+    const float scale =
+        static_cast<float>(camera_->width) / static_cast<float>(keyframe.frame.camera.width);
+    for (Eigen::Vector2f& pixel : keyframe.sparse_pixels) {
+      pixel = scale * (pixel.array() + 0.5F) - 0.5F;
+    }
     keyframe.frame.camera = *camera_;
+    keyframe.frame.sensor = sensor_;
     return false;
   });
 }

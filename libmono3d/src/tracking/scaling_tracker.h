@@ -72,6 +72,7 @@ class ScalingTracker final : public Tracker {
   std::unique_ptr<Tracker> tracker_;
   int max_side_px_;
   std::optional<CameraModel> camera_;  // of the images given
+  CameraModel sensor_;                 // Frame::sensor of the same
   KeptImages images_;                  // of frames that are or may become keyframes
   std::int64_t num_without_image_ = 0;
 };

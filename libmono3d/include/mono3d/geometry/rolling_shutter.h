@@ -7,6 +7,7 @@
 
 #include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -18,6 +19,10 @@ struct CameraVelocity {
 
   bool operator==(const CameraVelocity&) const = default;
 };
+
+// Of a camera that has moved by T_later_earlier in `duration_s`; zero where that is 0. Both may be
+// negative in time.
+CameraVelocity VelocityOf(const Pose& T_later_earlier, double duration_s);
 
 // How the scene moves through an image while the lines of a rolling shutter are read one after the
 // other. The pose of the image is that of its middle line; within the readout the velocity is
@@ -34,6 +39,8 @@ class ShutterMotion {
 
   // When the line is read on which the sensor shows the ray (z > 0), in s after the middle line.
   double Time_s(const Eigen::Vector3d& ray) const;
+  // From the camera's frame at the middle line into that at the line that a ray is on.
+  Pose T_line_cam(const Eigen::Vector3d& ray) const;
   // A point of the camera's frame at the middle line, in that `time_s` later.
   Eigen::Vector3d AtTime(const Eigen::Vector3d& p_cam, double time_s) const;
   // The same at the time of the line that shows the point.
@@ -52,6 +59,10 @@ class ShutterMotion {
   Eigen::Vector2d AtMiddleLine(const CameraModel& camera, const Eigen::Vector2d& pixel,
                                const Eigen::Vector3d& p_cam) const;
 
+  // Of a camera that only turns.
+  ShutterMotion WithoutLinear() const {
+    return {sensor_, {velocity_.angular_rad_per_s, Eigen::Vector3d::Zero()}};
+  }
   // Lengths have been multiplied.
   void Rescale(double ratio) { velocity_.linear_su_per_s *= ratio; }
 

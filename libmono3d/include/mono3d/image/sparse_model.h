@@ -18,7 +18,8 @@
 
 namespace MONO3D_EXPORT mono3d {
 
-// Where an image shows a point of a sparse model.
+// Where an image shows a point of a sparse model; of a rolling shutter, where it would show it if
+// all lines were read with the middle one.
 struct SparseObservation {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   std::optional<std::size_t> point;  // position in SparseModel::points
@@ -29,8 +30,7 @@ struct SparseImage {
   std::string name;     // file name
   Pose T_world_cam;     // at the middle line of a rolling shutter
   std::vector<SparseObservation> observations;
-  // How the camera moved at that moment, in su of the model. Where the shutter is a rolling one,
-  // observations are where the image shows the points, its lines read one after the other.
+  // How the camera moved at that moment, where it is known, in su of the model.
   std::optional<CameraVelocity> velocity = {};
 };
 
@@ -53,7 +53,9 @@ struct SparseModel {
 std::vector<double> ReprojectionErrors_px(const SparseModel& model);
 
 // The same model as the images show it that the lens with the distortion `camera` takes: every
-// pixel goes where that camera shows its ray. `model.camera` must be free of distortion.
+// pixel goes where that camera shows its ray. Where its shutter is a rolling one and the velocity
+// of an image is known, pixels with a point go where the image shows them, its lines read one after
+// the other. `model.camera` must be free of distortion.
 SparseModel WithCamera(const SparseModel& model, const CameraModel& camera);
 
 // Throws Error when an observation names a point that is not there, two images have one id, or a

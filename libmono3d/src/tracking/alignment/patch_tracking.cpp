@@ -45,7 +45,9 @@ std::vector<SeenPoint> SeenPoints(const Map& map, const View& previous) {
   for (std::size_t i = 0; i < previous.points.size(); ++i) {
     const std::optional<PointId>& point = previous.points[i];
     if (!point || !map.IsAlive(*point)) continue;
-    const Eigen::Vector3d p_cam = previous.T_cam_world * map.point(*point).p_world;
+    // Where its line saw it: the next image sees it from about the same line.
+    const Eigen::Vector3d p_cam =
+        previous.shutter.AtItsLine(previous.T_cam_world * map.point(*point).p_world);
     if (p_cam.z() > 0) seen.push_back({map.camera().Project(p_cam), p_cam});
   }
   return seen;

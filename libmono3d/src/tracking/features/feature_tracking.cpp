@@ -26,7 +26,7 @@ std::vector<ProjectedPoint> ProjectPrevious(const Map& map, const View& previous
     if (!previous.points[i] || !map.IsAlive(*previous.points[i])) continue;
     const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*previous.points[i]).p_world;
     if (p_cam.z() <= 0) continue;
-    const Eigen::Vector2d pixel = map.camera().Project(p_cam);
+    const Eigen::Vector2d pixel = view.shutter.Project(map.camera(), p_cam);
     if (!map.camera().Contains(pixel)) continue;
     const Feature& seen = previous.features[i];
     projected.push_back({*previous.points[i], pixel,

@@ -136,7 +136,7 @@ std::optional<ProjectedPoint> ProjectMapPoint(const Map& map, PointId id, const 
   const MapPoint& point = map.point(id);
   const Eigen::Vector3d p_cam = view.T_cam_world * point.p_world;
   if (p_cam.z() <= 0) return std::nullopt;
-  const Eigen::Vector2d pixel = map.camera().Project(p_cam);
+  const Eigen::Vector2d pixel = view.shutter.Project(map.camera(), p_cam);
   if (!map.camera().Contains(pixel)) return std::nullopt;
   // A level's worth of tolerance on the distances at which the pyramid holds the patch.
   const double tolerance = map.scales().factor();
@@ -152,8 +152,10 @@ std::optional<ProjectedPoint> ProjectMapPoint(const Map& map, PointId id, const 
   return ProjectedPoint{id, pixel, radius, level - 1, level, point.descriptor, std::nullopt};
 }
 
-bool ShowsAt(const CameraModel& camera, const Eigen::Vector3d& p_cam, const Feature& feature) {
-  const double squared_error = (camera.Project(p_cam) - feature.pixel).squaredNorm();
+bool ShowsAt(const CameraModel& camera, const View& view, const Eigen::Vector3d& p_cam,
+             const Feature& feature) {
+  const Eigen::Vector2d pixel = view.shutter.AtMiddleLine(camera, feature.pixel, p_cam);
+  const double squared_error = (camera.Project(p_cam) - pixel).squaredNorm();
   return squared_error <= kChi2TwoDof * feature.sigma_px * feature.sigma_px;
 }
 

@@ -52,8 +52,9 @@ std::vector<PointMatch> MatchProjected(std::span<const ProjectedPoint> projected
 // directions known. The radius is that of the key point's level, wider when seen at a new angle.
 std::optional<ProjectedPoint> ProjectMapPoint(const Map& map, PointId point, const View& view);
 
-// Does a point show at the feature but for the noise of that (chi2 at 95 %)?
-bool ShowsAt(const CameraModel& camera, const Eigen::Vector3d& p_cam, const Feature& feature);
+// Does a point show at the feature of the view but for the noise of that (chi2 at 95 %)?
+bool ShowsAt(const CameraModel& camera, const View& view, const Eigen::Vector3d& p_cam,
+             const Feature& feature);
 
 // Pairs of features most similar to each other, second best worse by the ratio 0.8, turned alike.
 // Only features of `a` for which `use_a` holds, of `b` for which `use_b` holds.

@@ -15,8 +15,16 @@ Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
   Keyframe keyframe;
   keyframe.id = from.id;
   keyframe.frame = from.view.frame;
-  keyframe.sparse_depths_su = map.Depths(from.view);
-  for (float& depth : keyframe.sparse_depths_su) depth /= static_cast<float>(from.scale);
+  for (std::size_t i = 0; i < from.view.points.size(); ++i) {
+    const std::optional<PointId>& point = from.view.points[i];
+    if (!point || !map.IsAlive(*point)) continue;
+    const double z = (from.view.T_cam_world * map.point(*point).p_world).z();
+    if (z <= 0) continue;
+    keyframe.sparse_depths_su.push_back(static_cast<float>(z / from.scale));
+    keyframe.sparse_pixels.emplace_back(from.view.features[i].pixel.cast<float>());
+  }
+  keyframe.velocity = from.view.shutter.velocity();
+  keyframe.velocity.linear_su_per_s /= from.scale;
   return keyframe;
 }
 

@@ -255,6 +255,7 @@ void Map::ScaleAround(std::vector<double> ratios) {
           Pose(keyframe.T_cam_anchor.rotation(), ratios[id] * keyframe.T_cam_anchor.translation());
     }
     keyframe.scale *= ratios[id];
+    keyframe.view.shutter.Rescale(ratios[id]);
   }
 }
 
@@ -278,6 +279,7 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
         Pose(keyframe.T_cam_anchor.rotation(), scale * keyframe.T_cam_anchor.translation());
     keyframe.anchor += first_keyframe;
     keyframe.scale *= scale;
+    keyframe.view.shutter.Rescale(scale);
     for (std::optional<PointId>& point : keyframe.view.points) {
       if (point) point->index += first_point;
     }
@@ -306,6 +308,7 @@ void Map::Rescale(double factor) {
     T = Pose(T.rotation(), T.translation() * factor);
     Pose& T_anchor = keyframe.T_cam_anchor;
     T_anchor = Pose(T_anchor.rotation(), T_anchor.translation() * factor);
+    keyframe.view.shutter.Rescale(factor);
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/image/frame.h"
 #include "tracking/alignment/octaves.h"
@@ -47,7 +48,8 @@ struct View {
   FeatureGrid grid;
   Octaves octaves;                             // empty where they are no longer needed
   std::vector<std::optional<PointId>> points;  // of each feature
-  Pose T_cam_world;
+  Pose T_cam_world;                            // at the middle line of a rolling shutter
+  ShutterMotion shutter;                       // in the unit of T_cam_world
 
   Eigen::Vector3d Centre() const { return T_cam_world.Inverse().translation(); }  // in the world
 };
@@ -182,6 +184,14 @@ class Map {
 
   // The keyframes, also the culled ones, by time: those from before a start came later.
   std::vector<KeyframeId> InOrderOfFlight() const;
+
+  // Where a view with a rolling shutter would show what it shows at `pixel`, a point, if all its
+  // lines were read with the middle one, at T_cam_world.
+  Eigen::Vector2d AtMiddleLine(const View& view, const Eigen::Vector2d& pixel,
+                               const Eigen::Vector3d& p_world) const {
+    if (view.shutter.IsStill()) return pixel;
+    return view.shutter.AtMiddleLine(camera_, pixel, view.T_cam_world * p_world);
+  }
 
   // z-depths of the points in view of an image, in su.
   std::vector<float> Depths(const View& view) const;

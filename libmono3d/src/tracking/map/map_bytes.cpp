@@ -18,7 +18,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -63,6 +63,9 @@ void Exchange(Archive& archive, CameraModel& camera) {
   archive.Number(camera.width);
   archive.Number(camera.height);
   for (double* number : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) archive.Number(*number);
+  for (double& coefficient : camera.distortion) archive.Number(coefficient);
+  archive.Number(camera.shutter.readout_s);
+  archive.Number(camera.shutter.reads_columns);
 }
 
 template <typename Archive>
@@ -115,6 +118,14 @@ void Exchange(Archive& archive, MapPoint& point) {
 }
 
 template <typename Archive>
+void Exchange(Archive& archive, ShutterMotion& shutter) {
+  CameraVelocity velocity = shutter.velocity();
+  ExchangeMatrix(archive, velocity.angular_rad_per_s);
+  ExchangeMatrix(archive, velocity.linear_su_per_s);
+  if constexpr (kReads<Archive>) shutter = {{}, velocity};  // the sensor is that of all keyframes
+}
+
+template <typename Archive>
 void Exchange(Archive& archive, MapKeyframe& keyframe) {
   View& view = keyframe.view;
   archive.Number(view.frame.index);
@@ -125,6 +136,7 @@ void Exchange(Archive& archive, MapKeyframe& keyframe) {
     archive.Optional(point, [&](PointId& id) { ExchangePoint(archive, id); });
   });
   Exchange(archive, view.T_cam_world);
+  Exchange(archive, view.shutter);
   archive.Number(keyframe.id);
   archive.Number(keyframe.alive);
   archive.Number(keyframe.num_newer_adjusted);
@@ -145,6 +157,7 @@ void Exchange(Archive& archive, FrameRecord& record) {
 // All of it.
 struct Content {
   CameraModel camera;
+  CameraModel sensor;  // width 0: a global shutter
   FeatureOptions features;
   std::vector<MapPoint> points;
   std::vector<MapKeyframe> keyframes;
@@ -154,6 +167,7 @@ struct Content {
 template <typename Archive>
 void Exchange(Archive& archive, Content& content) {
   Exchange(archive, content.camera);
+  Exchange(archive, content.sensor);
   Exchange(archive, content.features);
   archive.List(content.points, [&](MapPoint& point) { Exchange(archive, point); });
   archive.List(content.keyframes, [&](MapKeyframe& keyframe) { Exchange(archive, keyframe); });
@@ -213,6 +227,10 @@ bool KeyframesAgree(const Content& content) {
       if (feature.level < 0 || feature.level >= content.features.num_levels) return false;
       if (!feature.pixel.allFinite()) return false;
     }
+    const CameraVelocity& velocity = keyframe.view.shutter.velocity();
+    if (!velocity.angular_rad_per_s.allFinite() || !velocity.linear_su_per_s.allFinite()) {
+      return false;
+    }
   }
   for (const FrameRecord& frame : content.frames) {
     if (frame.keyframe >= content.keyframes.size()) return false;
@@ -224,7 +242,9 @@ bool KeyframesAgree(const Content& content) {
 
 std::string ToBytes(const Map& map, const FeatureOptions& features,
                     const std::vector<FrameRecord>& frames) {
-  Content content{map.camera(), features, map.points(), map.keyframes(), frames};
+  CameraModel sensor;
+  if (!map.keyframes().empty()) sensor = map.keyframe(0).view.frame.sensor;
+  Content content{map.camera(), sensor, features, map.points(), map.keyframes(), frames};
   ByteWriter writer;
   std::uint32_t version = kVersion;
   writer.Number(version);
@@ -262,9 +282,12 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
     all.Refuse("contradicts itself");
   }
   Validate(content.camera, where);
+  if (content.sensor.width != 0) Validate(content.sensor, where);
   for (MapKeyframe& keyframe : content.keyframes) {
     keyframe.is_finalised = true;
     keyframe.view.frame.camera = content.camera;
+    keyframe.view.frame.sensor = content.sensor;
+    keyframe.view.shutter = {content.sensor, keyframe.view.shutter.velocity()};
     keyframe.view.grid =
         FeatureGrid(keyframe.view.features, content.camera.width, content.camera.height);
   }

@@ -27,9 +27,13 @@ SparseModel ToSparseModel(const Map& map) {
     image.id = static_cast<std::int64_t>(id);
     image.name = view.frame.name;
     image.T_world_cam = view.T_cam_world.Inverse();
+    const CameraVelocity& velocity = view.shutter.velocity();
+    if (!(velocity == CameraVelocity())) image.velocity = velocity;
     for (std::size_t i = 0; i < view.points.size(); ++i) {
       if (!view.points[i] || !position[view.points[i]->index]) continue;
-      image.observations.push_back({view.features[i].pixel, position[view.points[i]->index]});
+      const Eigen::Vector2d pixel =
+          map.AtMiddleLine(view, view.features[i].pixel, map.point(*view.points[i]).p_world);
+      image.observations.push_back({pixel, position[view.points[i]->index]});
     }
   }
   return model;

@@ -38,10 +38,35 @@ struct KeyframePair {
   Eigen::Matrix3d F;
   double near_su;  // depths in view of a at which points are searched for
   double far_su;
+  double median_su;
   const FeatureGrid& free_b;  // the features of b without a point
 
   const View& view_a() const { return map.keyframe(a).view; }
   const View& view_b() const { return map.keyframe(b).view; }
+  // Of the distance that the epipolar line is: along it an error of the depth moves the pixel.
+  Eigen::Vector2d AtMiddleLine(const View& view, const Eigen::Vector2d& pixel) const {
+    if (view.shutter.IsStill()) return pixel;
+    const CameraModel& camera = map.camera();
+    return view.shutter.AtMiddleLine(camera, pixel, median_su * camera.Unproject(pixel));
+  }
+  double SquaredDistance(const Eigen::Vector2d& pixel_a, const Eigen::Vector2d& pixel_b) const {
+    return SquaredEpipolarDistance(F, AtMiddleLine(view_a(), pixel_a),
+                                   AtMiddleLine(view_b(), pixel_b));
+  }
+  // In the frame of a at its middle line.
+  std::optional<Eigen::Vector3d> TriangulatePixels(const Eigen::Vector2d& pixel_a,
+                                                   const Eigen::Vector2d& pixel_b) const {
+    const Eigen::Vector3d ray_a = map.camera().Unproject(pixel_a);
+    const Eigen::Vector3d ray_b = map.camera().Unproject(pixel_b);
+    if (view_a().shutter.IsStill() && view_b().shutter.IsStill()) {
+      return Triangulate(ray_a, ray_b, T_b_a);
+    }
+    const Pose T_a_line = view_a().shutter.T_line_cam(ray_a).Inverse();
+    const std::optional<Eigen::Vector3d> p_line =
+        Triangulate(ray_a, ray_b, view_b().shutter.T_line_cam(ray_b) * T_b_a * T_a_line);
+    if (!p_line) return std::nullopt;
+    return T_a_line * *p_line;
+  }
 };
 
 // The feature of b along the epipolar line that looks most like feature `i` of a.
@@ -49,12 +74,12 @@ std::optional<std::size_t> SearchEpipolarLine(const KeyframePair& pair, std::siz
                                               std::vector<std::size_t>& found) {
   const CameraModel& camera = pair.map.camera();
   const Feature& feature = pair.view_a().features[i];
-  const Eigen::Vector3d ray = camera.Unproject(feature.pixel);
+  const Eigen::Vector3d ray = camera.Unproject(pair.AtMiddleLine(pair.view_a(), feature.pixel));
   const Eigen::Vector3d near_b = pair.T_b_a * (pair.near_su * ray);
   const Eigen::Vector3d far_b = pair.T_b_a * (pair.far_su * ray);
   if (near_b.z() <= 0 || far_b.z() <= 0) return std::nullopt;
-  const Eigen::Vector2d first = camera.Project(near_b);
-  const Eigen::Vector2d last = camera.Project(far_b);
+  const Eigen::Vector2d first = pair.view_b().shutter.Project(camera, near_b);
+  const Eigen::Vector2d last = pair.view_b().shutter.Project(camera, far_b);
   // A line longer than the images says that the depths are off.
   const double length = (last - first).norm();
   if (!(length <= 2.0 * (camera.width + camera.height))) return std::nullopt;
@@ -68,7 +93,7 @@ std::optional<std::size_t> SearchEpipolarLine(const KeyframePair& pair, std::siz
   for (const std::size_t j : found) {
     if (pair.view_b().points[j]) continue;
     const Feature& other = pair.view_b().features[j];
-    const double error = SquaredEpipolarDistance(pair.F, feature.pixel, other.pixel);
+    const double error = pair.SquaredDistance(feature.pixel, other.pixel);
     if (error > kChi2OneDof * pair.map.scales().Variance(other.level)) continue;
     const int distance = Distance(feature.descriptor, other.descriptor);
     if (distance >= best_distance) continue;
@@ -87,10 +112,12 @@ std::optional<Eigen::Vector3d> TriangulateChecked(const KeyframePair& pair, cons
   const Eigen::Vector3d ray_b = camera.Unproject(in_b.pixel);
   const Eigen::Vector3d ray_b_in_a = pair.T_b_a.rotation().conjugate() * ray_b;
   if (ray_a.normalized().dot(ray_b_in_a.normalized()) > kMaxCosParallax) return std::nullopt;
-  const std::optional<Eigen::Vector3d> p_a = Triangulate(ray_a, ray_b, pair.T_b_a);
+  const std::optional<Eigen::Vector3d> p_a = pair.TriangulatePixels(in_a.pixel, in_b.pixel);
   if (!p_a) return std::nullopt;
   const Eigen::Vector3d p_b = pair.T_b_a * *p_a;
-  if (!ShowsAt(camera, *p_a, in_a) || !ShowsAt(camera, p_b, in_b)) return std::nullopt;
+  if (p_a->z() <= 0 || p_b.z() <= 0) return std::nullopt;
+  if (!ShowsAt(camera, pair.view_a(), *p_a, in_a)) return std::nullopt;
+  if (!ShowsAt(camera, pair.view_b(), p_b, in_b)) return std::nullopt;
   // The ratio of the distances and of the levels say the same, but for half a level on each side
   // and some slant: a factor of 1.5 levels.
   const double by_distance = p_b.norm() / p_a->norm();
@@ -110,8 +137,7 @@ bool RefineByPatchAlignment(const KeyframePair& pair, PointId point, std::size_t
   if (pair.view_b().octaves.empty() || !TakePatchOf(map, point, pair.a, in_a)) return true;
   const std::optional<Feature> found = FindPatch(map, point, pair.view_b(), in_b.pixel);
   if (!found) return false;
-  const std::optional<Eigen::Vector3d> p_a = Triangulate(
-      map.camera().Unproject(in_a.pixel), map.camera().Unproject(found->pixel), pair.T_b_a);
+  const std::optional<Eigen::Vector3d> p_a = pair.TriangulatePixels(in_a.pixel, found->pixel);
   if (!p_a) return false;
   in_b.pixel = found->pixel;
   in_b.sigma_px = found->sigma_px;
@@ -247,7 +273,9 @@ class LocalSurface {
 bool CreateByPatch(const KeyframePair& pair, std::size_t i, const Eigen::Vector3d& guess_a) {
   Map& map = pair.map;
   const Eigen::Vector3d guess_b = pair.T_b_a * guess_a;
-  if (guess_b.z() <= 0 || !map.camera().Contains(map.camera().Project(guess_b))) return false;
+  if (guess_b.z() <= 0) return false;
+  const Eigen::Vector2d start_px = pair.view_b().shutter.Project(map.camera(), guess_b);
+  if (!map.camera().Contains(start_px)) return false;
   const Feature in_a = pair.view_a().features[i];
   const Pose T_world_a = pair.view_a().T_cam_world.Inverse();
   const PointId point = map.AddPoint(T_world_a * guess_a);
@@ -255,10 +283,9 @@ bool CreateByPatch(const KeyframePair& pair, std::size_t i, const Eigen::Vector3
   map.UpdatePoint(point);
   const auto locate = [&]() -> std::optional<Feature> {
     if (!TakePatchOf(map, point, pair.a, in_a)) return std::nullopt;
-    std::optional<Feature> found =
-        FindPatch(map, point, pair.view_b(), map.camera().Project(guess_b));
+    std::optional<Feature> found = FindPatch(map, point, pair.view_b(), start_px);
     // The surface may be another than expected, the line may not.
-    if (!found || SquaredEpipolarDistance(pair.F, in_a.pixel, found->pixel) > kChi2OneDof) {
+    if (!found || pair.SquaredDistance(in_a.pixel, found->pixel) > kChi2OneDof) {
       return std::nullopt;
     }
     return found;
@@ -302,7 +329,8 @@ int CreatePoints(Map& map, KeyframeId keyframe, const LocalMappingOptions& optio
     const FeatureGrid free_b(b.features, map.camera().width, map.camera().height,
                              [&](std::size_t i) { return !b.points[i].has_value(); });
     num_created += CreateWithNeighbour(
-        {map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, free_b}, is_needless);
+        {map, keyframe, neighbour.keyframe, T_b_a, F, near_su, far_su, median, free_b},
+        is_needless);
   }
   return num_created;
 }
@@ -319,7 +347,7 @@ int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptio
   const Eigen::Matrix3d K = map.camera().Matrix();
   const FeatureGrid unused;
   const KeyframePair pair{map, keyframe, neighbour, T_b_a, FundamentalFromMotion(T_b_a, K, K),
-                          0.0, median,   unused};
+                          0.0, median,   median,    unused};
   const LocalSurface surface(map, a);
   std::vector<std::size_t> near;
   int num_created = 0;
@@ -327,7 +355,8 @@ int CreatePointsByPatches(Map& map, KeyframeId keyframe, const LocalMappingOptio
     if (a.points[i]) continue;
     const std::optional<double> depth = surface.DepthAt(a.features[i].pixel, near);
     if (!depth) continue;
-    const Eigen::Vector3d guess_a = *depth * map.camera().Unproject(a.features[i].pixel);
+    const Eigen::Vector2d pixel = pair.AtMiddleLine(a, a.features[i].pixel);
+    const Eigen::Vector3d guess_a = *depth * map.camera().Unproject(pixel);
     num_created += CreateByPatch(pair, i, guess_a) ? 1 : 0;
   }
   return num_created;

@@ -31,8 +31,8 @@ void FuseInto(Map& map, KeyframeId target, const std::vector<PointId>& points) {
   for (const PointMatch& match : MatchProjected(projected, view, rule)) {
     const Feature& feature = view.features[match.feature];
     if (!map.IsAlive(match.point) || map.FeatureOf(match.point, target)) continue;
-    if (!ShowsAt(map.camera(), view.T_cam_world * map.point(match.point).p_world, feature))
-      continue;
+    const Eigen::Vector3d p_cam = view.T_cam_world * map.point(match.point).p_world;
+    if (!ShowsAt(map.camera(), view, p_cam, feature)) continue;
     const std::optional<PointId> present = view.points[match.feature];
     if (!present) {
       Feature& refined = map.keyframe(target).view.features[match.feature];

@@ -55,9 +55,13 @@ MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
       for (const Observation& observation : map.point(*point).observations) {
         const std::optional<std::size_t> view = view_of[observation.keyframe];
         if (!view) continue;
-        const Feature& feature =
-            map.keyframe(observation.keyframe).view.features[observation.feature];
-        adjustment.problem.observations.push_back({*view, index, feature.pixel, feature.sigma_px});
+        const View& shown = map.keyframe(observation.keyframe).view;
+        const Feature& feature = shown.features[observation.feature];
+        // By the poses as they are: while they move by a few px, how far the scene moves during
+        // the readout stays as it is to a hundredth of a pixel.
+        const Eigen::Vector2d pixel =
+            map.AtMiddleLine(shown, feature.pixel, map.point(*point).p_world);
+        adjustment.problem.observations.push_back({*view, index, pixel, feature.sigma_px});
         adjustment.observations.push_back(observation);
       }
     }

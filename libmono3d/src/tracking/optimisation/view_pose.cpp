@@ -16,7 +16,9 @@ PoseResult RefinePose(const Map& map, View& view) {
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i]) continue;
     const Feature& feature = view.features[i];
-    measurements.push_back({map.point(*view.points[i]).p_world, feature.pixel, feature.sigma_px});
+    const Eigen::Vector3d& p_world = map.point(*view.points[i]).p_world;
+    measurements.push_back(
+        {p_world, map.AtMiddleLine(view, feature.pixel, p_world), feature.sigma_px});
     features.push_back(i);
   }
   if (measurements.size() < 4) {

@@ -84,6 +84,7 @@ std::optional<PlaceFound> MatchPlace(const Map& own_map, KeyframeId keyframe, Ma
                                      KeyframeId old_keyframe, int seed) {
   const View own = own_map.keyframe(keyframe).view;
   View found = own;
+  found.shutter = own.shutter.WithoutLinear();  // whose unit is that of another world
   // Its points are numbers of another map; where too few match, none are put in their place.
   std::fill(found.points.begin(), found.points.end(), std::nullopt);
   if (FindPoseByKeyframe(old_map, old_keyframe, found, seed).num_inliers == 0) return std::nullopt;

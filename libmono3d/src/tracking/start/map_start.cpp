@@ -30,6 +30,20 @@ void RefineStartByPatchAlignment(Map& map, PointId point) {
 
 }  // namespace
 
+namespace {
+
+// By the motion between the two views, until that of their neighbours is known.
+void SetStartVelocity(const MapStart& start, Map& map) {
+  const double duration_s = start.second.frame.timestamp_s - start.first.frame.timestamp_s;
+  const CameraVelocity velocity = VelocityOf(start.motion.T_b_a, duration_s);
+  for (const KeyframeId id : {0, 1}) {
+    View& view = map.keyframe(id).view;
+    view.shutter = {view.frame.sensor, velocity};
+  }
+}
+
+}  // namespace
+
 void FillMap(const MapStart& start, Map& map) {
   View a = start.first;
   View b = start.second;
@@ -47,7 +61,9 @@ void FillMap(const MapStart& start, Map& map) {
   // Two views alone know less than those that the motion was adjusted over, above all of a plane.
   if (start.motion.is_adjusted) {
     RemoveOutliers(map);
+    SetStartVelocity(start, map);
   } else {
+    SetStartVelocity(start, map);
     AdjustAll(map);
   }
   const float median = UpperMedianOrZero(map.Depths(map.keyframe(id_a).view));
