@@ -5,10 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <memory>
 #include <new>
-#include <opencv2/core.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -289,78 +287,6 @@ TEST(Pipeline, HandsEveryDepthMapToTheObserver) {
   const Reconstruction result = Pipeline(FakeStages(&log), observer).Run(source);
   EXPECT_EQ(fused, (std::vector<std::int64_t>{1, 2, 5, 7}));
   EXPECT_EQ(rejected, std::vector<std::int64_t>{4});
-}
-
-// Its keyframes are of a camera that turns and has a rolling shutter.
-class TurningTracker final : public FakeTracker {
- public:
-  TrackingResult Track(const Frame& frame) override {
-    TrackingResult result = FakeTracker::Track(frame);
-    for (Keyframe& keyframe : result.finalised_keyframes) {
-      CameraModel& camera = keyframe.frame.camera;
-      camera = {.width = 60, .height = 40, .fx = 50, .fy = 50, .cx = 29.5, .cy = 19.5};
-      keyframe.frame.sensor = camera;
-      keyframe.frame.sensor.shutter.readout_s = 0.1;
-      keyframe.frame.bgr = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar(0, 0, 0));
-      keyframe.frame.bgr.col(30) = cv::Scalar(255, 255, 255);
-      keyframe.velocity.angular_rad_per_s = {0, 1, 0};  // by 2.5 px at the first line
-      taken_[keyframe.id] = keyframe.frame.bgr.clone();
-      given_.push_back(keyframe);
-    }
-    return result;
-  }
-
-  const std::vector<Keyframe>& given() const { return given_; }
-  const cv::Mat& taken(std::int64_t id) const { return taken_.at(id); }
-
- private:
-  std::vector<Keyframe> given_;
-  std::map<std::int64_t, cv::Mat> taken_;
-};
-
-// Tells what it was given.
-class RecordingSelector final : public KeyframeSelector {
- public:
-  explicit RecordingSelector(std::vector<Keyframe>* given) : given_(given) {}
-  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
-    given_->push_back(keyframe);
-    return std::nullopt;
-  }
-
- private:
-  std::vector<Keyframe>* given_;
-};
-
-TEST(Pipeline, DepthIsMadeOfImagesOfAGlobalShutter) {
-  MapLog log;
-  PipelineStages stages = FakeStages(&log);
-  auto tracker = std::make_unique<TurningTracker>();
-  const TurningTracker& turning = *tracker;
-  stages.tracker = std::move(tracker);
-  std::vector<Keyframe> selected;
-  stages.keyframe_selector = std::make_unique<RecordingSelector>(&selected);
-  std::vector<Keyframe> observed;
-  PipelineObserver observer;
-  observer.on_keyframe = [&](const Keyframe& keyframe) { observed.push_back(keyframe); };
-  FakeSource source(4);
-  Pipeline pipeline(std::move(stages), observer);
-  for (int i = 0; i < 4; ++i) pipeline.Process(*source.Next());
-  ASSERT_EQ(turning.given().size(), 3U);
-  ASSERT_EQ(selected.size(), 3U);
-  ASSERT_EQ(observed.size(), 3U);
-  for (std::size_t i = 0; i < selected.size(); ++i) {
-    EXPECT_EQ(selected[i].id, turning.given()[i].id);
-    EXPECT_EQ(selected[i].frame.sensor, CameraModel());
-    EXPECT_EQ(observed[i].frame.bgr.data, selected[i].frame.bgr.data);
-    // The tracker goes on with the image as it was taken.
-    const cv::Mat& taken = turning.given()[i].frame.bgr;
-    EXPECT_EQ(cv::norm(taken, turning.taken(selected[i].id), cv::NORM_INF), 0);
-    // What the first line shows at 30 was at 32.5 when the middle line was read.
-    const auto green = [](const cv::Mat& bgr, int x) { return bgr.at<cv::Vec3b>(0, x)[1]; };
-    EXPECT_GT(green(taken, 30), 200);
-    EXPECT_LT(green(selected[i].frame.bgr, 30), 50);
-    EXPECT_GT(green(selected[i].frame.bgr, 32) + green(selected[i].frame.bgr, 33), 200);
-  }
 }
 
 TEST(Pipeline, KeepsWhatThereWasBeforeAnError) {

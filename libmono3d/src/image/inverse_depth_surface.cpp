@@ -23,7 +23,8 @@ constexpr double kTiltWeight = 1e-3;
 constexpr int kNumRounds = 4;  // the first one with all weights 1
 
 // Weights of points by Cauchy's function of their residuals. The scale is the residuals' own, by
-// their median, but no less than a share of the inverse depth that nobody would see.
+// their median, but no less than 1 % of a typical inverse depth: of the way of some pixels that a
+// shutter makes of it, that is a few hundredths.
 std::vector<double> CauchyWeights(const std::vector<double>& residuals, double typical) {
   constexpr double kScale = 2 * 1.4826;  // two standard deviations of a normal distribution
   constexpr double kMinScale = 0.01;
@@ -140,7 +141,7 @@ double InverseDepthSurface::At(const Eigen::Vector2d& pixel) const {
   return std::clamp(Unlimited(InterpolationAt(pixel)), 0.0, largest_);
 }
 
-// Outside the nodes as far as inside, on along the last cell.
+// Outside the nodes the last cell goes on.
 InverseDepthSurface::Interpolation InverseDepthSurface::InterpolationAt(
     const Eigen::Vector2d& pixel) const {
   const auto cell = [&](double position, int num_nodes) {
