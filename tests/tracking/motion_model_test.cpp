@@ -26,7 +26,7 @@ TEST(MotionModel, KnowsNothingAtFirstAndAfterAReset) {
   MotionModel motion;
   EXPECT_FALSE(motion.Predict(1).has_value());
   motion.Rescale(2);  // nothing to scale
-  motion.Set(Step(), 0.1);
+  motion.Add(Step(), 0.1);
   ASSERT_TRUE(motion.last().has_value());
   motion.Reset();
   EXPECT_FALSE(motion.last().has_value());
@@ -35,7 +35,7 @@ TEST(MotionModel, KnowsNothingAtFirstAndAfterAReset) {
 
 TEST(MotionModel, PredictsConstantVelocityOverFramesLeftOut) {
   MotionModel motion;
-  motion.Set(Step(), 0.1);
+  motion.Add(Step(), 0.1);
   EXPECT_LT((motion.Predict(0.1)->Matrix() - Step().Matrix()).norm(), kMotionTolerance);
   EXPECT_LT((motion.Predict(0.3)->Matrix() - ScaleMotion(Step(), 3).Matrix()).norm(),
             kMotionTolerance);
@@ -43,13 +43,13 @@ TEST(MotionModel, PredictsConstantVelocityOverFramesLeftOut) {
 
 TEST(MotionModel, RepeatsTheMotionWhereTimeStandsStill) {
   MotionModel motion;
-  motion.Set(Step(), 0);
+  motion.Add(Step(), 0);
   EXPECT_LT((motion.Predict(0.3)->Matrix() - Step().Matrix()).norm(), kMotionTolerance);
 }
 
 TEST(MotionModel, TakesTheLengthsOfTheWorldAlong) {
   MotionModel motion;
-  motion.Set(Step(), 0.1);
+  motion.Add(Step(), 0.1);
   motion.Rescale(2);
   EXPECT_EQ(motion.last()->translation(), Eigen::Vector3d(2, 4, -2));
   EXPECT_EQ(motion.last()->rotation().coeffs(), Step().rotation().coeffs());

@@ -4,6 +4,7 @@
 #include "common/camera_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "mono3d/io/camera_file.h"
@@ -21,6 +22,16 @@ std::string Fixed(double value, int num_digits) {
 std::string FocalLength(const CameraPrior& camera) {
   return "focal length " + Fixed(camera.camera.fx, 1) + " +- " +
          Fixed(camera.camera.fx * camera.focal_sigma, 1) + " px";
+}
+
+// "rolling shutter of 30.1 +- 0.2 ms, from the top"
+std::string ShutterText(const CameraPrior& camera) {
+  const RollingShutter& shutter = camera.camera.shutter;
+  const bool is_forward = shutter.readout_s > 0;
+  const char* from = shutter.reads_columns ? (is_forward ? "from the left" : "from the right")
+                                           : (is_forward ? "from the top" : "from the bottom");
+  return "rolling shutter of " + Fixed(1e3 * std::abs(shutter.readout_s), 1) + " +- " +
+         Fixed(1e3 * camera.readout_sigma_s, 1) + " ms, " + from;
 }
 
 }  // namespace
@@ -61,6 +72,12 @@ std::string CameraLine(const CameraCalibration& calibration) {
     return FocalLength(prior) + " from " + ToString(prior.source) + " (" + prior.description +
            "): " + calibration.reason;
   }
+  const CameraModel& camera = calibration.posterior.camera;
+  if (is_told && !calibration.contradicts_prior) {
+    return "the footage agrees with the calibration; " +
+           (camera.shutter.IsGlobal() ? std::string("its shutter is a global one")
+                                      : ShutterText(calibration.posterior));
+  }
   std::string line = FocalLength(calibration.posterior) + " (was " + Fixed(prior.camera.fx, 1) +
                      " from " + ToString(prior.source) + ")";
   if (is_told) {
@@ -71,6 +88,7 @@ std::string CameraLine(const CameraCalibration& calibration) {
   if (!calibration.determines_focal_length) {
     line += "; the footage does not determine the focal length";
   }
+  if (!camera.shutter.IsGlobal()) line += "; " + ShutterText(calibration.posterior);
   return line;
 }
 

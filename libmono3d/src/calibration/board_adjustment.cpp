@@ -136,10 +136,10 @@ ViewInformation InformationOf(const BoardProblem& problem, std::size_t index,
     error.segment<2>(static_cast<Eigen::Index>(2 * i)) = residuals[i].error_px;
   }
   const Eigen::MatrixXd by_pose = J.leftCols<kNumPoseParameters>();
-  Eigen::MatrixXd by_camera(J.rows(), kNumParameters);
+  Eigen::MatrixXd by_camera = Eigen::MatrixXd::Zero(J.rows(), kNumParameters);
   by_camera.col(kLogFocal) = problem.camera.fx * J.col(6) + problem.camera.fy * J.col(7);
   by_camera.col(kLogAspect) = problem.camera.fy * J.col(7);
-  by_camera.rightCols<7>() = J.middleCols<7>(8);
+  by_camera.middleCols<7>(kCx) = J.middleCols<7>(8);
   for (int i = 0; i < kNumParameters; ++i) {
     if (is_held[i]) by_camera.col(i).setZero();
   }
@@ -298,7 +298,8 @@ void TakeCounts(const BoardProblem& problem, int num_parameters, CameraAdjustmen
 
 }  // namespace
 
-CameraAdjustment AdjustBoardCamera(const CameraPrior& prior, std::span<const BoardView> views) {
+CameraAdjustment AdjustBoardCamera(CameraPrior prior, std::span<const BoardView> views) {
+  prior.readout_sigma_s = 0;  // boards are held still, their images stand alone
   CameraAdjustment result;
   result.camera = prior.camera;
   const ParameterVector prior_sigmas = PriorSigmas(prior);

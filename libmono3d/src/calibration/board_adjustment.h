@@ -19,6 +19,6 @@ namespace mono3d::calibration {
 // The covariance is the inverse of the information, with the variance of the residuals, and larger
 // where the residuals of a view are not independent of each other (a bent board, motion blur): by
 // the overdispersion of the views' gradients.
-CameraAdjustment AdjustBoardCamera(const CameraPrior& prior, std::span<const BoardView> views);
+CameraAdjustment AdjustBoardCamera(CameraPrior prior, std::span<const BoardView> views);
 
 }  // namespace mono3d::calibration

@@ -23,6 +23,8 @@ constexpr std::size_t kMinPoints = 50;
 // Rounds of weights: the first residuals are those of a wrong camera. The last gain is less than a
 // hundredth of what one standard deviation of a parameter costs.
 constexpr std::array<double, 3> kMinGains = {1e-2, 1e-4, 1e-6};
+// Rolling shutters take 5 ms and more; what is found below is what the model leaves out.
+constexpr double kLeastReadout_s = 0.001;
 // Of the image's larger side: the residuals of a good calibration, 0.3 px in 1,000.
 constexpr double kToldTolerance = 0.0003;
 
@@ -92,11 +94,18 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   SolveAll(problem);
+  problem.HoldLesserReadout();
+  problem.Solve(kMinGains.back());
   const ParameterMatrix covariance = CameraCovariance(problem);
   const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
   const ParameterFlags is_like_prior = ParametersLikePrior(
       problem.parameters() - problem.prior(), covariance, problem.is_fixed(), kChi2At99);
-  const ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
+  ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
+  for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
+    const bool is_none =
+        problem.prior()[readout] == 0 && std::abs(problem.parameters()[readout]) < kLeastReadout_s;
+    if (is_none && !problem.is_fixed()[readout]) is_held[readout] = true;
+  }
   if (is_held.any()) {
     problem.FixAtPrior(is_held);
     for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);

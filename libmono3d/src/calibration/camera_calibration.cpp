@@ -30,11 +30,16 @@ using calibration::AdjustToLens;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
 using calibration::IsFarFrom;
+using calibration::TakeLens;
 using calibration::TakePosterior;
+using calibration::WithLensHeld;
 using calibration::WithoutWeight;
 
 // Less than the noise of a tracked point.
 constexpr double kConverged_px = 0.05;
+// A hundredth of the interval between frames of a video.
+constexpr double kConverged_s = 0.0005;
+constexpr double kCoarseReadout_s = 0.005;
 // Of the image's larger side: while the camera changes by more, one part of the footage is enough.
 constexpr double kCoarseChange = 0.01;
 // Rounds with one part at most: a camera that is still far off then needs more of the footage.
@@ -75,10 +80,19 @@ void LogRound(const CameraCalibration& result, double change_px) {
   Log(LogLevel::kDebug, "calibration, round " + std::to_string(result.num_rounds) +
                             ": focal length " + std::to_string(camera.camera.fx) + " +- " +
                             std::to_string(camera.camera.fx * camera.focal_sigma) +
-                            " px, changed by " + std::to_string(change_px) + " px, known to " +
+                            " px, readout " + std::to_string(camera.camera.shutter.readout_s) +
+                            (camera.camera.shutter.reads_columns ? " s by columns +- " : " s +- ") +
+                            std::to_string(camera.readout_sigma_s) + " s, changed by " +
+                            std::to_string(change_px) + " px, known to " +
                             std::to_string(result.uncertainty_px) + " px, " +
                             std::to_string(result.num_images) + " images, " +
                             std::to_string(result.num_points) + " points");
+}
+
+double ReadoutChange_s(const RollingShutter& a, const RollingShutter& b) {
+  return a.reads_columns == b.reads_columns
+             ? std::abs(a.readout_s - b.readout_s)
+             : std::max(std::abs(a.readout_s), std::abs(b.readout_s));
 }
 
 using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
@@ -92,7 +106,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
   std::size_t num_parts = 1;
-  bool agrees = false;  // with what was told
+  bool lens_agrees = false;  // with what was told
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
     CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
@@ -108,20 +122,32 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
       continue;
     }
     const double change_px = LargestDifference_px(camera, adjustment.camera);
+    const double change_s = ReadoutChange_s(camera.shutter, adjustment.camera.shutter);
     camera = adjustment.camera;
     result.num_rounds = round;
     TakePosterior(adjustment, result);
     LogRound(result, change_px);
-    if (is_told) {
-      agrees = !Contradicts(adjustment, prior);
-      if (agrees) break;
-      // It is wrong: what the images do not tell is better taken from an ordinary lens.
-      weight = DefaultCameraPrior(camera.width, camera.height);
+    if (is_told && !lens_agrees) {
+      lens_agrees = !Contradicts(adjustment, prior);
+      if (lens_agrees) {
+        weight = WithLensHeld(weight);
+        TakeLens(prior, camera);
+        TakeLens(prior, result.posterior);
+        if (camera == prior.camera) break;
+      } else {
+        // It is wrong: what the images do not tell is better taken from an ordinary lens.
+        weight = DefaultCameraPrior(camera.width, camera.height);
+      }
+    } else if (lens_agrees) {
+      TakeLens(prior, result.posterior);
     }
-    const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height);
+    const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height) ||
+                           change_s > kCoarseReadout_s;
     if (is_coarse && round < kNumCoarseRounds) continue;
     // Two rounds choose other keyframes: their difference has more variance than either.
-    if (num_parts == max_parts && change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) {
+    if (num_parts == max_parts &&
+        (lens_agrees || change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) &&
+        change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s)) {
       break;
     }
     num_parts = max_parts;
@@ -129,13 +155,13 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
     result.reason = "too little of the footage can be tracked";
-  } else if (agrees) {
+  } else if (lens_agrees && camera == prior.camera) {
     result.reason = "the images agree with the calibration";
-  } else if (result.change_px == 0) {
+  } else if (camera == prior.camera) {
     result.reason = "the images do not determine the camera";
   } else {
     result.is_learned = true;
-    result.contradicts_prior = result.contradicts_prior || is_told;
+    result.contradicts_prior = result.contradicts_prior || (is_told && !lens_agrees);
   }
   return result;
 }

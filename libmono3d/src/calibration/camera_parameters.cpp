@@ -10,9 +10,11 @@ namespace mono3d::calibration {
 
 ParameterVector ToParameters(const CameraModel& camera) {
   ParameterVector parameters;
+  const RollingShutter& shutter = camera.shutter;
   parameters << std::log(camera.fx), std::log(camera.fy / camera.fx), camera.cx, camera.cy,
       camera.distortion[0], camera.distortion[1], camera.distortion[2], camera.distortion[3],
-      camera.distortion[4];
+      camera.distortion[4], shutter.reads_columns ? 0 : shutter.readout_s,
+      shutter.reads_columns ? shutter.readout_s : 0;
   return parameters;
 }
 
@@ -25,14 +27,22 @@ CameraModel WithParameters(const CameraModel& camera, const ParameterVector& par
   for (std::size_t i = 0; i < result.distortion.size(); ++i) {
     result.distortion[i] = parameters[kK1 + static_cast<int>(i)];
   }
+  const bool reads_columns =
+      std::abs(parameters[kReadoutByColumns]) > std::abs(parameters[kReadoutByRows]);
+  result.shutter = {parameters[reads_columns ? kReadoutByColumns : kReadoutByRows], reads_columns};
   return result;
 }
 
 ParameterVector PriorSigmas(const CameraPrior& prior) {
+  // Where the shutter is known, so is which way it reads.
+  const RollingShutter& shutter = prior.camera.shutter;
+  const double by_rows = shutter.reads_columns ? 0 : prior.readout_sigma_s;
+  const double by_columns = shutter.IsGlobal() || shutter.reads_columns ? prior.readout_sigma_s : 0;
   ParameterVector sigmas;
   sigmas << prior.focal_sigma, prior.aspect_sigma, prior.principal_point_sigma_px,
       prior.principal_point_sigma_px, prior.distortion_sigma[0], prior.distortion_sigma[1],
-      prior.distortion_sigma[2], prior.distortion_sigma[3], prior.distortion_sigma[4];
+      prior.distortion_sigma[2], prior.distortion_sigma[3], prior.distortion_sigma[4], by_rows,
+      by_columns;
   return sigmas;
 }
 

@@ -25,6 +25,28 @@ CameraPrior WithoutWeight(const CameraPrior& prior) {
   return result;
 }
 
+CameraPrior WithLensHeld(const CameraPrior& prior) {
+  CameraPrior result = prior;
+  result.focal_sigma = result.aspect_sigma = result.principal_point_sigma_px = 0;
+  result.distortion_sigma = {};
+  return result;
+}
+
+void TakeLens(const CameraPrior& told, CameraModel& camera) {
+  const RollingShutter shutter = camera.shutter;
+  camera = told.camera;
+  camera.shutter = shutter;
+}
+
+void TakeLens(const CameraPrior& told, CameraPrior& posterior) {
+  const double readout_sigma_s = posterior.readout_sigma_s;
+  CameraModel camera = posterior.camera;
+  TakeLens(told, camera);
+  posterior = told;
+  posterior.camera = camera;
+  posterior.readout_sigma_s = readout_sigma_s;
+}
+
 void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result) {
   const ParameterVector sigmas = adjustment.covariance.diagonal().cwiseSqrt();
   const ParameterFlags& is_determined = adjustment.is_determined;
@@ -41,6 +63,14 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
     posterior.distortion_sigma[i] = sigmas[parameter];
     result.determines_distortion[i] = is_determined[parameter];
   }
+  const Parameter readout =
+      posterior.camera.shutter.reads_columns ? kReadoutByColumns : kReadoutByRows;
+  // The adjustment takes velocities for known. They come from differences of poses, which do not
+  // follow a shake of some hertz to better than this share.
+  constexpr double kVelocityError = 0.01;
+  posterior.readout_sigma_s =
+      std::hypot(sigmas[readout], kVelocityError * posterior.camera.shutter.readout_s);
+  result.determines_readout = is_determined[readout];
   result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
   result.sigma_px = adjustment.sigma_px;
   result.num_images = static_cast<int>(adjustment.num_images);

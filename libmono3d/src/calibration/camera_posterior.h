@@ -14,6 +14,13 @@ bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera);
 // The same camera with the weight of one of which nothing is known.
 CameraPrior WithoutWeight(const CameraPrior& prior);
 
+// The same prior with nothing free but the shutter.
+CameraPrior WithLensHeld(const CameraPrior& prior);
+
+// Gives the camera the lens of the one told, and what is known of it.
+void TakeLens(const CameraPrior& told, CameraModel& camera);
+void TakeLens(const CameraPrior& told, CameraPrior& posterior);
+
 // Writes the camera of the adjustment and what is known of it into the posterior.
 void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result);
 

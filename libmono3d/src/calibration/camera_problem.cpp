@@ -41,23 +41,48 @@ void ProjectParameters(const T* camera, const T* p_cam, T* pixel) {
   pixel[1] = fx * exp(camera[kLogAspect]) * y_distorted + camera[kCy];
 }
 
+}  // namespace
+
 struct ReprojectionError {
   template <typename T>
   bool operator()(const T* camera, const T* pose, const T* point, T* residual) const {
     T p_cam[3];
     ceres::AngleAxisRotatePoint(pose, point, p_cam);
     for (int i = 0; i < 3; ++i) p_cam[i] += pose[3 + i];
-    if (!(p_cam[2] > T(0))) return false;
+    T p_line[3];
+    MoveToLine(camera, p_cam, p_line);
+    if (!(p_line[2] > T(0))) return false;
     T found[2];
-    ProjectParameters(camera, p_cam, found);
+    ProjectParameters(camera, p_line, found);
     residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
     residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
     return true;
   }
 
+  // Into the camera's frame at the time of the line that the pixel is on.
+  template <typename T>
+  void MoveToLine(const T* camera, const T* p_cam, T* p_line) const {
+    const T time_s = camera[kReadoutByRows] * row_share + camera[kReadoutByColumns] * column_share;
+    const T half = T(0.5) * time_s * time_s;
+    T rotation[3];
+    for (int i = 0; i < 3; ++i) {
+      rotation[i] =
+          time_s * velocity->angular_rad_per_s[i] + half * velocity->angular_rad_per_s2[i];
+    }
+    ceres::AngleAxisRotatePoint(rotation, p_cam, p_line);
+    for (int i = 0; i < 3; ++i) {
+      p_line[i] += time_s * velocity->linear_su_per_s[i] + half * velocity->linear_su_per_s2[i];
+    }
+  }
+
   Eigen::Vector2d pixel;
   double sigma_px;
+  double row_share;  // LineShare
+  double column_share;
+  const CameraVelocity* velocity;
 };
+
+namespace {
 
 struct PriorError {
   template <typename T>
@@ -122,10 +147,12 @@ void CameraProblem::Add(const SparseModel& map, std::size_t max_images, std::siz
   const Pose& T_world_first = map.images.front().T_world_cam;
   for (std::size_t i = 0; i < max_images; ++i) {
     poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
+    velocities_.push_back(map.images[i].velocity.value_or(CameraVelocity()));
   }
   AddPoints(map, first_image, max_points);
   if (points_.size() == first_point) {
     poses_.resize(first_image);
+    velocities_.resize(first_image);
     return;
   }
   ChooseGauge(first_image);
@@ -177,11 +204,16 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_coordinates_.push_back(held);
 }
 
+ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
+  return {observation.pixel, sigma_px, LineShare(shape_, observation.pixel, false),
+          LineShare(shape_, observation.pixel, true), &velocities_[observation.image]};
+}
+
 std::vector<CalibrationResidual> CameraProblem::Residuals() const {
   std::vector<CalibrationResidual> residuals;
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
-    const ReprojectionError error{observation.pixel, 1};
+    const ReprojectionError error = ErrorOf(observation, 1);
     Eigen::Vector2d found_less_observed;
     if (!error(camera_.data(), poses_[observation.image].data(), points_[observation.point].data(),
                found_less_observed.data())) {
@@ -207,7 +239,7 @@ void CameraProblem::Solve(double min_gain) {
   ordering->AddElementToGroup(camera_.data(), 1);
   for (const Observation& observation : observations_) {
     problem.AddResidualBlock(
-        new ReprojectionCost(new ReprojectionError{observation.pixel, sigma_px_}), &loss,
+        new ReprojectionCost(new ReprojectionError(ErrorOf(observation, sigma_px_))), &loss,
         camera_.data(), poses_[observation.image].data(), points_[observation.point].data());
   }
   problem.AddResidualBlock(new PriorCost(new PriorError{prior_, prior_sigmas_}), nullptr,
@@ -238,6 +270,14 @@ void CameraProblem::Solve(double min_gain) {
   ceres::Solve(solver, &problem, &summary);
 }
 
+void CameraProblem::HoldLesserReadout() {
+  if (is_fixed_[kReadoutByRows] || is_fixed_[kReadoutByColumns]) return;
+  ParameterFlags lesser = ParameterFlags::Constant(false);
+  const bool is_by_rows = std::abs(camera_[kReadoutByRows]) > std::abs(camera_[kReadoutByColumns]);
+  lesser[is_by_rows ? kReadoutByColumns : kReadoutByRows] = true;
+  FixAtPrior(lesser);
+}
+
 void CameraProblem::FixAtPrior(const ParameterFlags& which) {
   for (int i = 0; i < kNumParameters; ++i) {
     if (!which[i]) continue;
@@ -248,7 +288,7 @@ void CameraProblem::FixAtPrior(const ParameterFlags& which) {
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
-  const ReprojectionCost cost(new ReprojectionError{observation.pixel, sigma_px_});
+  const ReprojectionCost cost(new ReprojectionError(ErrorOf(observation, sigma_px_)));
   const double* parameters[] = {camera_.data(), poses_[observation.image].data(),
                                 points_[observation.point].data()};
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};

@@ -11,9 +11,12 @@
 
 #include "calibration/camera_parameters.h"
 #include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/geometry/rolling_shutter.h"
 #include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {
+
+struct ReprojectionError;
 
 // A bundle adjustment of one or more maps with one free camera: what it varies, its residuals and
 // its gauge. Each map's world is the frame of its first image; one coordinate of another of its
@@ -25,9 +28,9 @@ class CameraProblem {
   static constexpr std::size_t kMaxPoints = 3000;
 
   struct Observation {
-    std::size_t image;  // position in poses()
-    std::size_t point;  // position in points()
-    Eigen::Vector2d pixel;
+    std::size_t image;      // position in poses()
+    std::size_t point;      // position in points()
+    Eigen::Vector2d pixel;  // as taken, its lines read one after the other
   };
   // The derivatives of one observation's residual (in sigmas, corrected for the robust loss).
   struct Linearised {
@@ -53,6 +56,8 @@ class CameraProblem {
   // below which a step is the last.
   void Solve(double min_gain);
   void FixAtPrior(const ParameterFlags& which);
+  // Of two readout times, the one that says less is held at the prior.
+  void HoldLesserReadout();
   CameraModel camera() const { return WithParameters(shape_, camera_); }
 
   Linearised Linearise(const Observation& observation) const;
@@ -72,6 +77,9 @@ class CameraProblem {
   const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
 
  private:
+  // Found less observed, in `sigma_px`; false behind the camera.
+  ReprojectionError ErrorOf(const Observation& observation, double sigma_px) const;
+
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
 
   void Add(const SparseModel& map, std::size_t max_images, std::size_t max_points);
@@ -84,7 +92,8 @@ class CameraProblem {
   ParameterFlags is_fixed_ = ParameterFlags::Constant(false);
   CameraModel shape_;  // the size of the images
   ParameterVector camera_ = ParameterVector::Zero();
-  std::vector<PoseBlock> poses_;
+  std::vector<PoseBlock> poses_;            // of the middle line
+  std::vector<CameraVelocity> velocities_;  // of each image; zero where it is not known
   std::vector<std::array<double, 3>> points_;
   std::vector<Observation> observations_;
   std::vector<std::size_t> held_images_;

@@ -33,7 +33,8 @@ ParameterFlags DeterminedParameters(const ParameterMatrix& covariance,
 
 ParameterFlags ParametersLikePrior(ParameterVector difference, ParameterMatrix covariance,
                                    const ParameterFlags& is_fixed, const Chi2Limits& limits) {
-  std::vector<ParameterGroup> groups = {{kK3}, {kK2}, {kP1, kP2}, {kCx, kCy}, {kK1}, {kLogAspect}};
+  std::vector<ParameterGroup> groups = {{kK3}, {kK2},        {kP1, kP2},       {kCx, kCy},
+                                        {kK1}, {kLogAspect}, {kReadoutByRows}, {kReadoutByColumns}};
   std::erase_if(groups, [&](const ParameterGroup& group) { return is_fixed[group.front()]; });
   ParameterFlags held = ParameterFlags::Constant(false);
   while (!groups.empty()) {

@@ -9,8 +9,16 @@ namespace mono3d {
 
 CameraVelocity VelocityOf(const Pose& T_later_earlier, double duration_s) {
   if (duration_s == 0) return {};
-  return {RotationLog(T_later_earlier.rotation()) / duration_s,
-          T_later_earlier.translation() / duration_s};
+  CameraVelocity velocity;
+  velocity.angular_rad_per_s = RotationLog(T_later_earlier.rotation()) / duration_s;
+  velocity.linear_su_per_s = T_later_earlier.translation() / duration_s;
+  return velocity;
+}
+
+Pose CameraVelocity::T_later_now(double time_s) const {
+  const double half = time_s * time_s / 2;
+  return {RotationExp(time_s * angular_rad_per_s + half * angular_rad_per_s2),
+          time_s * linear_su_per_s + half * linear_su_per_s2};
 }
 
 ShutterMotion::ShutterMotion(const CameraModel& sensor, const CameraVelocity& velocity)
@@ -24,14 +32,7 @@ double ShutterMotion::Time_s(const Eigen::Vector3d& ray) const {
 }
 
 Pose ShutterMotion::T_line_cam(const Eigen::Vector3d& ray) const {
-  if (is_still_) return Pose();
-  const double time_s = Time_s(ray);
-  return {RotationExp(time_s * velocity_.angular_rad_per_s), time_s * velocity_.linear_su_per_s};
-}
-
-Eigen::Vector3d ShutterMotion::AtTime(const Eigen::Vector3d& p_cam, double time_s) const {
-  return RotationExp(time_s * velocity_.angular_rad_per_s) * p_cam +
-         time_s * velocity_.linear_su_per_s;
+  return is_still_ ? Pose() : velocity_.T_later_now(Time_s(ray));
 }
 
 Eigen::Vector3d ShutterMotion::AtItsLine(const Eigen::Vector3d& p_cam) const {
@@ -40,14 +41,14 @@ Eigen::Vector3d ShutterMotion::AtItsLine(const Eigen::Vector3d& p_cam) const {
   // by the share of the image that the scene moves through during the readout: some percent.
   constexpr int kRounds = 2;
   Eigen::Vector3d p_line = p_cam;
-  for (int i = 0; i < kRounds && p_line.z() > 0; ++i) p_line = AtTime(p_cam, Time_s(p_line));
+  for (int i = 0; i < kRounds && p_line.z() > 0; ++i) p_line = AtLineOf(p_line, p_cam);
   return p_line;
 }
 
 Eigen::Vector2d ShutterMotion::AtMiddleLine(const CameraModel& camera, const Eigen::Vector2d& pixel,
                                             const Eigen::Vector3d& p_cam) const {
   if (is_still_) return pixel;
-  const Eigen::Vector3d p_line = AtTime(p_cam, Time_s(camera.Unproject(pixel)));
+  const Eigen::Vector3d p_line = AtLineOf(camera.Unproject(pixel), p_cam);
   if (p_line.z() <= 0 || p_cam.z() <= 0) return pixel;
   return pixel - (camera.Project(p_line) - camera.Project(p_cam));
 }

@@ -4,6 +4,7 @@
 #include "mono3d/keyframes/keyframe_selector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <numbers>
 #include <utility>
@@ -37,8 +38,15 @@ Motion MotionBetween(const Candidate& a, const Candidate& b, const KeyframePoses
           T_a_b.translation().norm() / median_depth_world};
 }
 
-// Holds the latest keyframes, each within the limits of its predecessor, and looks for a chain of
-// num_images that ends at the newest.
+// The smaller angle that the image spans.
+double FieldOfView_deg(const CameraModel& camera) {
+  const double horizontal = 2 * std::atan2(0.5 * camera.width, camera.fx);
+  const double vertical = 2 * std::atan2(0.5 * camera.height, camera.fy);
+  return std::min(horizontal, vertical) * 180 / std::numbers::pi;
+}
+
+// Holds the latest keyframes and looks for a chain of num_images that ends at the newest, each
+// within the limits of the one before.
 class BaselineKeyframeSelector final : public KeyframeSelector {
  public:
   explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options)
@@ -78,8 +86,8 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     if (last_reference_ && is_elsewhere(*last_reference_)) last_reference_.reset();
   }
 
-  bool IsNeighbour(const Motion& motion) const {
-    return motion.rotation_deg <= options_.max_rotation_deg &&
+  bool IsNeighbour(const Motion& motion, double max_rotation_deg) const {
+    return motion.rotation_deg <= max_rotation_deg &&
            motion.baseline_ratio >= options_.min_baseline_ratio &&
            motion.baseline_ratio <= options_.max_baseline_ratio;
   }
@@ -91,9 +99,11 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
       const bool is_close = motion.baseline_ratio < options_.min_baseline_ratio &&
                             motion.rotation_deg <= options_.max_rotation_deg;
       if (is_close) return false;
-      if (!IsNeighbour(motion)) window_.clear();  // no chain can cross this gap
     }
     window_.push_back(std::move(candidate));
+    // A camera that swings comes back to where it looked; what is older than that holds images.
+    const std::size_t max_window = 3 * num_images_;
+    if (window_.size() > max_window) window_.erase(window_.begin());
     return true;
   }
 
@@ -101,28 +111,64 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   // limits and the adaptive baseline allow, since the depth error falls with the baseline; where
   // the keyframes lie farther apart than that baseline, to the nearest. Empty when there is no
   // chain.
-  std::vector<std::size_t> FindChain(const KeyframePoses& poses) const {
+  std::vector<std::size_t> FindChain(const KeyframePoses& poses, std::size_t num_images,
+                                     double max_rotation_deg) const {
+    // Of each keyframe the images of the longest chain that ends at it.
+    std::vector<std::size_t> length(window_.size(), 1);
+    for (std::size_t head = 0; head < window_.size(); ++head) {
+      for (std::size_t i = 0; i < head; ++i) {
+        const Motion motion = MotionBetween(window_[i], window_[head], poses);
+        if (!IsNeighbour(motion, max_rotation_deg)) continue;
+        length[head] = std::max(length[head], length[i] + 1);
+      }
+    }
     std::vector<std::size_t> chain = {window_.size() - 1};
-    while (chain.size() < num_images_) {
+    if (length.back() < num_images) return {};
+    while (chain.size() < num_images) {
       const std::size_t head = chain.back();
       std::optional<std::size_t> next;
       for (std::size_t i = head; i-- > 0;) {
+        if (length[i] + chain.size() < num_images) continue;
         const Motion motion = MotionBetween(window_[i], window_[head], poses);
-        if (IsNeighbour(motion) && (!next || motion.baseline_ratio <= baseline_.ratio())) next = i;
+        if (!IsNeighbour(motion, max_rotation_deg)) continue;
+        if (!next || motion.baseline_ratio <= baseline_.ratio()) next = i;
       }
-      if (!next) return {};
       chain.push_back(*next);
     }
     std::reverse(chain.begin(), chain.end());
     return chain;
   }
 
+  double BaselineFromLast(const std::vector<std::size_t>& chain, const KeyframePoses& poses) const {
+    const Candidate& reference = window_[chain[chain.size() / 2]];
+    return MotionBetween(*last_reference_, reference, poses).baseline_ratio;
+  }
+
+  // Where a camera that swings leaves a gap: images that are turned further against each other, as
+  // long as the outermost show half of what the one in the middle shows; or else fewer images.
+  std::vector<std::size_t> FindChainOverGap(const KeyframePoses& poses) const {
+    // Of the distance at which the next reference is due: it may still come.
+    constexpr double kGap = 1.5;
+    const double field_deg = FieldOfView_deg(window_.back().keyframe.frame.camera);
+    for (std::size_t num_images = num_images_; num_images >= 3; num_images -= 2) {
+      const double steps = static_cast<double>(num_images - 1) / 2;
+      const double max_rotation_deg = std::max(options_.max_rotation_deg, field_deg / 2 / steps);
+      std::vector<std::size_t> chain = FindChain(poses, num_images, max_rotation_deg);
+      if (chain.empty()) continue;
+      const bool is_gap = last_reference_ ? BaselineFromLast(chain, poses) >=
+                                                kGap * options_.min_reference_baseline_ratio
+                                          : window_.size() >= num_images_;
+      if (is_gap) return chain;
+    }
+    return {};
+  }
+
   std::optional<ImageBundle> FindBundle(const KeyframePoses& poses) {
-    const std::vector<std::size_t> chain = FindChain(poses);
+    std::vector<std::size_t> chain = FindChain(poses, num_images_, options_.max_rotation_deg);
+    if (chain.empty()) chain = FindChainOverGap(poses);
     if (chain.empty()) return std::nullopt;
-    const Candidate& reference = window_[chain[num_images_ / 2]];
-    if (last_reference_ && MotionBetween(*last_reference_, reference, poses).baseline_ratio <
-                               options_.min_reference_baseline_ratio) {
+    const Candidate& reference = window_[chain[chain.size() / 2]];
+    if (last_reference_ && BaselineFromLast(chain, poses) < options_.min_reference_baseline_ratio) {
       return std::nullopt;
     }
     ImageBundle bundle;

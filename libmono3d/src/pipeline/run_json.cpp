@@ -208,6 +208,8 @@ JsonValue CameraJson(const CameraPrior& prior) {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     set(kNames[i], camera.distortion[i], prior.distortion_sigma[i]);
   }
+  set("readout_s", camera.shutter.readout_s, prior.readout_sigma_s);
+  json.Set("reads_columns", camera.shutter.reads_columns);
   return json;
 }
 
@@ -218,6 +220,7 @@ JsonValue CalibrationJson(const CameraCalibration& calibration) {
   json.Set("learned", calibration.is_learned);
   if (!calibration.reason.empty()) json.Set("reason", calibration.reason);
   json.Set("determines_focal_length", calibration.determines_focal_length);
+  json.Set("determines_readout", calibration.determines_readout);
   json.Set("contradicts_prior", calibration.contradicts_prior);
   json.Set("prior", CameraJson(calibration.prior));
   json.Set("camera", CameraJson(calibration.posterior));

@@ -50,6 +50,10 @@ std::size_t Atlas::AddFrame(const View& view, KeyframeId keyframe) {
   return frames_.size() - 1;
 }
 
+void Atlas::MoveFrame(std::size_t index, const View& view) {
+  frames_[index] = MakeRecord(view, map(), frames_[index].keyframe);
+}
+
 std::vector<FramePose> Atlas::FramePosesFrom(std::size_t first_frame) const {
   std::vector<FramePose> poses;
   for (std::size_t i = first_frame; i < frames_.size(); ++i) poses.push_back(frame_pose(i));

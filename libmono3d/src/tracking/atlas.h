@@ -56,6 +56,9 @@ class Atlas {
   // Stores the pose of a tracked frame relative to the keyframe, or to the next older one where
   // that is culled. Returns the frame's number.
   std::size_t AddFrame(const View& view, KeyframeId keyframe);
+  void RemoveFramesFrom(std::size_t index) { frames_.resize(index); }
+  // A frame that was added turned out to be elsewhere; its keyframe stays.
+  void MoveFrame(std::size_t index, const View& view);
 
   std::size_t num_frames() const { return frames_.size(); }
   // The frame's pose by the present pose of its keyframe.

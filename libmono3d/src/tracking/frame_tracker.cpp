@@ -69,7 +69,7 @@ PoseResult FrameTracker::FindPose(View& view) const {
   if (!lost_since_s_) {
     const View& previous = *state_.previous;
     view.T_cam_world = PredictPose(view.frame.timestamp_s);
-    view.shutter = Shutter(view);
+    PredictVelocity(view);
     pose = TrackDirectly(atlas_->map(), previous, view);
     if (pose.num_inliers >= options_.min_inliers &&
         pose.num_inliers >= kMinKeptShare * CountExpected(atlas_->map(), previous, view)) {
@@ -115,8 +115,44 @@ PoseResult FrameTracker::RefineByPatchAlignment(View& view, const PoseResult& po
   return by_patches;
 }
 
-ShutterMotion FrameTracker::Shutter(const View& view) const {
-  return {view.frame.sensor, state_.motion.Velocity()};
+void FrameTracker::PredictVelocity(View& view) const {
+  view.velocity_prior = state_.motion.Velocity(0);
+  view.shutter = {view.frame.sensor, view.velocity_prior.mean};
+}
+
+// Between two motions the velocity is known better than at the end of one. That of a keyframe is
+// not taken from its own image: with points and poses free as well, velocities that are free fold a
+// map.
+void FrameTracker::ImprovePrevious() {
+  Map& map = atlas_->map();
+  const VelocityPrior velocity = state_.motion.Velocity(1);
+  if (state_.keyframe_before) {
+    View& keyframe = map.keyframe(*state_.keyframe_before).view;
+    keyframe.shutter = {keyframe.frame.sensor, state_.motion.Velocity(2).mean};
+  }
+  if (state_.previous_keyframe) {
+    View& keyframe = map.keyframe(*state_.previous_keyframe).view;
+    keyframe.shutter = {keyframe.frame.sensor, velocity.mean};
+    return;
+  }
+  View& previous = *state_.previous;
+  if (previous.frame.sensor.shutter.IsGlobal()) return;
+  const Pose before = PreviousPose();
+  View improved = previous;
+  improved.T_cam_world = before;
+  improved.velocity_prior = velocity;
+  if (RefinePose(map, improved).num_inliers < options_.min_inliers) return;
+  previous.T_cam_world = improved.T_cam_world;
+  atlas_->MoveFrame(state_.previous_frame, previous);
+  state_.motion.Move(1, previous.T_cam_world * before.Inverse());
+}
+
+void FrameTracker::AddMotionTo(KeyframeId keyframe) {
+  View& view = atlas_->map().keyframe(keyframe).view;
+  state_.motion.Add(view.T_cam_world * PreviousPose().Inverse(),
+                    view.frame.timestamp_s - state_.previous->frame.timestamp_s);
+  ImprovePrevious();
+  PredictVelocity(view);
 }
 
 void FrameTracker::UpdateMotion(View& view) {
@@ -124,17 +160,14 @@ void FrameTracker::UpdateMotion(View& view) {
   if (!state_.previous || lost_since_s_) {
     state_.motion.Reset();
   } else {
-    state_.motion.Set(view.T_cam_world * PreviousPose().Inverse(),
+    state_.motion.Add(view.T_cam_world * PreviousPose().Inverse(),
                       view.frame.timestamp_s - state_.previous->frame.timestamp_s);
-    view.shutter = Shutter(view);
-    if (!view.shutter.IsStill()) {
+    ImprovePrevious();
+    PredictVelocity(view);
+    if (!view.frame.sensor.shutter.IsGlobal()) {
+      const Pose before = view.T_cam_world;
       static_cast<void>(RefinePose(map, view));
-      state_.motion.Improve(view.T_cam_world * PreviousPose().Inverse());
-      view.shutter = Shutter(view);
-    }
-    if (state_.previous_keyframe) {
-      MapKeyframe& keyframe = map.keyframe(*state_.previous_keyframe);
-      keyframe.view.shutter = {view.frame.sensor, state_.motion.VelocityBefore()};
+      state_.motion.Move(0, view.T_cam_world * before.Inverse());
     }
   }
   const std::vector<Covisible> seeing = atlas_->map().KeyframesSeeing(view.points);
@@ -142,6 +175,7 @@ void FrameTracker::UpdateMotion(View& view) {
 }
 
 void FrameTracker::Remember(View view, std::optional<KeyframeId> keyframe) {
+  state_.keyframe_before = state_.previous_keyframe;
   state_.previous_keyframe = keyframe;
   state_.previous_frame = atlas_->AddFrame(view, state_.reference);
   view.frame.bgr.release();
@@ -166,7 +200,9 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
 
 void FrameTracker::Renumber(const NumberShift& shift) {
   state_.reference += shift.keyframes;
-  if (state_.previous_keyframe) *state_.previous_keyframe += shift.keyframes;
+  for (std::optional<KeyframeId>* id : {&state_.previous_keyframe, &state_.keyframe_before}) {
+    if (*id) **id += shift.keyframes;
+  }
   if (!state_.previous) return;
   for (std::optional<PointId>& point : state_.previous->points) {
     if (point) point->index += shift.points;
@@ -184,6 +220,7 @@ void FrameTracker::SetLost(double timestamp_s) {
 void FrameTracker::Reset() {
   state_.previous.reset();
   state_.previous_keyframe.reset();
+  state_.keyframe_before.reset();
   state_.motion.Reset();
   lost_since_s_.reset();
 }

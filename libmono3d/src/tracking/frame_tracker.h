@@ -26,6 +26,7 @@ class FrameTracker {
     std::optional<View> previous;    // the last tracked frame, without its image
     std::size_t previous_frame = 0;  // its number in the atlas, whose pose follows the map
     std::optional<KeyframeId> previous_keyframe;  // where it is one
+    std::optional<KeyframeId> keyframe_before;    // the same of the frame before it
     KeyframeId reference = 0;                     // the keyframe that shares most points with it
     MotionModel motion;
   };
@@ -62,9 +63,11 @@ class FrameTracker {
   const State& state() const { return state_; }
   void SetState(const State& state) { state_ = state; }
   void SetReference(KeyframeId keyframe) { state_.reference = keyframe; }
-  void SetMotion(const Pose& T_current_previous, double duration_s) {
-    state_.motion.Set(T_current_previous, duration_s);
+  void ExpectMotion(const Pose& T_next_current, double duration_s) {
+    state_.motion.Expect(T_next_current, duration_s);
   }
+  // A keyframe whose pose is known came next: its velocity is by the motion up to it.
+  void AddMotionTo(KeyframeId keyframe);
   // The map has moved: lengths around the camera were multiplied by `ratio`.
   void Rescale(double ratio) { state_.motion.Rescale(ratio); }
   // Its map has gone into another one.
@@ -84,7 +87,8 @@ class FrameTracker {
   PoseResult FindPoseByFeatures(View& view) const;
   Pose PreviousPose() const { return atlas_->T_cam_world(state_.previous_frame); }
   Pose PredictPose(double timestamp_s) const;
-  ShutterMotion Shutter(const View& view) const;
+  void PredictVelocity(View& view) const;
+  void ImprovePrevious();
 
   TrackerOptions options_;
   StageTimes* times_;

@@ -138,11 +138,18 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   for (const KeyframeId id : {0, 1}) atlas_.AddPlace(id);
   const View first = map.keyframe(0).view;
   frame_tracker_.SetReference(0);
-  frame_tracker_.SetMotion(map.T_cam_world(1) * first.T_cam_world.Inverse(),
-                           start.second.frame.timestamp_s - first.frame.timestamp_s);
+  frame_tracker_.ExpectMotion(map.T_cam_world(1) * first.T_cam_world.Inverse(),
+                              start.second.frame.timestamp_s - first.frame.timestamp_s);
   const std::size_t first_frame = atlas_.num_frames();
   frame_tracker_.Remember(first, 0);
-  TrackBacklog(backlog_.Take(first.frame.index, start.second.frame.index), false);
+  const std::vector<Frame> between = backlog_.Take(first.frame.index, start.second.frame.index);
+  FrameTracker::State at_second = TrackBetween(between);
+  if (!first.frame.sensor.shutter.IsGlobal()) {
+    // The velocities of the two views are known only now.
+    AdjustAll(map);
+    atlas_.RemoveFramesFrom(first_frame + 1);
+    at_second = TrackBetween(between);
+  }
   std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
   std::reverse(before.begin(), before.end());
   TrackBacklog(before, true);
@@ -151,9 +158,20 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   for (KeyframeId id = 2; id < map.keyframes().size(); ++id) MarkAdjusted(map, id);
   atlas_.EndStart();
   atlas_.SetNewest(1);
+  frame_tracker_.SetState(at_second);
   frame_tracker_.SetReference(1);
   is_publication_due_ = true;
   return atlas_.FramePosesFrom(first_frame);
+}
+
+// The frames between the two views of a start: returns where tracking stands at the second.
+FrameTracker::State MonocularTracker::TrackBetween(const std::vector<Frame>& frames) {
+  const FrameTracker::State at_first = frame_tracker_.state();
+  TrackBacklog(frames, false);
+  frame_tracker_.AddMotionTo(1);
+  const FrameTracker::State at_second = frame_tracker_.state();
+  frame_tracker_.SetState(at_first);
+  return at_second;
 }
 
 TrackingResult MonocularTracker::Follow(View view) {
@@ -211,10 +229,9 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
 }
 
 // Tracks frames left without a pose, each from the one before in the list, the first from the last
-// tracked view, to which it then returns. `may_insert`: new keyframes where they are needed.
+// tracked view. `may_insert`: new keyframes where they are needed.
 void MonocularTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_insert) {
   constexpr int kMaxFailures = 5;  // in a row; beyond, the camera was elsewhere
-  const FrameTracker::State from = frame_tracker_.state();
   int num_failures = 0;
   for (const Frame& frame : frames) {
     if (num_failures > kMaxFailures) break;
@@ -233,7 +250,6 @@ void MonocularTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_i
     }
     frame_tracker_.Remember(std::move(view), NewestIf(is_keyframe));
   }
-  frame_tracker_.SetState(from);
 }
 
 // The frames of a loss, backwards from where the track was found again.
@@ -241,7 +257,9 @@ std::vector<FramePose> MonocularTracker::TrackLostFrames() {
   const std::size_t first_frame = atlas_.num_frames();
   std::vector<Frame> lost = backlog_.Take(-1, frame_tracker_.state().previous->frame.index);
   std::reverse(lost.begin(), lost.end());
+  const FrameTracker::State found = frame_tracker_.state();
   TrackBacklog(lost, false);
+  frame_tracker_.SetState(found);
   std::vector<FramePose> tracked = atlas_.FramePosesFrom(first_frame);
   std::reverse(tracked.begin(), tracked.end());
   return tracked;

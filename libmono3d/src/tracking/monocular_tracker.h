@@ -48,6 +48,7 @@ class MonocularTracker final : public Tracker {
   TrackingResult Follow(View view);
   TrackingResult Continue(View view, const PoseResult& pose);
   TrackingResult Lose(const View& view, const std::string& reason);
+  FrameTracker::State TrackBetween(const std::vector<Frame>& frames);
   void TrackBacklog(const std::vector<Frame>& frames, bool may_insert);
   std::vector<FramePose> TrackLostFrames();
   bool InsertIfNeeded(View& view, const PoseResult& pose);

@@ -3,63 +3,120 @@
 
 #include "tracking/motion_model.h"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace mono3d::tracking {
-namespace {
-
-// From a to b by the share.
-CameraVelocity Between(const CameraVelocity& a, const CameraVelocity& b, double share) {
-  return {a.angular_rad_per_s + share * (b.angular_rad_per_s - a.angular_rad_per_s),
-          a.linear_su_per_s + share * (b.linear_su_per_s - a.linear_su_per_s)};
-}
-
-}  // namespace
 
 Pose ScaleMotion(const Pose& motion, double factor) {
   return {RotationExp(factor * RotationLog(motion.rotation())), factor * motion.translation()};
 }
 
-void MotionModel::Set(const Pose& T_current_previous, double duration_s) {
-  if (T_current_previous_) {
-    velocity_before_ = VelocityOf(*T_current_previous_, duration_s_);
-    duration_before_s_ = duration_s_;
+void MotionModel::Add(const Pose& T_current_previous, double duration_s) {
+  if (motions_.size() == kMaxMotions) motions_.erase(motions_.begin());
+  motions_.push_back({T_current_previous, duration_s});
+}
+
+void MotionModel::Move(std::size_t num_before, const Pose& T_new_old) {
+  if (num_before > motions_.size()) return;
+  const std::size_t at = motions_.size() - num_before;  // the motion that leads away from it
+  if (at < motions_.size()) {
+    motions_[at].T_later_earlier = motions_[at].T_later_earlier * T_new_old.Inverse();
   }
-  T_current_previous_ = T_current_previous;
-  duration_s_ = duration_s;
+  if (at > 0) motions_[at - 1].T_later_earlier = T_new_old * motions_[at - 1].T_later_earlier;
 }
 
-void MotionModel::Improve(const Pose& T_current_previous) {
-  T_current_previous_ = T_current_previous;
+void MotionModel::Expect(const Pose& T_next_current, double duration_s) {
+  motions_.clear();
+  expected_ = {T_next_current, duration_s};
 }
 
-// The velocity of a motion is that in the middle of it.
-CameraVelocity MotionModel::Velocity() const {
-  if (!T_current_previous_) return {};
-  const CameraVelocity last = VelocityOf(*T_current_previous_, duration_s_);
-  const double sum_s = std::abs(duration_before_s_) + std::abs(duration_s_);
-  if (!velocity_before_ || sum_s == 0) return last;
-  return Between(*velocity_before_, last, 1 + std::abs(duration_s_) / sum_s);
+std::optional<MotionModel::Motion> MotionModel::Latest() const {
+  return motions_.empty() ? expected_ : motions_.back();
 }
 
-CameraVelocity MotionModel::VelocityBefore() const {
-  if (!T_current_previous_) return {};
-  const CameraVelocity last = VelocityOf(*T_current_previous_, duration_s_);
-  const double sum_s = std::abs(duration_before_s_) + std::abs(duration_s_);
-  if (!velocity_before_ || sum_s == 0) return last;
-  return Between(*velocity_before_, last, std::abs(duration_before_s_) / sum_s);
+std::optional<Pose> MotionModel::last() const {
+  const std::optional<Motion> latest = Latest();
+  if (!latest) return std::nullopt;
+  return latest->T_later_earlier;
 }
 
 std::optional<Pose> MotionModel::Predict(double duration_s) const {
-  if (!T_current_previous_) return std::nullopt;
-  return ScaleMotion(*T_current_previous_, duration_s_ > 0 ? duration_s / duration_s_ : 1);
+  const std::optional<Motion> latest = Latest();
+  if (!latest) return std::nullopt;
+  return ScaleMotion(latest->T_later_earlier,
+                     latest->duration_s > 0 ? duration_s / latest->duration_s : 1);
+}
+
+// From the frame before the motion `at` to those around it.
+std::vector<MotionModel::Motion> MotionModel::Neighbours(std::size_t at) const {
+  constexpr std::size_t kMaxOnSide = 2;
+  std::vector<Motion> neighbours;
+  Motion way;
+  for (std::size_t i = at; i < std::min(at + kMaxOnSide, motions_.size()); ++i) {
+    way = {motions_[i].T_later_earlier * way.T_later_earlier,
+           way.duration_s + motions_[i].duration_s};
+    neighbours.push_back(way);
+  }
+  way = {};
+  for (std::size_t i = at; i > at - std::min(at, kMaxOnSide); --i) {
+    way = {motions_[i - 1].T_later_earlier.Inverse() * way.T_later_earlier,
+           way.duration_s - motions_[i - 1].duration_s};
+    neighbours.push_back(way);
+  }
+  return neighbours;
+}
+
+VelocityPrior MotionModel::Velocity(std::size_t num_before) const {
+  if (motions_.empty() && num_before == 0 && expected_) {
+    VelocityPrior prior;
+    prior.mean = VelocityOf(expected_->T_later_earlier, expected_->duration_s);
+    return prior;
+  }
+  if (num_before > motions_.size() || motions_.empty()) return {};
+  const std::vector<Motion> neighbours = Neighbours(motions_.size() - num_before);
+  // Rotation vector and translation, each by powers of the time; at the frame itself both are zero.
+  const double unit_s = motions_.back().duration_s;
+  const auto size = static_cast<Eigen::Index>(neighbours.size());
+  Eigen::MatrixXd powers(size, size);
+  Eigen::MatrixXd ways(size, 6);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const Motion& to = neighbours[static_cast<std::size_t>(i)];
+    for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(to.duration_s / unit_s, k + 1);
+    ways.row(i) << RotationLog(to.T_later_earlier.rotation()).transpose(),
+        to.T_later_earlier.translation().transpose();
+  }
+  const Eigen::MatrixXd by_power = powers.partialPivLu().solve(ways);
+  if (!by_power.allFinite()) return {};  // two frames of one time
+  VelocityPrior prior;
+  prior.mean.angular_rad_per_s = by_power.row(0).head<3>() / unit_s;
+  prior.mean.linear_su_per_s = by_power.row(0).tail<3>() / unit_s;
+  if (size > 1) {
+    prior.mean.angular_rad_per_s2 = 2 * by_power.row(1).head<3>() / (unit_s * unit_s);
+    prior.mean.linear_su_per_s2 = 2 * by_power.row(1).tail<3>() / (unit_s * unit_s);
+  }
+  // What has changed by so much from one motion to the next may change by as much again.
+  const CameraVelocity last = VelocityOf(motions_.back().T_later_earlier, unit_s);
+  CameraVelocity before;
+  if (motions_.size() > 1) {
+    const Motion& motion = motions_[motions_.size() - 2];
+    before = VelocityOf(motion.T_later_earlier, motion.duration_s);
+  }
+  const double per_axis = (num_before == 0 ? 1 : 0.5) / std::sqrt(3.);
+  prior.angular_sigma_rad_per_s =
+      per_axis * (last.angular_rad_per_s - before.angular_rad_per_s).norm();
+  prior.linear_sigma_su_per_s = per_axis * (last.linear_su_per_s - before.linear_su_per_s).norm();
+  return prior;
 }
 
 void MotionModel::Rescale(double ratio) {
-  if (velocity_before_) velocity_before_->linear_su_per_s *= ratio;
-  if (!T_current_previous_) return;
-  T_current_previous_ =
-      Pose(T_current_previous_->rotation(), ratio * T_current_previous_->translation());
+  const auto rescale = [&](Motion& motion) {
+    const Pose& T = motion.T_later_earlier;
+    motion.T_later_earlier = Pose(T.rotation(), ratio * T.translation());
+  };
+  std::ranges::for_each(motions_, rescale);
+  if (expected_) rescale(*expected_);
 }
 
 }  // namespace mono3d::tracking

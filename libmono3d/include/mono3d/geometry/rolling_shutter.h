@@ -11,13 +11,24 @@
 
 namespace MONO3D_EXPORT mono3d {
 
-// How a camera moves at the moment of an image: a point at p_cam is at
-// Exp(t * angular) * p_cam + t * linear a time t later, in the axes of the camera of that time.
+// How a camera moves at the moment of an image: a time t later, a point at p_cam is at
+// Exp(t * angular + t^2 / 2 * angular2) * p_cam + t * linear + t^2 / 2 * linear2 in the axes of the
+// camera of that time.
 struct CameraVelocity {
   Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d linear_su_per_s = Eigen::Vector3d::Zero();
+  // How both change: a drone shakes several times a second.
+  Eigen::Vector3d angular_rad_per_s2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d linear_su_per_s2 = Eigen::Vector3d::Zero();
 
   bool operator==(const CameraVelocity&) const = default;
+  // From the camera's axes now into those `time_s` later.
+  Pose T_later_now(double time_s) const;
+  // Lengths have been multiplied.
+  void Rescale(double ratio) {
+    linear_su_per_s *= ratio;
+    linear_su_per_s2 *= ratio;
+  }
 };
 
 // Of a camera that has moved by T_later_earlier in `duration_s`; zero where that is 0. Both may be
@@ -25,8 +36,8 @@ struct CameraVelocity {
 CameraVelocity VelocityOf(const Pose& T_later_earlier, double duration_s);
 
 // How the scene moves through an image while the lines of a rolling shutter are read one after the
-// other. The pose of the image is that of its middle line; within the readout the velocity is
-// constant. Cheap to copy; a default one has a global shutter.
+// other. The pose of the image is that of its middle line; within the readout the motion is as
+// smooth as CameraVelocity has it. Cheap to copy; a default one has a global shutter.
 class ShutterMotion {
  public:
   ShutterMotion() = default;
@@ -41,13 +52,11 @@ class ShutterMotion {
   double Time_s(const Eigen::Vector3d& ray) const;
   // From the camera's frame at the middle line into that at the line that a ray is on.
   Pose T_line_cam(const Eigen::Vector3d& ray) const;
-  // A point of the camera's frame at the middle line, in that `time_s` later.
-  Eigen::Vector3d AtTime(const Eigen::Vector3d& p_cam, double time_s) const;
-  // The same at the time of the line that shows the point.
+  // A point of the camera's frame at the middle line, in that of the line that shows the point.
   Eigen::Vector3d AtItsLine(const Eigen::Vector3d& p_cam) const;
   // The same at the time of the line that a ray is on.
   Eigen::Vector3d AtLineOf(const Eigen::Vector3d& ray, const Eigen::Vector3d& p_cam) const {
-    return is_still_ ? p_cam : AtTime(p_cam, Time_s(ray));
+    return is_still_ ? p_cam : velocity_.T_later_now(Time_s(ray)) * p_cam;
   }
 
   // Where an image of `camera` (free of distortion, beside `sensor`) shows p_cam with its lines
@@ -61,10 +70,12 @@ class ShutterMotion {
 
   // Of a camera that only turns.
   ShutterMotion WithoutLinear() const {
-    return {sensor_, {velocity_.angular_rad_per_s, Eigen::Vector3d::Zero()}};
+    CameraVelocity turning = velocity_;
+    turning.Rescale(0);
+    return {sensor_, turning};
   }
   // Lengths have been multiplied.
-  void Rescale(double ratio) { velocity_.linear_su_per_s *= ratio; }
+  void Rescale(double ratio) { velocity_.Rescale(ratio); }
 
  private:
   CameraModel sensor_;

@@ -24,7 +24,7 @@ Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
     keyframe.sparse_pixels.emplace_back(from.view.features[i].pixel.cast<float>());
   }
   keyframe.velocity = from.view.shutter.velocity();
-  keyframe.velocity.linear_su_per_s /= from.scale;
+  keyframe.velocity.Rescale(1 / from.scale);
   return keyframe;
 }
 

@@ -21,6 +21,7 @@
 #include "tracking/alignment/patch_alignment.h"
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/pyramid_scales.h"
+#include "tracking/velocity_prior.h"
 
 namespace mono3d::tracking {
 
@@ -50,6 +51,7 @@ struct View {
   std::vector<std::optional<PointId>> points;  // of each feature
   Pose T_cam_world;                            // at the middle line of a rolling shutter
   ShutterMotion shutter;                       // in the unit of T_cam_world
+  VelocityPrior velocity_prior;                // of the velocity in `shutter`
 
   Eigen::Vector3d Centre() const { return T_cam_world.Inverse().translation(); }  // in the world
 };

@@ -120,8 +120,10 @@ void Exchange(Archive& archive, MapPoint& point) {
 template <typename Archive>
 void Exchange(Archive& archive, ShutterMotion& shutter) {
   CameraVelocity velocity = shutter.velocity();
-  ExchangeMatrix(archive, velocity.angular_rad_per_s);
-  ExchangeMatrix(archive, velocity.linear_su_per_s);
+  for (Eigen::Vector3d* axes : {&velocity.angular_rad_per_s, &velocity.linear_su_per_s,
+                                &velocity.angular_rad_per_s2, &velocity.linear_su_per_s2}) {
+    ExchangeMatrix(archive, *axes);
+  }
   if constexpr (kReads<Archive>) shutter = {{}, velocity};  // the sensor is that of all keyframes
 }
 
@@ -228,8 +230,9 @@ bool KeyframesAgree(const Content& content) {
       if (!feature.pixel.allFinite()) return false;
     }
     const CameraVelocity& velocity = keyframe.view.shutter.velocity();
-    if (!velocity.angular_rad_per_s.allFinite() || !velocity.linear_su_per_s.allFinite()) {
-      return false;
+    for (const Eigen::Vector3d* axes : {&velocity.angular_rad_per_s, &velocity.linear_su_per_s,
+                                        &velocity.angular_rad_per_s2, &velocity.linear_su_per_s2}) {
+      if (!axes->allFinite()) return false;
     }
   }
   for (const FrameRecord& frame : content.frames) {

@@ -6,29 +6,51 @@
 #include <cstddef>
 #include <vector>
 
+#include "tracking/optimisation/pose_and_velocity.h"
 #include "tracking/optimisation/pose_optimisation.h"
 
 namespace mono3d::tracking {
 
-PoseResult RefinePose(const Map& map, View& view) {
+namespace {
+
+struct ViewMeasurements {
   std::vector<PointMeasurement> measurements;
-  std::vector<std::size_t> features;
+  std::vector<std::size_t> features;  // of each
+};
+
+ViewMeasurements MeasurementsOf(const Map& map, const View& view) {
+  ViewMeasurements all;
   for (std::size_t i = 0; i < view.points.size(); ++i) {
-    if (!view.points[i]) continue;
+    if (!view.points[i] || !map.IsAlive(*view.points[i])) continue;
     const Feature& feature = view.features[i];
-    const Eigen::Vector3d& p_world = map.point(*view.points[i]).p_world;
-    measurements.push_back(
-        {p_world, map.AtMiddleLine(view, feature.pixel, p_world), feature.sigma_px});
-    features.push_back(i);
+    all.measurements.push_back(
+        {map.point(*view.points[i]).p_world, feature.pixel, feature.sigma_px});
+    all.features.push_back(i);
   }
-  if (measurements.size() < 4) {
+  return all;
+}
+
+}  // namespace
+
+PoseResult RefinePose(const Map& map, View& view) {
+  const ViewMeasurements all = MeasurementsOf(map, view);
+  if (all.measurements.size() < 4) {
     view.points.assign(view.features.size(), std::nullopt);
     return {};
   }
-  const PoseEstimate estimate = OptimisePose(map.camera(), view.T_cam_world, measurements);
+  PoseEstimate estimate;
+  const CameraModel& sensor = view.frame.sensor;
+  if (sensor.shutter.IsGlobal()) {
+    estimate = OptimisePose(map.camera(), view.T_cam_world, all.measurements);
+  } else {
+    const PoseAndVelocity found = OptimisePoseAndVelocity(map.camera(), sensor, view.T_cam_world,
+                                                          view.velocity_prior, all.measurements);
+    estimate = found.pose;
+    view.shutter = {sensor, found.velocity};
+  }
   view.T_cam_world = estimate.T_cam_world;
-  for (std::size_t k = 0; k < features.size(); ++k) {
-    if (estimate.is_inlier[k] == 0) view.points[features[k]].reset();
+  for (std::size_t k = 0; k < all.features.size(); ++k) {
+    if (estimate.is_inlier[k] == 0) view.points[all.features[k]].reset();
   }
   return {estimate.num_inliers, estimate.reprojection_px};
 }

@@ -13,6 +13,7 @@ struct PoseResult {
 };
 
 // Optimises the view's pose over its points; points that turn out to be outliers are taken from it.
+// With a rolling shutter the velocity as well, about its prior.
 PoseResult RefinePose(const Map& map, View& view);
 
 }  // namespace mono3d::tracking
