@@ -28,6 +28,7 @@ struct Arguments {
   std::string save_map;  // empty: not saved
   FrameSourceOptions source;
   PipelineOptions pipeline;
+  bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
 };
@@ -93,6 +94,12 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
       const ScopedStageTimer timer(&times, "io/write_depth_map");
       writer.WriteDepthMap(map);
     };
+    if (arguments.with_global_shutter_images) {
+      observer.on_keyframe = [&](const Keyframe& keyframe) {
+        const ScopedStageTimer timer(&times, "io/write_global_shutter_image");
+        writer.WriteKeyframeImage(keyframe.frame);
+      };
+    }
     PipelineStages stages = CreateStages(arguments.pipeline, device, &times);
     if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
     Pipeline pipeline(std::move(stages), observer, arguments.pipeline);
@@ -111,7 +118,11 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
     const ScopedStageTimer timer(&times, "io/write_mesh");
     NoteErrorOf(record, [&] { writer.WriteMeshes(result, arguments.mesh); });
   }
-  writer.WriteSparseModels(result, camera);
+  if (arguments.with_global_shutter_images) {
+    writer.WriteSparseModelsOfKeyframeImages(result);
+  } else {
+    writer.WriteSparseModels(result, camera);
+  }
   record.options = ListAll(arguments);
   record.stages = times.Snapshot();
   record.wall_s = 1e-3 * (WallClockMs() - start_ms);
@@ -148,6 +159,9 @@ int main(int argc, char** argv) {
       ->required();
   tool.app().add_flag("--mesh", arguments.with_mesh,
                       "write mesh.ply as well: triangles through the surfels");
+  tool.app().add_flag("--global-shutter-images", arguments.with_global_shutter_images,
+                      "write images_global_shutter/ as well: the keyframes' images without "
+                      "distortion and as of a global shutter; sparse/ is then of them");
   tool.app().add_option("--map", arguments.map,
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,

@@ -63,14 +63,84 @@ TEST_F(CameraFile, SurvivesWritingAndReading) {
   EXPECT_EQ(ReadCameraFile(folder_ / "camera.yaml"), LensCamera());
 }
 
+TEST_F(CameraFile, KeepsTheShutter) {
+  CameraModel camera = LensCamera();
+  for (const double readout_s : {0.03, -0.03, 1.0 / 61, -0.0123456789}) {
+    for (const bool reads_columns : {false, true}) {
+      camera.shutter = {readout_s, reads_columns};
+      WriteCameraFile(folder_ / "camera.yaml", camera);
+      CameraModel read = ReadCameraFile(folder_ / "camera.yaml");
+      EXPECT_DOUBLE_EQ(read.shutter.readout_s, readout_s);
+      read.shutter.readout_s = readout_s;
+      EXPECT_EQ(read, camera);
+    }
+  }
+  camera.shutter = {0, true};
+  WriteCameraFile(folder_ / "camera.yaml", camera);
+  EXPECT_EQ(ReadText(folder_ / "camera.yaml").find("line"), std::string::npos);
+  EXPECT_TRUE(ReadCameraFile(folder_ / "camera.yaml").shutter.IsGlobal());
+}
+
+TEST_F(CameraFile, ReadsTheShutterByHand) {
+  struct Case {
+    const char* lines;
+    RollingShutter shutter;
+  };
+  // 640x480.
+  const Case cases[] = {
+      {"line_delay_s: 6e-5\n", {479 * 6e-5, false}},
+      {"line_delay_s: -6e-5\n", {-479 * 6e-5, false}},
+      {"line_delay_s: 6e-5\nreadout_direction: down\n", {479 * 6e-5, false}},
+      {"readout_direction: up\nLine_Delay_s: 6e-5\n", {-479 * 6e-5, false}},
+      {"readout_direction: up\nline_delay_s: -6e-5\n", {-479 * 6e-5, false}},
+      {"line_delay_s: 4e-5\nreadout_direction: right\n", {639 * 4e-5, true}},
+      {"line_delay_s: -4e-5\nreadout_direction: right\n", {-639 * 4e-5, true}},
+      {"line_delay_s: 4e-5\nreadout_direction: left\n", {-639 * 4e-5, true}},
+      {"line_delay_s: 0\nreadout_direction: left\n", {}},
+      {"readout_direction: up\n", {}},
+  };
+  for (const Case& c : cases) {
+    const CameraModel camera = ReadCameraFile(WriteText("camera.yaml", Yaml() + c.lines));
+    EXPECT_EQ(camera.shutter, c.shutter) << c.lines;
+  }
+}
+
+TEST_F(CameraFile, RefusesWhatIsNoShutter) {
+  const auto message = [&](const std::string& lines) {
+    try {
+      ReadCameraFile(WriteText("camera.yaml", Yaml() + lines));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(message("line_delay_s: slow\n"),
+              HasSubstr("camera.yaml:16: camera calibration: bad value in line_delay_s (expected a "
+                        "finite number, found slow)"));
+  EXPECT_THAT(message("line_delay_s: [1e-5, 2e-5]\n"),
+              HasSubstr("camera.yaml:16: camera calibration: bad line_delay_s (expected one "
+                        "number, found a list)"));
+  EXPECT_THAT(message("line_delay_s:\n"), HasSubstr("camera.yaml:16: camera calibration: bad"));
+  EXPECT_THAT(message("line_delay_s: 1e-5\nreadout_direction: sideways\n"),
+              HasSubstr("camera.yaml:17: camera calibration: bad readout_direction (expected down, "
+                        "up, right or left, found sideways)"));
+  EXPECT_THAT(message("line_delay_s: 1e-5\nline_delay_s: 1e-5\n"), HasSubstr("camera.yaml:17: "));
+  EXPECT_THAT(message("line_delay_s: 0.01\n"),
+              HasSubstr("bad readout time (expected -1 to 1 s, found 4.79"));
+}
+
 TEST_F(CameraFile, IsWhatOpenCvReads) {
-  WriteCameraFile(folder_ / "camera.yaml", LensCamera());
+  CameraModel camera = LensCamera();
+  camera.shutter.readout_s = 447 * 2e-5;
+  WriteCameraFile(folder_ / "camera.yaml", camera);
   const cv::FileStorage file(folder_ / "camera.yaml", cv::FileStorage::READ);
   EXPECT_EQ(static_cast<int>(file["image_height"]), 448);
   const cv::Mat K = file["camera_matrix"].mat();
   ASSERT_EQ(K.size(), cv::Size(3, 3));
   EXPECT_EQ(K.at<double>(1, 1), 690.1 / 3);
   EXPECT_EQ(file["distortion_coefficients"].mat().at<double>(4), 0.003);
+  EXPECT_DOUBLE_EQ(file["line_delay_s"].real(), 2e-5);
+  EXPECT_EQ(file["readout_direction"].string(), "down");
 }
 
 TEST_F(CameraFile, ReadsWhatOpenCvWrites) {

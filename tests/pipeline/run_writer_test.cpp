@@ -8,9 +8,13 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/colmap_model.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
 
@@ -117,6 +121,60 @@ TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
+}
+
+SparseModel MakeSparseModel() {
+  SparseModel model;
+  model.camera = {.width = 4, .height = 3, .fx = 4, .fy = 4, .cx = 1.5, .cy = 1};
+  model.points = {{{0, 0, 2}}};
+  for (const char* name : {"a.jpg", "flight.mp4#7", "folder/c.png", "lost.jpg"}) {
+    SparseImage& image = model.images.emplace_back();
+    image.id = static_cast<std::int64_t>(model.images.size());
+    image.name = name;
+    image.observations = {{{1.5, 1}, 0}};
+  }
+  return model;
+}
+
+TEST_F(RunWriterTest, NamesTheImagesOfKeyframesAsTheSparseModelDoes) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5)};
+  reconstruction.maps[0].sparse = MakeSparseModel();
+  const RunWriter writer(folder_);
+  Frame frame;
+  frame.bgr = cv::Mat(3, 4, CV_8UC3, cv::Scalar(1, 2, 3));
+  frame.bgr.at<cv::Vec3b>(1, 2) = {200, 7, 100};
+  for (const char* name : {"a.jpg", "flight.mp4#7", "c.png", "not_in_the_map.png"}) {
+    frame.name = name;
+    writer.WriteKeyframeImage(frame);
+  }
+  writer.WriteSparseModelsOfKeyframeImages(reconstruction);
+  const SparseModel written = ReadColmapModel(folder_ / "sparse");
+  EXPECT_EQ(written.camera, reconstruction.maps[0].sparse.camera);
+  std::vector<std::string> names;
+  for (const SparseImage& image : written.images) names.push_back(image.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"a.jpg.png", "flight.mp4#7.png", "c.png"}));
+  for (const std::string& name : names) {
+    const cv::Mat bgr = cv::imread(folder_ / "images_global_shutter" / name);
+    ASSERT_EQ(bgr.size(), frame.bgr.size()) << name;
+    EXPECT_EQ(cv::norm(bgr, frame.bgr, cv::NORM_INF), 0) << name;
+  }
+  const RunWriter next(folder_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "images_global_shutter"));
+}
+
+TEST_F(RunWriterTest, SaysWhichImageOfAKeyframeItCannotWrite) {
+  const RunWriter writer(folder_);
+  std::ofstream(folder_ / "images_global_shutter") << "not a folder";
+  Frame frame;
+  frame.name = "a.png";
+  frame.bgr = cv::Mat(3, 4, CV_8UC3, cv::Scalar(1, 2, 3));
+  try {
+    writer.WriteKeyframeImage(frame);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("images_global_shutter"), std::string::npos);
+  }
 }
 
 TEST_F(RunWriterTest, RefusesAFolderThatCannotBeWritten) {

@@ -128,8 +128,17 @@ TEST_F(ExampleRun, SavesItsMapAndSparseModelAndGoesOnInTheMap) {
 
   // Twelve frames need not make a model.
   const CommandResult second =
-      RunCommand(Command(folder_ / "second", " --start 24 --max-frames 12 --map " + map), folder_);
+      RunCommand(Command(folder_ / "second",
+                         " --start 24 --max-frames 12 --global-shutter-images --map " + map),
+                 folder_);
   EXPECT_LE(second.exit_status, 1) << second.errors;
+  // The keyframes of the first run have no image in the second one.
+  const SparseModel shown = ReadColmapModel(folder_ / "second/sparse");
+  EXPECT_EQ(shown.camera.width, 384);
+  EXPECT_FALSE(shown.images.empty());
+  for (const SparseImage& image : shown.images) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "second/images_global_shutter" / image.name));
+  }
   const auto trajectory = ReadTrajectory(folder_ / "second/trajectory.txt");
   EXPECT_GE(trajectory.size(), 34U) << "one trajectory with the frames of the map";
   EXPECT_LT(TrajectoryRmse_m(folder_ / "second/trajectory.txt"), kMaxRmse_m);

@@ -25,6 +25,7 @@ extern "C" {
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/camera_file.h"
 #include "simulate/exposure_log.h"
 #include "simulate/video_file.h"
 #include "tools/command.h"
@@ -284,6 +285,9 @@ TEST_F(SimulateVideo, TheRecordTellsTheTrueCameraAndItsExposures) {
   EXPECT_EQ(camera["distortion"][0], -0.1);
   EXPECT_EQ(camera["readout_direction"], "up");
   EXPECT_NEAR(camera["line_delay_s"].get<double>(), -0.0275 / 55, 1e-12);
+  const RollingShutter shutter = ReadCameraFile(folder_ / "a/camera.yaml").shutter;
+  EXPECT_DOUBLE_EQ(shutter.readout_s, -0.0275);
+  EXPECT_FALSE(shutter.reads_columns);
   std::istringstream lines(ReadText(folder_ / "a/exposures.txt"));
   int num_lines = 0;
   std::vector<double> levels;  // steps from the exposure of the options

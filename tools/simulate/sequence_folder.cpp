@@ -52,7 +52,9 @@ class SequenceWriter {
     CreateOutputFolder(folder_ / "images");
     CreateOutputFolder(folder_ / "depth");
     if (is_video()) CreateOutputFolder(RawFolder());
-    WriteCameraFile(folder_ / "camera.yaml", sequence_.camera());
+    CameraModel camera = sequence_.camera();
+    camera.shutter = synthetic::ShutterOf(sequence_.options().render.sensor);
+    WriteCameraFile(folder_ / "camera.yaml", camera);
     if (sequence_.camera().HasDistortion()) {
       WriteCameraFile(folder_ / "depth" / "camera.yaml", sequence_.depth_camera());
     }

@@ -38,6 +38,7 @@
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/global_shutter.h"
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_constraint.h"

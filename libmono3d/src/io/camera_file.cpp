@@ -65,6 +65,16 @@ class CalibrationYaml {
     return numbers;
   }
 
+  // The number of an optional key.
+  std::optional<double> FindNumber(const std::string& key) const {
+    if (!keys_.contains(key)) return std::nullopt;
+    const std::vector<double> numbers = Numbers(key, Require(key).value);
+    if (numbers.size() != 1) {
+      Throw(Line(key), "bad " + key, "one number", Text(keys_.at(key).value));
+    }
+    return numbers[0];
+  }
+
   // The text of an optional key.
   std::optional<std::string> Find(const std::string& key) const {
     if (!keys_.contains(key)) return std::nullopt;
@@ -181,6 +191,50 @@ void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
   }
 }
 
+constexpr const char* kLineDelay = "line_delay_s";
+constexpr const char* kReadoutDirection = "readout_direction";
+
+int NumLines(const CameraModel& camera) {
+  return camera.shutter.reads_columns ? camera.width : camera.height;
+}
+
+void TakeShutter(const CalibrationYaml& yaml, CameraModel& camera) {
+  const std::string direction = yaml.Find(kReadoutDirection).value_or("down");
+  const bool is_backwards = direction == "up" || direction == "left";
+  camera.shutter.reads_columns = direction == "right" || direction == "left";
+  if (direction != "down" && !is_backwards && !camera.shutter.reads_columns) {
+    yaml.Throw(yaml.Line(kReadoutDirection), std::string("bad ") + kReadoutDirection,
+               "down, up, right or left", direction);
+  }
+  const double delay_s = yaml.FindNumber(kLineDelay).value_or(0);
+  const double readout_s = std::abs(delay_s) * (NumLines(camera) - 1);
+  camera.shutter.readout_s = is_backwards || delay_s < 0 ? -readout_s : readout_s;
+  if (camera.shutter.IsGlobal()) camera.shutter = {};
+}
+
+// From a line to the next: where there is such a number, the one that makes just the readout time
+// when it is multiplied.
+double LineDelay_s(const CameraModel& camera) {
+  const double readout_s = camera.shutter.readout_s;
+  const int num_delays = NumLines(camera) - 1;
+  const double delay_s = readout_s / num_delays;
+  for (const double near_s : {std::nextafter(delay_s, 0.0), std::nextafter(delay_s, readout_s)}) {
+    if (delay_s * num_delays != readout_s && near_s * num_delays == readout_s) return near_s;
+  }
+  return delay_s;
+}
+
+// Nothing of a global shutter.
+std::string ShutterText(const CameraModel& camera) {
+  const RollingShutter& shutter = camera.shutter;
+  if (shutter.IsGlobal() || NumLines(camera) < 2) return "";
+  const bool is_backwards = shutter.readout_s < 0;
+  const std::string direction =
+      shutter.reads_columns ? (is_backwards ? "left" : "right") : (is_backwards ? "up" : "down");
+  return std::string(kLineDelay) + ": " + ToText(LineDelay_s(camera)) + "\n" + kReadoutDirection +
+         ": " + direction + "\n";
+}
+
 }  // namespace
 
 CameraModel ReadCameraFile(const std::filesystem::path& path) {
@@ -192,6 +246,7 @@ CameraModel ReadCameraFile(const std::filesystem::path& path) {
   camera.height = yaml.Size("image_height");
   TakeCameraMatrix(yaml, camera);
   TakeDistortion(yaml, camera);
+  TakeShutter(yaml, camera);
   Validate(camera, path);
   return camera;
 }
@@ -208,7 +263,8 @@ void WriteCameraFile(const std::filesystem::path& path, const CameraModel& camer
       path, "%YAML:1.0\n---\nimage_width: " + std::to_string(camera.width) +
                 "\nimage_height: " + std::to_string(camera.height) + "\ncamera_matrix: " +
                 matrix(3, 3, {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1}) +
-                "distortion_coefficients: " + matrix(1, 5, {k[0], k[1], k[2], k[3], k[4]}));
+                "distortion_coefficients: " + matrix(1, 5, {k[0], k[1], k[2], k[3], k[4]}) +
+                ShutterText(camera));
 }
 
 }  // namespace mono3d

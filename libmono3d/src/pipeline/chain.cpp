@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "mono3d/image/global_shutter.h"
 #include "pipeline/map_joins.h"
 #include "pipeline/model_counts.h"
 
@@ -38,10 +39,11 @@ std::vector<TrajectoryEntry> EntriesInWorld(const std::vector<FramePose>& frames
 }  // namespace
 
 Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
-             std::unique_ptr<ModelWorker> worker)
+             std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe)
     : tracker_(std::move(tracker)),
       keyframe_selector_(std::move(keyframe_selector)),
-      worker_(std::move(worker)) {}
+      worker_(std::move(worker)),
+      on_keyframe_(std::move(on_keyframe)) {}
 
 TrackingResult Chain::Process(const Frame& frame) {
   ++counts_.num_frames;
@@ -142,8 +144,11 @@ void Chain::Update() {
   if (!has_thrown_) worker_->Update(poses);
 }
 
-void Chain::Select(const Keyframe& keyframe) {
+// The tracker has used the image as it was taken; from here on all its lines are of one time.
+void Chain::Select(const Keyframe& from_tracker) {
   ++counts_.num_keyframes;
+  const Keyframe keyframe = WithGlobalShutter(from_tracker);
+  if (on_keyframe_) on_keyframe_(keyframe);
   std::optional<ImageBundle> bundle = keyframe_selector_->Add(keyframe, *poses_);
   if (!bundle) return;
   ++counts_.num_bundles;

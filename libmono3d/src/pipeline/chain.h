@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,8 +20,9 @@ namespace mono3d {
 // Snapshot and State.
 class Chain {
  public:
+  // `on_keyframe` may be empty.
   Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
-        std::unique_ptr<ModelWorker> worker);
+        std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe);
 
   // Takes the frame through tracking and the choice of bundles; how far its bundle is then depends
   // on the worker.
@@ -44,7 +46,7 @@ class Chain {
   void TakeCounts();
   void Publish(const Frame& frame, const TrackingResult& tracking);
   void Update();
-  void Select(const Keyframe& keyframe);
+  void Select(const Keyframe& from_tracker);
   void ProcessLast();
   MapReconstruction OfMap(int map_id, ModelBuilder::OfMap& made,
                           const std::vector<TrajectoryEntry>& trajectory,
@@ -53,6 +55,7 @@ class Chain {
   std::unique_ptr<Tracker> tracker_;
   std::unique_ptr<KeyframeSelector> keyframe_selector_;
   std::unique_ptr<ModelWorker> worker_;
+  std::function<void(const Keyframe&)> on_keyframe_;
   PipelineCounts counts_;                                       // without those of the worker
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;

@@ -43,7 +43,8 @@ class Pipeline::Impl {
         chain_(std::move(stages.tracker), std::move(stages.keyframe_selector),
                MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
                            std::move(observer.on_depth_map), options.surfel_export},
-                          options.is_live, error_)) {}
+                          options.is_live, error_),
+               std::move(observer.on_keyframe)) {}
 
   void Process(Frame frame) {
     if (thread_) throw Error("Process after Start: frames are pushed");

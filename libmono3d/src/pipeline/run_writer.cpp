@@ -28,6 +28,7 @@ constexpr std::array kTrajectoryNames = {"trajectory", "trajectory_online", "key
                                          "model_trajectory"};
 
 constexpr std::string_view kCameraName = "learned_camera.yaml";
+constexpr std::string_view kKeyframeImageFolder = "images_global_shutter";
 
 // "trajectory.txt" for the first map, "trajectory_map3.txt" for a further one.
 std::string NameOfMap(const std::string& stem, const std::string& extension, bool is_first,
@@ -70,6 +71,8 @@ bool IsDepthFile(std::string_view name) {
   return std::ranges::count(kEndings, name.substr(dot)) > 0;
 }
 
+bool IsPng(std::string_view name) { return name.ends_with(".png"); }
+
 bool IsSparseFile(std::string_view name) {
   return name == "cameras.txt" || name == "images.txt" || name == "points3D.txt";
 }
@@ -96,18 +99,21 @@ void RemoveMatching(const std::filesystem::path& folder, bool (*matches)(std::st
   }
 }
 
-// The folders sparse and sparse_mapN go as soon as nothing but what was written there is in them.
+// The folder goes as soon as nothing but what was written there is in it.
+void RemoveFolder(const std::filesystem::path& folder, bool (*matches)(std::string_view)) {
+  RemoveMatching(folder, matches);
+  std::error_code not_empty;
+  std::filesystem::remove(folder, not_empty);
+}
+
+// The folders sparse and sparse_mapN.
 void RemoveSparseModels(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> models;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (IsNameOfMap(name, "sparse", "")) models.push_back(entry.path());
   }
-  for (const std::filesystem::path& model : models) {
-    RemoveMatching(model, IsSparseFile);
-    std::error_code not_empty;
-    std::filesystem::remove(model, not_empty);
-  }
+  for (const std::filesystem::path& model : models) RemoveFolder(model, IsSparseFile);
 }
 
 void WriteEntries(const std::filesystem::path& path, const std::vector<TrajectoryEntry>& entries) {
@@ -126,6 +132,7 @@ RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
   CreateOutputFolder(folder_ / "depth");
   RemoveMatching(folder_ / "depth", IsDepthFile);
   RemoveMatching(folder_, IsRunFile);
+  RemoveFolder(folder_ / kKeyframeImageFolder, IsPng);
   RemoveSparseModels(folder_);
 }
 
@@ -133,6 +140,12 @@ void RunWriter::WriteDepthMap(const DepthMap& map) const {
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "%06lld", static_cast<long long>(map.frame_index));
   mono3d::WriteDepthMap(folder_ / "depth", name.data(), map);
+}
+
+void RunWriter::WriteKeyframeImage(const Frame& frame) const {
+  const std::filesystem::path path = KeyframeImagePath(frame.name);
+  if (!std::filesystem::exists(path.parent_path())) CreateOutputFolder(path.parent_path());
+  WritePng(path, frame.bgr);
 }
 
 void RunWriter::WriteReconstruction(const Reconstruction& reconstruction) const {
@@ -168,12 +181,35 @@ void RunWriter::WriteSparseModels(const Reconstruction& reconstruction,
                                   const CameraModel& calibration) const {
   bool is_first = true;
   for (const MapReconstruction& map : reconstruction.maps) {
-    if (!map.sparse.images.empty()) {
-      WriteColmapModel(folder_ / NameOfMap("sparse", "", is_first, map.map_id),
-                       WithCamera(map.sparse, calibration));
-    }
+    WriteSparse(map, is_first, WithCamera(map.sparse, calibration));
     is_first = false;
   }
+}
+
+void RunWriter::WriteSparseModelsOfKeyframeImages(const Reconstruction& reconstruction) const {
+  bool is_first = true;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    SparseModel sparse = map.sparse;
+    std::erase_if(sparse.images, [&](const SparseImage& image) {
+      return !std::filesystem::exists(KeyframeImagePath(image.name));
+    });
+    for (SparseImage& image : sparse.images) {
+      image.name = KeyframeImagePath(image.name).filename().string();
+    }
+    WriteSparse(map, is_first, sparse);
+    is_first = false;
+  }
+}
+
+void RunWriter::WriteSparse(const MapReconstruction& map, bool is_first,
+                            const SparseModel& sparse) const {
+  if (sparse.images.empty()) return;
+  WriteColmapModel(folder_ / NameOfMap("sparse", "", is_first, map.map_id), sparse);
+}
+
+std::filesystem::path RunWriter::KeyframeImagePath(const std::string& frame_name) const {
+  const std::string name = std::filesystem::path(frame_name).filename().string();
+  return folder_ / kKeyframeImageFolder / (IsPng(name) ? name : name + ".png");
 }
 
 void RunWriter::WriteCamera(const CameraModel& learned) const {

@@ -93,7 +93,11 @@ int NumLines(const SensorOptions& options, int width, int height) {
 double LineDelay_s(const SensorOptions& options, int width, int height) {
   const int num_lines = NumLines(options, width, height);
   if (num_lines < 2) return 0;
-  return (ReadsBackwards(options) ? -1 : 1) * options.readout_s / (num_lines - 1);
+  return ShutterOf(options).readout_s / (num_lines - 1);
+}
+
+RollingShutter ShutterOf(const SensorOptions& options) {
+  return {ReadsBackwards(options) ? -options.readout_s : options.readout_s, ReadsColumns(options)};
 }
 
 }  // namespace mono3d::synthetic

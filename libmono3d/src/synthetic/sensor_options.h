@@ -7,6 +7,7 @@
 #include <string>
 
 #include "mono3d/core/options.h"
+#include "mono3d/geometry/camera_model.h"
 
 namespace mono3d::synthetic {
 
@@ -51,5 +52,6 @@ bool ReadsBackwards(const SensorOptions& options);  // up or left
 int NumLines(const SensorOptions& options, int width, int height);
 // From a line to the next one, down or to the right; below 0 where they are read up or to the left.
 double LineDelay_s(const SensorOptions& options, int width, int height);
+RollingShutter ShutterOf(const SensorOptions& options);
 
 }  // namespace mono3d::synthetic

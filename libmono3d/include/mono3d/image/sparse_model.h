@@ -31,7 +31,7 @@ struct SparseImage {
   Pose T_world_cam;     // at the middle line of a rolling shutter
   std::vector<SparseObservation> observations;
   // How the camera moved at that moment, where it is known, in su of the model.
-  std::optional<CameraVelocity> velocity;
+  std::optional<CameraVelocity> velocity = {};
 };
 
 struct SparsePoint {

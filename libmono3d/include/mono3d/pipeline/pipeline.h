@@ -12,6 +12,7 @@
 #include "mono3d/core/export.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/keyframe.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/pipeline/snapshot.h"
@@ -27,10 +28,12 @@ struct PipelineProgress {
 };
 
 // Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is
-// called by the thread that makes the models, on_frame, after Start, by the one that tracks; what
+// called by the thread that makes the models, the others, after Start, by the one that tracks; what
 // they throw comes out of a later call.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
+  // Each keyframe that depth may be made of, its image that of a global shutter.
+  std::function<void(const Keyframe&)> on_keyframe;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;
 };
 

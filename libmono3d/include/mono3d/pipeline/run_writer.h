@@ -49,6 +49,8 @@ struct RunRecord {
 //   model.ply                                           the surfels
 //   mesh.ply                                            triangles through them, where asked for
 //   sparse/{cameras,images,points3D}.txt                keyframes and points, COLMAP's text form
+//   images_global_shutter/NAME.png                      images of the keyframes, undistorted and of
+//                                                       a global shutter, where asked for
 //   learned_camera.yaml                                 the camera, where the images told it
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
@@ -61,6 +63,8 @@ class RunWriter {
   explicit RunWriter(const std::filesystem::path& folder);
 
   void WriteDepthMap(const DepthMap& map) const;
+  // The image of a keyframe, as the frame is named, with ".png" behind where it is not there.
+  void WriteKeyframeImage(const Frame& frame) const;
   void WriteReconstruction(const Reconstruction& reconstruction) const;
   // One mesh for each map that has a model.
   void WriteMeshes(const Reconstruction& reconstruction, const MeshOptions& options) const;
@@ -68,12 +72,17 @@ class RunWriter {
   // COLMAP and OpenMVS can go on from there.
   void WriteSparseModels(const Reconstruction& reconstruction,
                          const CameraModel& calibration) const;
+  // The same as images_global_shutter/ shows them, of the keyframes that are there.
+  void WriteSparseModelsOfKeyframeImages(const Reconstruction& reconstruction) const;
   void WriteCamera(const CameraModel& learned) const;
   void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
 
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }
 
  private:
+  std::filesystem::path KeyframeImagePath(const std::string& frame_name) const;
+  void WriteSparse(const MapReconstruction& map, bool is_first, const SparseModel& sparse) const;
+
   std::filesystem::path folder_;
 };
 
