@@ -19,7 +19,7 @@ struct RollingState {
   CameraVelocity velocity;
 };
 
-RollingState Moved(const RollingState& state, const Vector12d& delta) {
+RollingState MovedBy(const RollingState& state, const Vector12d& delta) {
   RollingState moved = state;
   moved.T_cam_world = Pose(RotationExp(delta.head<3>()) * state.T_cam_world.rotation(),
                            state.T_cam_world.translation() + delta.segment<3>(3));
@@ -60,7 +60,7 @@ class RollingSolver {
       hessian.diagonal() *= 1 + damping;
       const Vector12d delta = hessian.ldlt().solve(gradient);
       if (!delta.allFinite()) return state;
-      const RollingState moved = Moved(state, delta);
+      const RollingState moved = MovedBy(state, delta);
       const double new_cost = Cost(moved, is_inlier, robust);
       if (!(new_cost < cost)) {
         damping = damping * 100 + 1e-4;
