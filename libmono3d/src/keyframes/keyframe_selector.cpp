@@ -107,12 +107,15 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return true;
   }
 
-  // Indices into the window, ascending, the last one the newest; each step goes back as far as the
+  // Indices into the window, ascending, the last one the newest.
+  using Chain = std::vector<std::size_t>;
+
+  // Of `num_images`; each step goes back as far as the
   // limits and the adaptive baseline allow, since the depth error falls with the baseline; where
   // the keyframes lie farther apart than that baseline, to the nearest. Empty when there is no
   // chain.
-  std::vector<std::size_t> FindChain(const KeyframePoses& poses, std::size_t num_images,
-                                     double max_rotation_deg) const {
+  Chain FindChain(const KeyframePoses& poses, std::size_t num_images,
+                  double max_rotation_deg) const {
     // Of each keyframe the images of the longest chain that ends at it.
     std::vector<std::size_t> length(window_.size(), 1);
     for (std::size_t head = 0; head < window_.size(); ++head) {
@@ -122,7 +125,7 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
         length[head] = std::max(length[head], length[i] + 1);
       }
     }
-    std::vector<std::size_t> chain = {window_.size() - 1};
+    Chain chain = {window_.size() - 1};
     if (length.back() < num_images) return {};
     while (chain.size() < num_images) {
       const std::size_t head = chain.back();
@@ -139,38 +142,39 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     return chain;
   }
 
-  double BaselineFromLast(const std::vector<std::size_t>& chain, const KeyframePoses& poses) const {
-    const Candidate& reference = window_[chain[chain.size() / 2]];
-    return MotionBetween(*last_reference_, reference, poses).baseline_ratio;
+  Motion MotionFromLast(const Chain& chain, const KeyframePoses& poses) const {
+    return MotionBetween(*last_reference_, window_[chain[chain.size() / 2]], poses);
   }
 
   // Where a camera that swings leaves a gap: images that are turned further against each other, as
   // long as the outermost show half of what the one in the middle shows; or else fewer images.
-  std::vector<std::size_t> FindChainOverGap(const KeyframePoses& poses) const {
-    // Of the distance at which the next reference is due: it may still come.
-    constexpr double kGap = 1.5;
+  Chain FindChainOverGap(const KeyframePoses& poses) const {
     const double field_deg = FieldOfView_deg(window_.back().keyframe.frame.camera);
     for (std::size_t num_images = num_images_; num_images >= 3; num_images -= 2) {
       const double steps = static_cast<double>(num_images - 1) / 2;
       const double max_rotation_deg = std::max(options_.max_rotation_deg, field_deg / 2 / steps);
-      std::vector<std::size_t> chain = FindChain(poses, num_images, max_rotation_deg);
+      Chain chain = FindChain(poses, num_images, max_rotation_deg);
       if (chain.empty()) continue;
-      const bool is_gap = last_reference_ ? BaselineFromLast(chain, poses) >=
-                                                kGap * options_.min_reference_baseline_ratio
-                                          : window_.size() >= 2 * num_images_;
+      if (!last_reference_) return window_.size() >= 2 * num_images_ ? chain : Chain();
+      // Turned by so much, the reference shows a quarter that the last one did not.
+      const Motion motion = MotionFromLast(chain, poses);
+      const bool is_gap = motion.baseline_ratio >= options_.min_reference_baseline_ratio ||
+                          motion.rotation_deg >= field_deg / 4;
       if (is_gap) return chain;
     }
     return {};
   }
 
   std::optional<ImageBundle> FindBundle(const KeyframePoses& poses) {
-    std::vector<std::size_t> chain = FindChain(poses, num_images_, options_.max_rotation_deg);
-    if (chain.empty()) chain = FindChainOverGap(poses);
-    if (chain.empty()) return std::nullopt;
-    const Candidate& reference = window_[chain[chain.size() / 2]];
-    if (last_reference_ && BaselineFromLast(chain, poses) < options_.min_reference_baseline_ratio) {
+    Chain chain = FindChain(poses, num_images_, options_.max_rotation_deg);
+    if (chain.empty()) {
+      chain = FindChainOverGap(poses);
+      if (chain.empty()) return std::nullopt;
+    } else if (last_reference_ && MotionFromLast(chain, poses).baseline_ratio <
+                                      options_.min_reference_baseline_ratio) {
       return std::nullopt;
     }
+    const Candidate& reference = window_[chain[chain.size() / 2]];
     ImageBundle bundle;
     for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
     if (!SetPoses(poses, bundle)) return std::nullopt;  // cannot be: KeepMap
