@@ -101,8 +101,9 @@ TEST(RollingShutterTracking, HandsOutVelocities) {
     const Pose T_later_earlier =
         rolling.T_world_cam[index + 1].Inverse() * rolling.T_world_cam[index - 1];
     const CameraVelocity truth = VelocityOf(T_later_earlier, 2 / 30.);
-    // The central difference itself is 5 % short of a shake of 3 Hz, 0.1 rad/s.
-    EXPECT_LT((keyframe.velocity.angular_rad_per_s - truth.angular_rad_per_s).norm(), 0.02);
+    // The central difference itself is 6 % short of a shake of 3 Hz, 0.11 rad/s; a pose is known to
+    // 0.1 px of 345, five poses make a velocity.
+    EXPECT_LT((keyframe.velocity.angular_rad_per_s - truth.angular_rad_per_s).norm(), 0.03);
     ++num_judged;
   }
   EXPECT_GT(num_judged, 4);

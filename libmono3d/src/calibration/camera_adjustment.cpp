@@ -28,8 +28,43 @@ constexpr double kLeastReadout_s = 0.001;
 // Of the image's larger side: the residuals of a good calibration, 0.3 px in 1,000.
 constexpr double kToldTolerance = 0.0003;
 
+// Lines run along the longer side of a sensor, and so of the image, turned or not.
+Parameter UsualReadout(const CameraModel& camera) {
+  return camera.width >= camera.height ? kReadoutByRows : kReadoutByColumns;
+}
+
 void SolveAll(CameraProblem& problem) {
   for (const double min_gain : kMinGains) problem.Solve(min_gain);
+}
+
+// With one readout time held at the prior.
+CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const CameraPrior& prior,
+                              std::span<const SparseModel> maps) {
+  start.shutter = prior.camera.shutter;
+  CameraProblem problem(maps, start, prior);
+  ParameterFlags held = ParameterFlags::Constant(false);
+  held[readout] = true;
+  problem.FixAtPrior(held);
+  SolveAll(problem);
+  return problem;
+}
+
+// A flight along the lines' order stretches the image as pixels do that are not quite square, from
+// resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well?
+bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPrior prior,
+                         std::span<const SparseModel> maps) {
+  constexpr double kPixelAspectSigma = 0.003;
+  constexpr double kDoubtless = 3;  // in sigmas
+  prior.aspect_sigma = kPixelAspectSigma;
+  CameraProblem problem(maps, with.camera(), prior);
+  ParameterFlags held = ParameterFlags::Constant(false);
+  held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;
+  problem.FixAtPrior(held);
+  problem.Solve(kMinGains.back());
+  const double sigma = std::sqrt(CameraCovariance(problem)(readout, readout));
+  const double found = problem.parameters()[readout];
+  return std::abs(found) > kDoubtless * sigma &&
+         std::abs(found) > 0.5 * std::abs(with.parameters()[readout]);
 }
 
 // Rays through the middle, the corners and the middles of the borders of an image.
@@ -94,8 +129,12 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   SolveAll(problem);
-  problem.HoldLesserReadout();
+  const Parameter larger = problem.HoldLesserReadout();
   problem.Solve(kMinGains.back());
+  if (larger != UsualReadout(start) && prior.aspect_sigma == 0 &&
+      !HoldsWithFreeAspect(problem, larger, prior, maps)) {
+    problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
+  }
   const ParameterMatrix covariance = CameraCovariance(problem);
   ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {

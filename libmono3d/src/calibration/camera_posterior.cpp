@@ -63,17 +63,18 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
     posterior.distortion_sigma[i] = sigmas[parameter];
     result.determines_distortion[i] = is_determined[parameter];
   }
-  const Parameter readout =
-      posterior.camera.shutter.reads_columns ? kReadoutByColumns : kReadoutByRows;
+  // Of a global shutter by the lines that the images tell of, if any.
+  const bool is_by_columns =
+      posterior.camera.shutter.IsGlobal()
+          ? !is_determined[kReadoutByRows] && is_determined[kReadoutByColumns]
+          : posterior.camera.shutter.reads_columns;
+  const Parameter readout = is_by_columns ? kReadoutByColumns : kReadoutByRows;
+  result.determines_readout = is_determined[readout];
   // The adjustment takes velocities for known. They come from differences of poses, which do not
   // follow a shake of some hertz to better than this share.
   constexpr double kVelocityError = 0.01;
-  const double sigma_s = posterior.camera.shutter.IsGlobal()
-                             ? std::max(sigmas[kReadoutByRows], sigmas[kReadoutByColumns])
-                             : sigmas[readout];
   posterior.readout_sigma_s =
-      std::hypot(sigma_s, kVelocityError * posterior.camera.shutter.readout_s);
-  result.determines_readout = is_determined[kReadoutByRows] || is_determined[kReadoutByColumns];
+      std::hypot(sigmas[readout], kVelocityError * posterior.camera.shutter.readout_s);
   result.uncertainty_px = LargestUncertainty_px(adjustment.camera, adjustment.covariance);
   result.sigma_px = adjustment.sigma_px;
   result.num_images = static_cast<int>(adjustment.num_images);

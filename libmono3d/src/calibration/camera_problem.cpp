@@ -270,12 +270,13 @@ void CameraProblem::Solve(double min_gain) {
   ceres::Solve(solver, &problem, &summary);
 }
 
-void CameraProblem::HoldLesserReadout() {
-  if (is_fixed_[kReadoutByRows] || is_fixed_[kReadoutByColumns]) return;
-  ParameterFlags lesser = ParameterFlags::Constant(false);
+Parameter CameraProblem::HoldLesserReadout() {
   const bool is_by_rows = std::abs(camera_[kReadoutByRows]) >= std::abs(camera_[kReadoutByColumns]);
-  lesser[is_by_rows ? kReadoutByColumns : kReadoutByRows] = true;
-  FixAtPrior(lesser);
+  const Parameter lesser = is_by_rows ? kReadoutByColumns : kReadoutByRows;
+  ParameterFlags which = ParameterFlags::Constant(false);
+  which[lesser] = !is_fixed_[lesser];
+  FixAtPrior(which);
+  return is_by_rows ? kReadoutByRows : kReadoutByColumns;
 }
 
 void CameraProblem::FixAtPrior(const ParameterFlags& which) {

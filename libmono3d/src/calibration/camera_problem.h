@@ -56,8 +56,8 @@ class CameraProblem {
   // below which a step is the last.
   void Solve(double min_gain);
   void FixAtPrior(const ParameterFlags& which);
-  // Of two readout times, the one that says less is held at the prior.
-  void HoldLesserReadout();
+  // Of two readout times, the one that says less is held at the prior. Returns the other one.
+  Parameter HoldLesserReadout();
   CameraModel camera() const { return WithParameters(shape_, camera_); }
 
   Linearised Linearise(const Observation& observation) const;

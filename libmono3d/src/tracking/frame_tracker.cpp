@@ -120,31 +120,34 @@ void FrameTracker::PredictVelocity(View& view) const {
   view.shutter = {view.frame.sensor, view.velocity_prior.mean};
 }
 
-// Between two motions the velocity is known better than at the end of one. That of a keyframe is
-// not taken from its own image: with points and poses free as well, velocities that are free fold a
-// map.
+// Between two motions the velocity is known better than at the end of one, and between four again.
 void FrameTracker::ImprovePrevious() {
-  Map& map = atlas_->map();
-  const VelocityPrior velocity = state_.motion.Velocity(1);
-  if (state_.keyframe_before) {
-    View& keyframe = map.keyframe(*state_.keyframe_before).view;
-    keyframe.shutter = {keyframe.frame.sensor, state_.motion.Velocity(2).mean};
+  if (state_.earlier) {
+    Improve(2, state_.earlier_frame, state_.keyframe_before, *state_.earlier);
   }
-  if (state_.previous_keyframe) {
-    View& keyframe = map.keyframe(*state_.previous_keyframe).view;
-    keyframe.shutter = {keyframe.frame.sensor, velocity.mean};
+  Improve(1, state_.previous_frame, state_.previous_keyframe, *state_.previous);
+}
+
+// The velocity of a keyframe is not taken from its own image: with points and poses free as well,
+// velocities that are free fold a map.
+void FrameTracker::Improve(std::size_t num_before, std::size_t frame,
+                           std::optional<KeyframeId> keyframe, View& view) {
+  Map& map = atlas_->map();
+  const VelocityPrior velocity = state_.motion.Velocity(num_before);
+  if (keyframe) {
+    View& of_map = map.keyframe(*keyframe).view;
+    of_map.shutter = {of_map.frame.sensor, velocity.mean};
     return;
   }
-  View& previous = *state_.previous;
-  if (previous.frame.sensor.shutter.IsGlobal()) return;
-  const Pose before = PreviousPose();
-  View improved = previous;
+  if (view.frame.sensor.shutter.IsGlobal()) return;
+  const Pose before = atlas_->T_cam_world(frame);
+  View improved = view;
   improved.T_cam_world = before;
   improved.velocity_prior = velocity;
   if (RefinePose(map, improved).num_inliers < options_.min_inliers) return;
-  previous.T_cam_world = improved.T_cam_world;
-  atlas_->MoveFrame(state_.previous_frame, previous);
-  state_.motion.Move(1, previous.T_cam_world * before.Inverse());
+  view = std::move(improved);
+  atlas_->MoveFrame(frame, view);
+  state_.motion.Move(num_before, view.T_cam_world * before.Inverse());
 }
 
 void FrameTracker::AddMotionTo(KeyframeId keyframe) {
@@ -176,6 +179,10 @@ void FrameTracker::UpdateMotion(View& view) {
 
 void FrameTracker::Remember(View view, std::optional<KeyframeId> keyframe) {
   state_.keyframe_before = state_.previous_keyframe;
+  state_.earlier.reset();
+  const bool is_next = state_.previous && !view.frame.sensor.shutter.IsGlobal();
+  if (is_next) state_.earlier = std::move(state_.previous);
+  state_.earlier_frame = state_.previous_frame;
   state_.previous_keyframe = keyframe;
   state_.previous_frame = atlas_->AddFrame(view, state_.reference);
   view.frame.bgr.release();
@@ -203,9 +210,11 @@ void FrameTracker::Renumber(const NumberShift& shift) {
   for (std::optional<KeyframeId>* id : {&state_.previous_keyframe, &state_.keyframe_before}) {
     if (*id) **id += shift.keyframes;
   }
-  if (!state_.previous) return;
-  for (std::optional<PointId>& point : state_.previous->points) {
-    if (point) point->index += shift.points;
+  for (std::optional<View>* view : {&state_.previous, &state_.earlier}) {
+    if (!*view) continue;
+    for (std::optional<PointId>& point : (*view)->points) {
+      if (point) point->index += shift.points;
+    }
   }
 }
 
@@ -219,6 +228,7 @@ void FrameTracker::SetLost(double timestamp_s) {
 
 void FrameTracker::Reset() {
   state_.previous.reset();
+  state_.earlier.reset();
   state_.previous_keyframe.reset();
   state_.keyframe_before.reset();
   state_.motion.Reset();

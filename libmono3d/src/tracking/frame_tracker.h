@@ -25,6 +25,9 @@ class FrameTracker {
   struct State {
     std::optional<View> previous;    // the last tracked frame, without its image
     std::size_t previous_frame = 0;  // its number in the atlas, whose pose follows the map
+    // With a rolling shutter the one before it.
+    std::optional<View> earlier;
+    std::size_t earlier_frame = 0;
     std::optional<KeyframeId> previous_keyframe;  // where it is one
     std::optional<KeyframeId> keyframe_before;    // the same of the frame before it
     KeyframeId reference = 0;                     // the keyframe that shares most points with it
@@ -89,6 +92,8 @@ class FrameTracker {
   Pose PredictPose(double timestamp_s) const;
   void PredictVelocity(View& view) const;
   void ImprovePrevious();
+  void Improve(std::size_t num_before, std::size_t frame, std::optional<KeyframeId> keyframe,
+               View& view);
 
   TrackerOptions options_;
   StageTimes* times_;

@@ -5,9 +5,17 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace mono3d::tracking {
+namespace {
+
+// Of the change from one motion to the next: what polynomials without a later frame, with one, with
+// two leave of a shake of 4 Hz at 30 frames a second.
+constexpr std::array<double, 3> kSigmaShares = {1, 0.2, 0.02};
+
+}  // namespace
 
 Pose ScaleMotion(const Pose& motion, double factor) {
   return {RotationExp(factor * RotationLog(motion.rotation())), factor * motion.translation()};
@@ -96,14 +104,14 @@ VelocityPrior MotionModel::Velocity(std::size_t num_before) const {
     prior.mean.angular_rad_per_s2 = 2 * by_power.row(1).head<3>() / (unit_s * unit_s);
     prior.mean.linear_su_per_s2 = 2 * by_power.row(1).tail<3>() / (unit_s * unit_s);
   }
-  // What has changed by so much from one motion to the next may change by as much again.
   const CameraVelocity last = VelocityOf(motions_.back().T_later_earlier, unit_s);
   CameraVelocity before;
   if (motions_.size() > 1) {
     const Motion& motion = motions_[motions_.size() - 2];
     before = VelocityOf(motion.T_later_earlier, motion.duration_s);
   }
-  const double per_axis = (num_before == 0 ? 1 : 0.5) / std::sqrt(3.);
+  const double per_axis =
+      kSigmaShares[std::min(num_before, kSigmaShares.size() - 1)] / std::sqrt(3.);
   prior.angular_sigma_rad_per_s =
       per_axis * (last.angular_rad_per_s - before.angular_rad_per_s).norm();
   prior.linear_sigma_su_per_s = per_axis * (last.linear_su_per_s - before.linear_su_per_s).norm();
