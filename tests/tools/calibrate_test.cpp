@@ -77,6 +77,7 @@ TEST_F(CalibrateTool, LearnsTheLensOfAFlightAndReports) {
   EXPECT_EQ(json["parameters"]["fx"]["value"], found.fx);
   EXPECT_EQ(json["parameters"]["fx"]["determined"], true);
   EXPECT_GT(json["parameters"]["fx"]["sigma"], 0);
+  EXPECT_EQ(json["parameters"]["readout_s"]["value"], found.shutter.readout_s);
   EXPECT_GT(json["observations"], 500);
   EXPECT_GE(json["rms_px"], json["sigma_px"].get<double>());
   for (const char* name : {"residuals.png", "residuals_by_radius.png"}) {

@@ -100,6 +100,10 @@ nlohmann::json ParametersJson(const CameraCalibration& calibration) {
         Parameter(found.camera.distortion[i], found.distortion_sigma[i], prior.camera.distortion[i],
                   prior.distortion_sigma[i], calibration.determines_distortion[i]);
   }
+  json["readout_s"] = Parameter(found.camera.shutter.readout_s, found.readout_sigma_s,
+                                prior.camera.shutter.readout_s, prior.readout_sigma_s,
+                                calibration.determines_readout);
+  json["readout_s"]["by_columns"] = found.camera.shutter.reads_columns;
   return json;
 }
 
@@ -135,6 +139,12 @@ std::string CalibrationText(const CameraCalibration& calibration) {
                    WithSigma(camera.cy, found.principal_point_sigma_px) + " px",
                calibration.determines_principal_point);
   text += DistortionLines(calibration);
+  if (found.readout_sigma_s > 0) {
+    const char* lines = camera.shutter.reads_columns ? " ms, by columns" : " ms, by rows";
+    text += Line("readout time",
+                 WithSigma(1e3 * camera.shutter.readout_s, 1e3 * found.readout_sigma_s) + lines,
+                 calibration.determines_readout);
+  }
   text += Line("a ray is known to",
                Plain(calibration.uncertainty_px, 2) + " px where it is known worst; differs by " +
                    Plain(calibration.change_px, 2) + " px from before",

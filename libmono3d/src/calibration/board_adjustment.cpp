@@ -284,6 +284,39 @@ bool SolveWithGoodViews(BoardProblem& problem) {
   return false;
 }
 
+double SumOfSquares(const BoardProblem& problem) {
+  double sum = 0;
+  for (std::size_t i = 0; i < problem.views.size(); ++i) {
+    for (const CalibrationResidual& residual : ResidualsOf(problem, i)) {
+      sum += residual.error_px.squaredNorm();
+    }
+  }
+  return sum;
+}
+
+// Do the views fit as well with another focal length? Of boards that all face the camera the
+// covariance at the least residual does not tell: which one that is, is a matter of rounding.
+bool LeavesFocalLengthOpen(const BoardProblem& found, const ParameterFlags& is_fixed) {
+  if (is_fixed[kLogFocal]) return false;
+  constexpr double kOther = 0.3;            // the logarithm: what a camera of chance differs by
+  constexpr double kLeastChi2Gain = 10.83;  // one degree of freedom, 99.9 %
+  const double variance =
+      ResidualVariance(found, kNumParameters - static_cast<int>(is_fixed.count()));
+  ParameterFlags is_held = is_fixed;
+  is_held[kLogFocal] = true;
+  for (const double factor : {std::exp(kOther), std::exp(-kOther)}) {
+    BoardProblem other = found;
+    for (cv::Mat& rotation : other.rotations) rotation = rotation.clone();
+    for (cv::Mat& translation : other.translations) translation = translation.clone();
+    other.camera.fx = other.prior.camera.fx = factor * found.camera.fx;
+    other.camera.fy = factor * found.camera.fy;
+    other.prior.camera.fy = other.camera.fy;
+    if (!SolveWithPrior(is_held, other)) continue;
+    if (SumOfSquares(other) - SumOfSquares(found) < kLeastChi2Gain * variance) return true;
+  }
+  return false;
+}
+
 void TakeCounts(const BoardProblem& problem, int num_parameters, CameraAdjustment& result) {
   result.camera = problem.camera;
   result.sigma_px = std::sqrt(ResidualVariance(problem, num_parameters));
@@ -308,7 +341,7 @@ CameraAdjustment AdjustBoardCamera(CameraPrior prior, std::span<const BoardView>
   if (!SolveWithGoodViews(problem) || !SolveWithPrior(is_fixed, problem)) return result;
   const ParameterMatrix covariance = BoardCovariance(problem, is_fixed);
   const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
-  if (!is_determined[kLogFocal]) return result;
+  if (!is_determined[kLogFocal] || LeavesFocalLengthOpen(problem, is_fixed)) return result;
   const ParameterVector difference = ToParameters(problem.camera) - ToParameters(prior.camera);
   const ParameterFlags is_held =
       is_fixed || !is_determined ||
