@@ -50,8 +50,28 @@ std::size_t Atlas::AddFrame(const View& view, KeyframeId keyframe) {
   return frames_.size() - 1;
 }
 
+std::optional<KeyframeId> Atlas::KeyframeOf(std::size_t frame) const {
+  const FrameRecord& record = frames_[frame];
+  const MapKeyframe& keyframe = MapOf(frame).keyframe(record.keyframe);
+  const bool is_it = keyframe.alive && keyframe.view.frame.index == record.frame_index;
+  return is_it ? std::optional<KeyframeId>(record.keyframe) : std::nullopt;
+}
+
 void Atlas::MoveFrame(std::size_t index, const View& view) {
   frames_[index] = MakeRecord(view, map(), frames_[index].keyframe);
+  moved_.insert(index);
+}
+
+std::vector<FramePose> Atlas::TakeMoved() {
+  std::vector<FramePose> poses;
+  for (const std::size_t index : moved_) poses.push_back(frame_pose(index));
+  moved_.clear();
+  return poses;
+}
+
+void Atlas::RemoveFramesFrom(std::size_t index) {
+  frames_.resize(index);
+  moved_.erase(moved_.lower_bound(index), moved_.end());
 }
 
 std::vector<FramePose> Atlas::FramePosesFrom(std::size_t first_frame) const {

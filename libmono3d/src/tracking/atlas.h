@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,9 +58,13 @@ class Atlas {
   // Stores the pose of a tracked frame relative to the keyframe, or to the next older one where
   // that is culled. Returns the frame's number.
   std::size_t AddFrame(const View& view, KeyframeId keyframe);
-  void RemoveFramesFrom(std::size_t index) { frames_.resize(index); }
+  void RemoveFramesFrom(std::size_t index);
+  // The keyframe that the frame became, unless that is culled.
+  std::optional<KeyframeId> KeyframeOf(std::size_t frame) const;
   // A frame that was added turned out to be elsewhere; its keyframe stays.
   void MoveFrame(std::size_t index, const View& view);
+  // The frames that have been moved since the last call, each once.
+  std::vector<FramePose> TakeMoved();
 
   std::size_t num_frames() const { return frames_.size(); }
   // The frame's pose by the present pose of its keyframe.
@@ -104,6 +110,7 @@ class Atlas {
   bool is_starting_ = false;
   KeyframeId newest_ = 0;
   std::vector<FrameRecord> frames_;
+  std::set<std::size_t> moved_;
   std::int64_t next_keyframe_id_ = 0;
   bool is_loaded_ = false;                // and no frame has come since
   std::size_t num_loaded_keyframes_ = 0;  // of map 0, of other footage

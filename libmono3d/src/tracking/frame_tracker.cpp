@@ -185,6 +185,7 @@ void FrameTracker::Remember(View view, std::optional<KeyframeId> keyframe) {
   state_.earlier_frame = state_.previous_frame;
   state_.previous_keyframe = keyframe;
   state_.previous_frame = atlas_->AddFrame(view, state_.reference);
+  refiner_.Add(state_.previous_frame, view);
   view.frame.bgr.release();
   state_.previous = std::move(view);
 }
@@ -206,6 +207,7 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
 }
 
 void FrameTracker::Renumber(const NumberShift& shift) {
+  refiner_.Renumber(shift);
   state_.reference += shift.keyframes;
   for (std::optional<KeyframeId>* id : {&state_.previous_keyframe, &state_.keyframe_before}) {
     if (*id) **id += shift.keyframes;

@@ -9,6 +9,7 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/tracking/tracker.h"
 #include "tracking/atlas.h"
+#include "tracking/frame_refiner.h"
 #include "tracking/map/map.h"
 #include "tracking/mapping/keyframe_insertion.h"
 #include "tracking/motion_model.h"
@@ -39,6 +40,7 @@ class FrameTracker {
       : options_(options),
         times_(times),
         atlas_(atlas),
+        refiner_(atlas, options.min_inliers),
         relocaliser_(options.min_inliers, options.seed) {}
 
   // With the octaves of the image, without features.
@@ -60,6 +62,7 @@ class FrameTracker {
   void UpdateMotion(View& view);
   // A tracked view, or the one of a keyframe, becomes the previous one.
   void Remember(View view, std::optional<KeyframeId> keyframe);
+  FrameRefiner& refiner() { return refiner_; }
   // What is known of whether the view should become a keyframe.
   InsertionEvidence EvidenceFor(const View& view, const PoseResult& pose) const;
 
@@ -98,6 +101,7 @@ class FrameTracker {
   TrackerOptions options_;
   StageTimes* times_;
   Atlas* atlas_;
+  FrameRefiner refiner_;
   Relocaliser relocaliser_;
   State state_;
   std::optional<double> lost_since_s_;

@@ -70,9 +70,12 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   TrackingResult result = atlas_.IsInUse() ? Follow(std::move(view)) : Initialise(std::move(view));
   if (!result.T_world_cam) backlog_.Add(frame);
   if (mapping_ && atlas_.IsInUse()) {
-    Append(TakeFinalised(atlas_.map(), false), result.finalised_keyframes);
+    std::vector<Keyframe> finalised = TakeFinalised(atlas_.map(), false);
+    if (!finalised.empty()) frame_tracker_.refiner().Refine();
+    Append(std::move(finalised), result.finalised_keyframes);
   }
   if (is_publication_due_) PublishPoses();
+  result.refined = atlas_.TakeMoved();
   return result;
 }
 
@@ -146,8 +149,10 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   FrameTracker::State at_second = TrackBetween(between);
   if (!first.frame.sensor.shutter.IsGlobal()) {
     // The velocities of the two views are known only now.
+    frame_tracker_.refiner().Refine();
     AdjustAll(map);
     atlas_.RemoveFramesFrom(first_frame + 1);
+    frame_tracker_.refiner().ForgetFrom(first_frame + 1);
     at_second = TrackBetween(between);
   }
   std::vector<Frame> before = backlog_.Take(-1, first.frame.index);
@@ -198,6 +203,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
     MappingLock alone;
     MapKeyframe(atlas_.newest(), alone);
     result.finalised_keyframes = TakeFinalised(atlas_.map(), false);
+    frame_tracker_.refiner().Refine();
   }
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
   result.map_id = atlas_.map().id();  // another one where two were joined
@@ -221,6 +227,7 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
   result.map_id = atlas_.map().id();
   if (is_over) {
     result.finalised_keyframes = TakeFinalised(atlas_.map(), true);
+    frame_tracker_.refiner().Finish();
     result.reason += "; starting anew";
     atlas_.Leave();
     frame_tracker_.Reset();
@@ -276,11 +283,30 @@ bool MonocularTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
 
 void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
   local_mapper_.MapKeyframe(atlas_.map(), keyframe, lock);
+  SettleYoungMap(keyframe, lock);
   if (lock.IsShared()) PublishPoses();
   lock.Yield();
   const bool is_closed = ClosePlaces(keyframe, lock);
   const bool has_followed = FollowModel(lock);
   if (lock.IsShared() && (is_closed || has_followed)) PublishPoses();
+}
+
+// With a rolling shutter a start bends its map: each time that a young one has doubled, all
+// velocities are found again by the poses as they are now, and all is adjusted to them. Twice: the
+// first adjustment moves the poses by more than they are known to.
+void MonocularTracker::SettleYoungMap(KeyframeId keyframe, MappingLock& lock) {
+  const Map& map = atlas_.map();
+  if (map.keyframe(keyframe).view.frame.sensor.shutter.IsGlobal()) return;
+  const std::size_t count = map.keyframes().size();
+  constexpr std::size_t kYoung = FrameRefiner::kYoung;
+  if (count != kYoung / 4 && count != kYoung / 2 && count != kYoung) return;
+  const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
+  const double scale_before = map.keyframe(keyframe).scale;
+  for (int i = 0; i < 2; ++i) {
+    frame_tracker_.refiner().RefineAll();
+    AdjustAllAndScales(atlas_.map(), lock);
+  }
+  frame_tracker_.Rescale(map.keyframe(keyframe).scale / scale_before);
 }
 
 // A new keyframe may show what an old one of its map has seen, or what another map holds. True
@@ -359,7 +385,9 @@ std::vector<Keyframe> MonocularTracker::Finish() {
   const std::unique_ptr<TrackingLock> lock = Lock();
   if (mapping_) mapping_->Wait(*lock);
   if (!atlas_.IsInUse()) return {};
-  return TakeFinalised(atlas_.map(), true);
+  std::vector<Keyframe> finalised = TakeFinalised(atlas_.map(), true);
+  frame_tracker_.refiner().Finish();
+  return finalised;
 }
 
 std::vector<TrajectoryEntry> MonocularTracker::Trajectory() const {

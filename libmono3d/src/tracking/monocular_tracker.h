@@ -57,6 +57,7 @@ class MonocularTracker final : public Tracker {
   }
   // The mapping.
   void MapKeyframe(KeyframeId keyframe, MappingLock& lock);
+  void SettleYoungMap(KeyframeId keyframe, MappingLock& lock);
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
   void RequestAdjustment(const MappingLock& lock);

@@ -51,6 +51,9 @@ struct TrackingResult {
   // Frames that came before without a pose and have one now: those before a start, tracked
   // backwards, and those of a loss, once the track is found again. Of map `map_id`.
   std::vector<FramePose> recovered;
+  // Frames that came before and have a better pose now: the map around them has settled. Those of
+  // the last keyframes become better with Finish: Trajectory has them.
+  std::vector<FramePose> refined;
   // Keyframes that are final since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> finalised_keyframes;

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/frame_refiner.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "tracking/motion_model.h"
+#include "tracking/optimisation/view_pose.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// On each side of a frame, of those that its velocity is taken from.
+constexpr std::size_t kNeighbours = 2;
+
+View OnlyWhatShowsPoints(const View& view) {
+  View result;
+  result.frame = view.frame;
+  result.frame.bgr.release();
+  for (std::size_t i = 0; i < view.features.size(); ++i) {
+    if (!view.points[i]) continue;
+    result.features.push_back(view.features[i]);
+    result.points.push_back(view.points[i]);
+  }
+  return result;
+}
+
+}  // namespace
+
+void FrameRefiner::Add(std::size_t number, const View& view) {
+  const auto position = std::upper_bound(
+      frames_.begin(), frames_.end(), view.frame.index,
+      [](std::int64_t index, const TrackedFrame& of) { return index < of.view.frame.index; });
+  frames_.insert(position, {number, OnlyWhatShowsPoints(view), false});
+}
+
+void FrameRefiner::ForgetFrom(std::size_t number) {
+  std::erase_if(frames_, [&](const TrackedFrame& frame) { return frame.number >= number; });
+}
+
+void FrameRefiner::Renumber(const NumberShift& shift) {
+  for (TrackedFrame& frame : frames_) {
+    for (std::optional<PointId>& point : frame.view.points) point->index += shift.points;
+  }
+}
+
+bool FrameRefiner::IsYoung() const {
+  return !IsGlobal() && atlas_->map().keyframes().size() <= kYoung;
+}
+
+// The frame index of the first keyframe that is still to be adjusted, or of the last one.
+std::int64_t FrameRefiner::EndOfFinalPart() const {
+  std::int64_t end = -1;
+  const Map& map = atlas_->map();
+  for (const KeyframeId id : map.InOrderOfFlight()) {
+    const MapKeyframe& keyframe = map.keyframe(id);
+    end = keyframe.view.frame.index;
+    if (!keyframe.is_finalised) break;
+  }
+  return end;
+}
+
+void FrameRefiner::TakeVelocity(std::size_t position, View& view) const {
+  const std::size_t first = position - std::min(position, kNeighbours);
+  const std::size_t last = std::min(position + kNeighbours, frames_.size() - 1);
+  MotionModel motion;
+  for (std::size_t i = first; i < last; ++i) {
+    motion.Add(atlas_->T_cam_world(frames_[i + 1].number) *
+                   atlas_->T_cam_world(frames_[i].number).Inverse(),
+               frames_[i + 1].view.frame.timestamp_s - frames_[i].view.frame.timestamp_s);
+  }
+  view.velocity_prior = motion.Velocity(last - position);
+}
+
+void FrameRefiner::AdjustFrame(std::size_t position) {
+  const TrackedFrame& frame = frames_[position];
+  const bool is_global = IsGlobal();
+  if (const std::optional<KeyframeId> keyframe = atlas_->KeyframeOf(frame.number)) {
+    // Before a frame has come after it, the tracker's prediction is as good.
+    if (is_global || position + 1 == frames_.size()) return;
+    View& of_map = atlas_->map().keyframe(*keyframe).view;
+    View view = frame.view;
+    TakeVelocity(position, view);
+    of_map.shutter = {of_map.frame.sensor, view.velocity_prior.mean};
+    return;
+  }
+  View view = frame.view;
+  view.T_cam_world = atlas_->T_cam_world(frame.number);
+  if (!is_global) TakeVelocity(position, view);
+  const PoseResult pose = RefinePose(atlas_->map(), view);
+  // Else points that it rested on are gone.
+  if (pose.num_inliers >= min_inliers_) atlas_->MoveFrame(frame.number, view);
+}
+
+void FrameRefiner::AdjustFrames(const Positions& positions) {
+  if (positions.empty()) return;
+  // Better poses give better velocities, and these better poses.
+  const int num_rounds = IsGlobal() ? 1 : 2;
+  for (int round = 0; round < num_rounds; ++round) {
+    for (const std::size_t i : positions) AdjustFrame(i);
+  }
+}
+
+void FrameRefiner::Refine() {
+  if (!atlas_->IsInUse() || frames_.empty()) return;
+  const std::int64_t end = EndOfFinalPart();
+  const bool is_global = IsGlobal();
+  Positions due;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    if (frames_[i].is_final) continue;
+    frames_[i].is_final = frames_[i].view.frame.index < end;
+    if (frames_[i].is_final || !is_global) due.push_back(i);
+  }
+  AdjustFrames(due);
+  if (IsYoung()) return;
+  while (frames_.size() > kNeighbours && frames_[kNeighbours].is_final) frames_.pop_front();
+}
+
+void FrameRefiner::RefineAll() {
+  if (!atlas_->IsInUse()) return;
+  Positions every(frames_.size());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  AdjustFrames(every);
+}
+
+void FrameRefiner::Finish() {
+  if (!atlas_->IsInUse() || frames_.empty()) return;
+  Positions due;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    if (!frames_[i].is_final || IsYoung()) due.push_back(i);
+  }
+  AdjustFrames(due);
+  frames_.clear();
+}
+
+}  // namespace mono3d::tracking
