@@ -107,6 +107,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   CameraModel camera = prior.camera;
   std::size_t num_parts = 1;
   bool lens_agrees = false;  // with what was told
+  int num_full_rounds = 0;
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, num_parts);
     CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
@@ -144,8 +145,11 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height) ||
                            change_s > kCoarseReadout_s;
     if (is_coarse && round < kNumCoarseRounds) continue;
-    // Two rounds choose other keyframes: their difference has more variance than either.
-    if (num_parts == max_parts &&
+    num_full_rounds += num_parts == max_parts ? 1 : 0;
+    // Two rounds choose other keyframes: their difference has more variance than either. The first
+    // with all parts was tracked with a camera from one.
+    const bool is_settled = lens_agrees || num_full_rounds > 1 || max_parts == 1;
+    if (num_parts == max_parts && is_settled &&
         (lens_agrees || change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) &&
         change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s)) {
       break;
