@@ -345,7 +345,7 @@ CameraAdjustment AdjustBoardCamera(CameraPrior prior, std::span<const BoardView>
   const ParameterVector difference = ToParameters(problem.camera) - ToParameters(prior.camera);
   const ParameterFlags is_held =
       is_fixed || !is_determined ||
-      ParametersLikePrior(difference, covariance, is_fixed, kChi2OfAkaike);
+      ParametersLikePrior(prior.camera.lens, difference, covariance, is_fixed, kChi2OfAkaike);
   if (is_held.any() && !SolveWithPrior(is_held, problem)) return result;
   TakeCounts(problem, kNumParameters - static_cast<int>(is_held.count()), result);
   result.covariance = WithPriorOfUndetermined(covariance, is_determined, prior_sigmas);

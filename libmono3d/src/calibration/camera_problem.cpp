@@ -24,21 +24,52 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
 
-// The model of ProjectDistorted with the parameters of the adjustment.
+// In focal lengths from the principal point.
 template <typename T>
-void ProjectParameters(const T* camera, const T* p_cam, T* pixel) {
+struct ImagePoint {
+  T x;
+  T y;
+};
+
+template <typename T>
+ImagePoint<T> ProjectBrown(const T* camera, const T* p_cam) {
   const T x = p_cam[0] / p_cam[2];
   const T y = p_cam[1] / p_cam[2];
   const T r2 = x * x + y * y;
   const T radial = T(1) + r2 * (camera[kK1] + r2 * (camera[kK2] + r2 * camera[kK3]));
   const T& p1 = camera[kP1];
   const T& p2 = camera[kP2];
-  const T x_distorted = x * radial + T(2) * p1 * x * y + p2 * (r2 + T(2) * x * x);
-  const T y_distorted = y * radial + p1 * (r2 + T(2) * y * y) + T(2) * p2 * x * y;
+  return {x * radial + T(2) * p1 * x * y + p2 * (r2 + T(2) * x * x),
+          y * radial + p1 * (r2 + T(2) * y * y) + T(2) * p2 * x * y};
+}
+
+template <typename T>
+ImagePoint<T> ProjectFisheye(const T* camera, const T* p_cam) {
+  using std::atan2;
+  using std::sqrt;
+  const T r2 = p_cam[0] * p_cam[0] + p_cam[1] * p_cam[1];
+  // On the axis the root has no derivative; radius and angle are the same there.
+  constexpr double kOnAxis = 1e-16;
+  if (r2 < kOnAxis * p_cam[2] * p_cam[2]) return {p_cam[0] / p_cam[2], p_cam[1] / p_cam[2]};
+  const T r = sqrt(r2);
+  const T theta = atan2(r, p_cam[2]);
+  const T t2 = theta * theta;
+  const T radial =
+      T(1) +
+      t2 * (camera[kK1] + t2 * (camera[kK2] + t2 * (camera[kFisheyeK3] + t2 * camera[kFisheyeK4])));
+  const T scale = theta * radial / r;
+  return {scale * p_cam[0], scale * p_cam[1]};
+}
+
+// The model of ProjectDistorted with the parameters of the adjustment.
+template <typename T>
+void ProjectParameters(LensModel lens, const T* camera, const T* p_cam, T* pixel) {
   using std::exp;
+  const ImagePoint<T> point =
+      lens == LensModel::kFisheye ? ProjectFisheye(camera, p_cam) : ProjectBrown(camera, p_cam);
   const T fx = exp(camera[kLogFocal]);
-  pixel[0] = fx * x_distorted + camera[kCx];
-  pixel[1] = fx * exp(camera[kLogAspect]) * y_distorted + camera[kCy];
+  pixel[0] = fx * point.x + camera[kCx];
+  pixel[1] = fx * exp(camera[kLogAspect]) * point.y + camera[kCy];
 }
 
 }  // namespace
@@ -53,7 +84,7 @@ struct ReprojectionError {
     MoveToLine(camera, p_cam, p_line);
     if (!(p_line[2] > T(0))) return false;
     T found[2];
-    ProjectParameters(camera, p_line, found);
+    ProjectParameters(lens, camera, p_line, found);
     residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
     residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
     return true;
@@ -80,6 +111,7 @@ struct ReprojectionError {
   double row_share;  // LineShare
   double column_share;
   const CameraVelocity* velocity;
+  LensModel lens;
 };
 
 namespace {
@@ -205,8 +237,12 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
 }
 
 ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
-  return {observation.pixel, sigma_px, LineShare(shape_, observation.pixel, false),
-          LineShare(shape_, observation.pixel, true), &velocities_[observation.image]};
+  return {observation.pixel,
+          sigma_px,
+          LineShare(shape_, observation.pixel, false),
+          LineShare(shape_, observation.pixel, true),
+          &velocities_[observation.image],
+          shape_.lens};
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals() const {
