@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
@@ -38,11 +39,12 @@ std::string ShutterText(const CameraPrior& camera) {
 }  // namespace
 
 void AddLensOption(CLI::App& app, CameraArguments& arguments) {
-  const std::string fisheye = ToString(LensModel::kFisheye);
+  const std::vector<std::string> names = {kAutomaticLens, ToString(LensModel::kBrown),
+                                          ToString(LensModel::kFisheye)};
   app.add_option("--lens", arguments.lens,
                  "fisheye: of action cameras and racing drones, from about 110 degrees across the "
                  "image on; auto: that of --camera, or pinhole")
-      ->check(CLI::IsMember({std::string(kAutomaticLens), ToString(LensModel::kBrown), fisheye}))
+      ->check(CLI::IsMember(names))
       ->capture_default_str();
 }
 
