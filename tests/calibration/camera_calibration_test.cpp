@@ -112,11 +112,16 @@ CameraModel SmallFisheye() {
   return camera;
 }
 
+const std::vector<Frame>& FisheyeFrames() {
+  static const std::vector<Frame> frames = FlyAnOrbit(SmallFisheye());
+  return frames;
+}
+
 TEST_F(Calibration, LearnsAnUnknownFisheyeLens) {
   const CameraModel truth = SmallFisheye();
-  const std::vector<Frame> frames = FlyAnOrbit(truth);
   const CameraPrior prior = DefaultCameraPrior(truth.width, truth.height, LensModel::kFisheye);
-  const CameraCalibration found = CalibrateCamera(prior, Footage(frames), {.max_rounds = 4});
+  const CameraCalibration found =
+      CalibrateCamera(prior, Footage(FisheyeFrames()), {.max_rounds = 3});
   ASSERT_TRUE(found.is_learned) << found.reason;
   EXPECT_TRUE(found.determines_focal_length);
   const CameraModel& camera = found.posterior.camera;
@@ -128,8 +133,8 @@ TEST_F(Calibration, LearnsAnUnknownFisheyeLens) {
 
 TEST_F(Calibration, LeavesATrueFisheyeLensAlone) {
   const CameraModel truth = SmallFisheye();
-  const std::vector<Frame> frames = FlyAnOrbit(truth);
-  const CameraCalibration found = CalibrateCamera(CalibratedCameraPrior(truth), Footage(frames));
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(truth), Footage(FisheyeFrames()));
   EXPECT_FALSE(found.is_learned);
   EXPECT_FALSE(found.contradicts_prior);
   EXPECT_EQ(found.posterior.camera, truth);

@@ -281,10 +281,9 @@ TEST_F(CameraFile, RefusesAFileThatIsNotThere) {
 TEST_F(CameraFile, TellsBadContentFromWhatIsNotSupported) {
   const auto bad = WriteText("bad.yaml", Yaml("501.", ".Nan"));
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(bad); }), ErrorCode::kInvalidInput);
-  const auto fisheye = WriteText("fisheye.yaml", Yaml() + "distortion_model: equidistant\n");
-  EXPECT_EQ(CodeOf([&] { ReadCameraFile(fisheye); }), ErrorCode::kUnsupported);
-  const auto colmap =
-      WriteText("cameras.txt", "1 OPENCV_FISHEYE 640 480 500 501 320 240 0 0 0 0\n");
+  const auto omni = WriteText("omni.yaml", Yaml() + "distortion_model: omni\n");
+  EXPECT_EQ(CodeOf([&] { ReadCameraFile(omni); }), ErrorCode::kUnsupported);
+  const auto colmap = WriteText("cameras.txt", "1 FOV 640 480 500 501 320 240 0.9\n");
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(colmap); }), ErrorCode::kUnsupported);
 }
 
