@@ -175,7 +175,15 @@ TEST(Render, UndistortedPictureOfALensIsThatOfTheDepthCamera) {
     const cv::Mat everywhere(lens.grey.size(), CV_8UC1, cv::Scalar(255));
     const Agreement agreement = Compare(lens.grey, ideal.grey, everywhere);
     EXPECT_LT(agreement.shift_px.norm(), kMaxShift_px);
-    EXPECT_LT(agreement.residual, kMaxResidual);
+    // A fisheye lens shows less detail towards the border than a pinhole camera, which stretches
+    // it: as sharp as that one it is in the middle alone.
+    cv::Mat sharp = everywhere.clone();
+    if (distorted.lens == LensModel::kFisheye) {
+      sharp.setTo(0);
+      sharp(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2, camera.height / 2)) =
+          255;
+    }
+    EXPECT_LT(Compare(lens.grey, ideal.grey, sharp).residual, kMaxResidual);
     // That the lens does something: the pictures differ before.
     const cv::Mat raw = Grey(RenderRadiance(BoxScene(), distorted, MovingShot()));
     const cv::Mat pinhole =
