@@ -29,12 +29,13 @@ constexpr std::array<double, 5> kDefaultDistortionSigma = {0.12, 0.1, 1e-3, 1e-3
 
 // Of the larger side of the image of a fisheye lens whose radius is the angle: 130 degrees across
 // it, between action cameras (118 to 125), racing drones (125 to 150) and cameras for machine
-// vision (150 to 190). With 30 %, two standard deviations reach from 71 degrees to all around.
+// vision (150 to 190). With 30 %, two standard deviations reach from 71 to 237 degrees.
 constexpr double kDefaultFisheyeFocal = 1 / (130 * std::numbers::pi / 180);
 // The projections that lenses are designed for have k1 from -0.042 (equal solid angles) over 0
 // (equal angles) to 0.083 (stereographic), k2 from 0.0005 to 0.008, and k3 and k4 below 0.001.
 // Calibrations of real ones have larger ones, to 0.05, of alternating signs that make curves like
-// those together. Alone these move a ray at 60 degrees by 7, 2.5, 1.4 and 0.5 % of the focal length.
+// those together. Alone these move a ray at 60 degrees by 7, 2.5, 1.4 and 0.5 % of the focal
+// length.
 constexpr std::array<double, 5> kDefaultFisheyeSigma = {0.06, 0.02, 0.01, 0.003, 0};
 
 // A calibration from a chessboard or from an adjustment is repeated to 0.1 to 0.3 %. Refocusing,
