@@ -85,6 +85,7 @@ void AddArguments(Tool& tool, Arguments& arguments) {
   app.add_option("--camera", arguments.camera.file,
                  "what is known before: OpenCV or ROS camera.yaml, or COLMAP cameras.txt; without "
                  "it metadata of the input, or a usual lens");
+  AddLensOption(app, arguments.camera);
   app.add_option("--report", arguments.report,
                  "folder for calibration.json and pictures of the residuals");
   CLI::Option* chessboard =

@@ -151,6 +151,7 @@ int main(int argc, char** argv) {
       "--camera", arguments.camera.file,
       "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt; without it the "
       "camera is learned from the images");
+  AddLensOption(tool.app(), arguments.camera);
   tool.app().add_flag("--camera-fixed", arguments.camera.is_held,
                       "hold the calibration, whatever the images say");
   tool.app()

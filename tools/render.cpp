@@ -80,8 +80,8 @@ int Render(const Arguments& arguments) {
     std::printf("%s: from above and from two sides\n", arguments.output.c_str());
     return 0;
   }
-  CameraModel camera = ReadCameraFile(arguments.camera);
-  camera.distortion = {};  // models are made of images without
+  // Models are made of images without distortion.
+  const CameraModel camera = ReadCameraFile(arguments.camera).WithoutDistortion();
   if (!arguments.pose.empty()) {
     WritePng(arguments.output,
              ToPicture(RenderModel(model, camera, PoseOf(arguments.pose)), aspect));

@@ -72,6 +72,37 @@ TEST_F(BoardAdjustment, StatesHonestSigmas) {
   for (int k = 0; k < kNumParameters; ++k) EXPECT_LT(sum[k] / kNumTrials, 1.7) << k;
 }
 
+TEST_F(BoardAdjustment, FindsAFisheyeLens) {
+  const CameraModel truth = FisheyeBoardCamera();
+  const BoardScene scene(CalibrationBoard(), truth);
+  const CameraPrior prior = DefaultCameraPrior(640, 480, LensModel::kFisheye);
+  int num_within = 0;
+  int num_all = 0;
+  for (int i = 0; i < 10; ++i) {
+    std::vector<BoardView> views;
+    for (int k = 0; k < 15; ++k) {
+      views.push_back(ProjectBoard(truth, scene.RandomPose(random_, 45), 0.1, random_));
+    }
+    for (cv::Point2f& pixel : views[3].pixels) {
+      pixel.x += static_cast<float>(Normal(random_, 4));  // found wrongly
+    }
+    const CameraAdjustment found = AdjustBoardCamera(prior, views);
+    EXPECT_EQ(found.num_images, 14U);
+    EXPECT_EQ(found.camera.lens, LensModel::kFisheye);
+    EXPECT_NEAR(found.sigma_px, 0.1, 0.01);
+    EXPECT_LT(LargestDifference_px(truth, found.camera),
+              3 * LargestUncertainty_px(found.camera, found.covariance));
+    const ParameterVector error = ToParameters(found.camera) - ToParameters(truth);
+    for (const int parameter : {kLogFocal, kCx, kCy, kK1, kK2, kFisheyeK3, kFisheyeK4}) {
+      ++num_all;
+      const double sigma = std::sqrt(found.covariance(parameter, parameter));
+      if (std::abs(error[parameter]) < 2 * sigma) ++num_within;
+    }
+  }
+  // 95 % in the mean, and 70 of them: fewer than 61 by chance once in five hundred.
+  EXPECT_GE(num_within, 61) << "of " << num_all;
+}
+
 TEST_F(BoardAdjustment, StatesLargerSigmasForABentBoard) {
   const CameraModel truth = BoardCamera();
   const CameraPrior prior = DefaultCameraPrior(640, 480);

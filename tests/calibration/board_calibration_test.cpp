@@ -84,6 +84,21 @@ TEST(BoardCalibration, LearnsTheCameraFromAChessboard) {
   EXPECT_FALSE(found.contradicts_prior) << "nothing was told";
 }
 
+TEST(BoardCalibration, LearnsAFisheyeLensFromAChessboard) {
+  const CalibrationBoard board;
+  const CameraModel truth = FisheyeBoardCamera();
+  const std::vector<cv::Mat> images =
+      BoardScene(board, truth).RenderMany(30, 45, SeedFromTestName());
+  const CameraPrior prior = DefaultCameraPrior(640, 480, LensModel::kFisheye);
+  const CameraCalibration found = CalibrateFromBoard(prior, BoardFootage(images), board);
+  ASSERT_TRUE(found.is_learned) << found.reason;
+  const CameraModel& camera = found.posterior.camera;
+  EXPECT_EQ(camera.lens, LensModel::kFisheye);
+  EXPECT_NEAR(camera.fx, truth.fx, 0.003 * truth.fx);
+  EXPECT_LT(LargestDifference_px(truth, camera), 0.5);
+  EXPECT_TRUE(found.determines_distortion[0]);
+}
+
 TEST(BoardCalibration, LearnsTheCameraFromACharucoBoardThatIsPartlyVisible) {
   const CalibrationBoard board{BoardKind::kCharuco, 10, 7, "DICT_5X5_100", 0.6};
   std::vector<cv::Mat> images =

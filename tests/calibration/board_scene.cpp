@@ -46,7 +46,16 @@ cv::Mat DrawCharuco(const CalibrationBoard& board) {
   return picture;
 }
 
-cv::Mat Rays(const CameraModel& camera) {
+Eigen::Vector3d FisheyeRay(const CameraModel& camera, const FisheyeAngles& angles,
+                           const Eigen::Vector2d& pixel) {
+  const Eigen::Vector2d point = camera.Unproject(pixel).head<2>();
+  const double angle = angles.At(point.norm()).value();
+  Eigen::Vector3d ray;
+  ray << std::sin(angle) * point.normalized(), std::cos(angle);
+  return ray;
+}
+
+cv::Mat PixelParts(const CameraModel& camera) {
   cv::Mat pixels(camera.height * kPartsOfPixel, camera.width * kPartsOfPixel, CV_32FC2);
   for (int y = 0; y < pixels.rows; ++y) {
     for (int x = 0; x < pixels.cols; ++x) {
@@ -54,21 +63,49 @@ cv::Mat Rays(const CameraModel& camera) {
                                     (static_cast<float>(y) + 0.5F) / kPartsOfPixel - 0.5F};
     }
   }
+  return pixels;
+}
+
+cv::Mat FisheyeRays(const CameraModel& camera) {
+  const FisheyeAngles angles(camera.distortion);
+  const cv::Mat pixels = PixelParts(camera);
+  cv::Mat rays(pixels.size(), CV_32FC3);
+  for (int y = 0; y < pixels.rows; ++y) {
+    for (int x = 0; x < pixels.cols; ++x) {
+      const auto pixel = pixels.at<cv::Vec2f>(y, x);
+      const Eigen::Vector3f ray = FisheyeRay(camera, angles, {pixel[0], pixel[1]}).cast<float>();
+      rays.at<cv::Vec3f>(y, x) = {ray.x(), ray.y(), ray.z()};
+    }
+  }
+  return rays;
+}
+
+cv::Mat Rays(const CameraModel& camera) {
+  if (camera.lens == LensModel::kFisheye) return FisheyeRays(camera);
+  const cv::Mat pixels = PixelParts(camera);
   cv::Mat K;
   cv::eigen2cv(camera.Matrix(), K);
   const cv::Mat coefficients(
       std::vector<double>(camera.distortion.begin(), camera.distortion.end()), true);
-  cv::Mat rays;
-  cv::undistortPoints(pixels.reshape(2, pixels.rows * pixels.cols), rays, K, coefficients,
+  cv::Mat points;
+  cv::undistortPoints(pixels.reshape(2, pixels.rows * pixels.cols), points, K, coefficients,
                       cv::noArray(), cv::noArray(),
                       {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-6});
-  return rays.reshape(2, pixels.rows);
+  cv::Mat rays;
+  cv::convertPointsToHomogeneous(points, rays);
+  return rays.reshape(3, pixels.rows);
 }
 
 }  // namespace
 
 CameraModel BoardCamera() {
   return {640, 480, 520, 520, 326, 235, {-0.15, 0.05, 0.001, -0.0008, 0}};
+}
+
+CameraModel FisheyeBoardCamera() {
+  CameraModel camera = {640, 480, 275, 275, 326, 235, {0.03, -0.01, 0.003, -0.0005, 0}};
+  camera.lens = LensModel::kFisheye;
+  return camera;
 }
 
 BoardScene::BoardScene(const CalibrationBoard& board, const CameraModel& camera)
@@ -93,11 +130,11 @@ cv::Mat BoardScene::Render(const Pose& T_cam_board, std::mt19937& random) const 
   cv::Mat parts(rays_.size(), CV_8UC1);
   for (int y = 0; y < parts.rows; ++y) {
     for (int x = 0; x < parts.cols; ++x) {
-      const auto ray = rays_.at<cv::Vec2f>(y, x);
-      const Eigen::Vector3d p = to_board * Eigen::Vector3d(ray[0], ray[1], 1);
+      const auto ray = rays_.at<cv::Vec3f>(y, x);
+      const Eigen::Vector3d p = to_board * Eigen::Vector3d(ray[0], ray[1], ray[2]);
       const cv::Point at(static_cast<int>(std::floor((p.x() / p.z() + 1) * kSquare_px)),
                          static_cast<int>(std::floor((p.y() / p.z() + 1) * kSquare_px)));
-      const bool is_on_board = at.inside({0, 0, picture_.cols, picture_.rows});
+      const bool is_on_board = p.z() > 0 && at.inside({0, 0, picture_.cols, picture_.rows});
       parts.at<std::uint8_t>(y, x) =
           is_on_board ? picture_.at<std::uint8_t>(at) : static_cast<std::uint8_t>(kBackground);
     }

@@ -15,6 +15,8 @@ namespace mono3d {
 
 // A wide lens that is not centred: 640x480.
 CameraModel BoardCamera();
+// The same of 130 degrees across.
+CameraModel FisheyeBoardCamera();
 
 // A board in the plane z = 0, its squares one unit wide, ray-cast through a lens with distortion.
 class BoardScene {
@@ -33,7 +35,7 @@ class BoardScene {
   int columns_;  // squares
   int rows_;
   cv::Mat picture_;  // CV_8UC1, with a white border of one square
-  cv::Mat rays_;     // CV_32FC2, of parts of pixels: x / z, y / z
+  cv::Mat rays_;     // CV_32FC3, of parts of pixels
 };
 
 }  // namespace mono3d

@@ -122,6 +122,46 @@ TEST(CameraAdjustment, StatesHowFarItIsOff) {
   EXPECT_GE(num_within, 80) << "of " << num_all;
 }
 
+// 140 degrees across the width.
+CameraModel TrueFisheye() {
+  CameraModel camera = {640, 480, 260, 260, 324, 236, {0.03, -0.01, 0.004, -0.0008, 0}};
+  camera.lens = LensModel::kFisheye;
+  return camera;
+}
+
+CameraPrior UnknownFisheye() { return DefaultCameraPrior(640, 480, LensModel::kFisheye); }
+
+TEST(CameraAdjustment, FindsAFisheyeLens) {
+  for (unsigned seed = 0; seed < 3; ++seed) {
+    const CameraAdjustment found =
+        Adjust(UnknownFisheye(), MakeMap(TrueFisheye(), Way::kOrbit, 20 + seed));
+    EXPECT_EQ(found.camera.lens, LensModel::kFisheye);
+    EXPECT_TRUE(found.is_determined[kLogFocal]);
+    EXPECT_TRUE(found.is_determined[kK1]);
+    EXPECT_NEAR(found.camera.fx, TrueFisheye().fx, 0.005 * TrueFisheye().fx);
+    EXPECT_LT(LargestDifference_px(TrueFisheye(), found.camera),
+              3 * LargestUncertainty_px(found.camera, found.covariance));
+    EXPECT_EQ(found.camera.distortion[4], 0);
+    EXPECT_NEAR(found.sigma_px, kNoise_px, 0.15 * kNoise_px);
+  }
+}
+
+TEST(CameraAdjustment, StatesHowFarItIsOffOfAFisheyeLens) {
+  int num_within = 0;
+  int num_all = 0;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const CameraAdjustment found =
+        Adjust(UnknownFisheye(), MakeMap(TrueFisheye(), Way::kOrbit, 200 + seed));
+    const ParameterVector error = ToParameters(found.camera) - ToParameters(TrueFisheye());
+    for (const int i : {kLogFocal, kCx, kCy, kK1, kK2, kFisheyeK3, kFisheyeK4}) {
+      ++num_all;
+      if (std::abs(error[i]) < 2 * std::sqrt(found.covariance(i, i))) ++num_within;
+    }
+  }
+  // As above: 70 of them, fewer than 61 by chance once in five hundred.
+  EXPECT_GE(num_within, 61) << "of " << num_all;
+}
+
 TEST(CameraAdjustment, KeepsThePriorOfWhatAStripDoesNotTell) {
   CameraPrior prior = UnknownCamera();
   prior.camera.fx = prior.camera.fy = 600;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -101,6 +102,42 @@ TEST_F(Calibration, LearnsAnUnknownCamera) {
   EXPECT_LT(LargestDifference_px(truth, camera), 3);
   EXPECT_GT(found.change_px, 30);
   EXPECT_EQ(found.prior.camera, prior.camera);
+}
+
+// 150 degrees across the width.
+CameraModel SmallFisheye() {
+  CameraModel camera = tracking::SmallCamera();
+  camera.fx = camera.fy = camera.width / (150 * std::numbers::pi / 180);
+  camera.lens = LensModel::kFisheye;
+  return camera;
+}
+
+const std::vector<Frame>& FisheyeFrames() {
+  static const std::vector<Frame> frames = FlyAnOrbit(SmallFisheye());
+  return frames;
+}
+
+TEST_F(Calibration, LearnsAnUnknownFisheyeLens) {
+  const CameraModel truth = SmallFisheye();
+  const CameraPrior prior = DefaultCameraPrior(truth.width, truth.height, LensModel::kFisheye);
+  const CameraCalibration found =
+      CalibrateCamera(prior, Footage(FisheyeFrames()), {.max_rounds = 3});
+  ASSERT_TRUE(found.is_learned) << found.reason;
+  EXPECT_TRUE(found.determines_focal_length);
+  const CameraModel& camera = found.posterior.camera;
+  EXPECT_EQ(camera.lens, LensModel::kFisheye);
+  EXPECT_NEAR(camera.fx, truth.fx, 0.02 * truth.fx);
+  EXPECT_LT(LargestDifference_px(truth, camera), 3);
+  EXPECT_GT(found.change_px, 20);
+}
+
+TEST_F(Calibration, LeavesATrueFisheyeLensAlone) {
+  const CameraModel truth = SmallFisheye();
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(truth), Footage(FisheyeFrames()));
+  EXPECT_FALSE(found.is_learned);
+  EXPECT_FALSE(found.contradicts_prior);
+  EXPECT_EQ(found.posterior.camera, truth);
 }
 
 TEST_F(Calibration, LeavesATrueOneAlone) {

@@ -75,5 +75,17 @@ TEST(CameraModel, KnowsWhetherItDistorts) {
   EXPECT_TRUE(camera.HasDistortion());
 }
 
+TEST(CameraModel, OfAFisheyeLensHasDistortionWithoutCoefficients) {
+  CameraModel camera = SmallCamera();
+  camera.lens = LensModel::kFisheye;
+  EXPECT_TRUE(camera.HasDistortion());
+  EXPECT_NE(camera, SmallCamera());
+  EXPECT_EQ(camera.Resized(40, 30).lens, LensModel::kFisheye);
+  EXPECT_EQ(camera.WithoutDistortion(), SmallCamera());
+  EXPECT_NO_THROW(Validate(camera, "test"));
+  camera.distortion[4] = 0.1;
+  EXPECT_THROW(Validate(camera, "test"), Error) << "it has four coefficients";
+}
+
 }  // namespace
 }  // namespace mono3d

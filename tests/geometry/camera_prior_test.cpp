@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
@@ -36,6 +37,41 @@ TEST(CameraPrior, OfAnUnknownCameraIsAPinholeInTheMiddle) {
   EXPECT_EQ(prior.aspect_sigma, 0) << "pixels are square";
   EXPECT_EQ(prior.source, CameraPriorSource::kDefault);
   EXPECT_NO_THROW(Validate(prior, "test"));
+}
+
+TEST(CameraPrior, OfAnUnknownFisheyeLensSpansItsProjections) {
+  const CameraPrior prior = DefaultCameraPrior(1000, 700, LensModel::kFisheye);
+  EXPECT_EQ(prior.camera.lens, LensModel::kFisheye);
+  EXPECT_NO_THROW(Validate(prior, "test"));
+  // 130 degrees from the middle of the left border to that of the right one.
+  const double half = 65 * std::numbers::pi / 180;
+  EXPECT_NEAR(
+      ProjectDistorted(prior.camera, {std::sin(half), 0, std::cos(half)}).x() - prior.camera.cx,
+      500, 1e-9);
+  EXPECT_EQ(prior.distortion_sigma[4], 0) << "there are four coefficients";
+  const double k1_of_equal_solid_angles = -1. / 24;
+  const double k1_of_stereographic = 1. / 12;
+  for (const double k1 : {k1_of_equal_solid_angles, k1_of_stereographic}) {
+    EXPECT_LT(std::abs(k1), 2 * prior.distortion_sigma[0]);
+  }
+}
+
+TEST(CameraPrior, OfAFisheyeCalibrationIsTrustedToPixelsInTheCorners) {
+  CameraModel camera = WideCamera();
+  camera.lens = LensModel::kFisheye;
+  camera.fx = camera.fy = 400;
+  camera.distortion = {0.02, -0.01, 0.002, 0, 0};
+  const CameraPrior prior = CalibratedCameraPrior(camera);
+  const double radius = std::hypot(505, 379) / 400;
+  const double theta = FisheyeAngles(camera.distortion).At(radius).value();
+  const Eigen::Vector3d corner(std::sin(theta), 0, std::cos(theta));
+  for (std::size_t i = 0; i < 4; ++i) {
+    CameraModel other = camera;
+    other.distortion[i] += prior.distortion_sigma[i];
+    EXPECT_NEAR((ProjectDistorted(other, corner) - ProjectDistorted(camera, corner)).norm(), 1.5,
+                1e-6);
+  }
+  EXPECT_EQ(prior.distortion_sigma[4], 0);
 }
 
 TEST(CameraPrior, OfAnUnknownCameraIsTheSameTurned) {

@@ -38,11 +38,16 @@ TEST(SparseModel, KeepsItsErrorsSmallThroughALens) {
   exact.images[1].observations[0].pixel = {-10.5, 29.5};
   CameraModel lens = exact.camera.Resized(160, 120);
   lens.distortion = {-0.1, 0.02, 0.001, -0.002, 0.003};
-  const SparseModel through_lens = WithCamera(exact, lens);
-  EXPECT_EQ(through_lens.camera, lens);
-  const Eigen::Vector2d expected = ProjectDistorted(lens, {-1, 0, 2});
-  EXPECT_LT((through_lens.images[1].observations[0].pixel - expected).norm(), kRounding);
-  EXPECT_LT(ReprojectionErrors_px(through_lens)[0], kRounding);
+  CameraModel fisheye = lens;
+  fisheye.lens = LensModel::kFisheye;
+  fisheye.distortion[4] = 0;
+  for (const CameraModel& camera : {lens, fisheye}) {
+    const SparseModel through_lens = WithCamera(exact, camera);
+    EXPECT_EQ(through_lens.camera, camera);
+    const Eigen::Vector2d expected = ProjectDistorted(camera, {-1, 0, 2});
+    EXPECT_LT((through_lens.images[1].observations[0].pixel - expected).norm(), kRounding);
+    EXPECT_LT(ReprojectionErrors_px(through_lens)[0], kRounding);
+  }
 }
 
 TEST(SparseModel, IsRefusedWhereItContradictsItself) {

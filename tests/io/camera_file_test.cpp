@@ -229,10 +229,40 @@ TEST_F(CameraFile, RefusesWhatIsNoPinholeCamera) {
   EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", Yaml("500., 0.,", "-500., 0.,"))); },
               ThrowsMessage<Error>(HasSubstr("bad focal length fx (expected a positive number")));
   EXPECT_THAT(
-      [&] { ReadCameraFile(WriteText("camera.yaml", Yaml() + "distortion_model: equidistant\n")); },
+      [&] { ReadCameraFile(WriteText("camera.yaml", Yaml() + "distortion_model: omni\n")); },
       ThrowsMessage<Error>(HasSubstr(
-          "camera.yaml:16: camera calibration: unsupported distortion model (expected plumb_bob, "
-          "found equidistant)")));
+          "camera.yaml:16: camera calibration: unsupported distortion model (expected plumb_bob or "
+          "equidistant, found omni)")));
+}
+
+TEST_F(CameraFile, ReadsFisheyeLenses) {
+  CameraModel expected{640, 480, 500, 501, 319.5, 239.5, {0.1, -0.2, 0.003, 0.004, 0}};
+  EXPECT_EQ(ReadCameraFile(WriteText("camera.yaml", Yaml() + "fisheye_model: 0\n")), expected);
+  expected.lens = LensModel::kFisheye;
+  for (const char* line :
+       {"distortion_model: equidistant\n", "distortion_model: fisheye\n", "fisheye_model: 1\n"}) {
+    EXPECT_EQ(ReadCameraFile(WriteText("camera.yaml", Yaml() + line)), expected) << line;
+  }
+  EXPECT_THAT(
+      [&] {
+        ReadCameraFile(WriteText("camera.yaml",
+                                 "image_width: 4\nimage_height: 3\n"
+                                 "camera_matrix: [1, 0, 2, 0, 1, 2, 0, 0, 1]\n"
+                                 "distortion_model: equidistant\n"
+                                 "distortion_coefficients: [0.1, 0, 0, 0, 0.5]\n"));
+      },
+      ThrowsMessage<Error>(HasSubstr("unsupported distortion (expected zeros after k1 k2 k3 k4")));
+}
+
+TEST_F(CameraFile, KeepsAFisheyeLens) {
+  CameraModel camera{768, 448, 290.5, 290.1 / 3, 383.5, 223.25, {0.1 / 3, -0.01, 1e-5, -2e-4, 0}};
+  camera.lens = LensModel::kFisheye;
+  camera.shutter.readout_s = 0.02;
+  WriteCameraFile(folder_ / "camera.yaml", camera);
+  CameraModel read = ReadCameraFile(folder_ / "camera.yaml");
+  EXPECT_DOUBLE_EQ(read.shutter.readout_s, 0.02);
+  read.shutter.readout_s = 0.02;
+  EXPECT_EQ(read, camera);
 }
 
 TEST_F(CameraFile, RefusesSeveralCameras) {
@@ -251,10 +281,9 @@ TEST_F(CameraFile, RefusesAFileThatIsNotThere) {
 TEST_F(CameraFile, TellsBadContentFromWhatIsNotSupported) {
   const auto bad = WriteText("bad.yaml", Yaml("501.", ".Nan"));
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(bad); }), ErrorCode::kInvalidInput);
-  const auto fisheye = WriteText("fisheye.yaml", Yaml() + "distortion_model: equidistant\n");
-  EXPECT_EQ(CodeOf([&] { ReadCameraFile(fisheye); }), ErrorCode::kUnsupported);
-  const auto colmap =
-      WriteText("cameras.txt", "1 OPENCV_FISHEYE 640 480 500 501 320 240 0 0 0 0\n");
+  const auto omni = WriteText("omni.yaml", Yaml() + "distortion_model: omni\n");
+  EXPECT_EQ(CodeOf([&] { ReadCameraFile(omni); }), ErrorCode::kUnsupported);
+  const auto colmap = WriteText("cameras.txt", "1 FOV 640 480 500 501 320 240 0.9\n");
   EXPECT_EQ(CodeOf([&] { ReadCameraFile(colmap); }), ErrorCode::kUnsupported);
 }
 
@@ -299,6 +328,7 @@ TEST_F(CameraFile, ReadsTheModelsOfColmap) {
     const char* line;
     double fy;
     std::array<double, 5> distortion;
+    LensModel lens = LensModel::kBrown;
   };
   const Case cases[] = {
       {"1 SIMPLE_PINHOLE 640 480 500 320 240", 500, {}},
@@ -309,10 +339,16 @@ TEST_F(CameraFile, ReadsTheModelsOfColmap) {
       {"1 FULL_OPENCV 640 480 500 501 320 240 0.1 0.2 0.3 0.4 0.5 0 0 0",
        501,
        {0.1, 0.2, 0.3, 0.4, 0.5}},
+      {"1 SIMPLE_RADIAL_FISHEYE 640 480 500 320 240 0.1", 500, {0.1}, LensModel::kFisheye},
+      {"1 RADIAL_FISHEYE 640 480 500 320 240 0.1 0.2", 500, {0.1, 0.2}, LensModel::kFisheye},
+      {"1 OPENCV_FISHEYE 640 480 500 501 320 240 0.1 0.2 0.3 0.4",
+       501,
+       {0.1, 0.2, 0.3, 0.4},
+       LensModel::kFisheye},
   };
   for (const Case& c : cases) {
     const auto path = WriteText("cameras.txt", std::string("# CAMERA_ID, MODEL\n") + c.line + "\n");
-    const CameraModel expected{640, 480, 500, c.fy, 319.5, 239.5, c.distortion};
+    const CameraModel expected{640, 480, 500, c.fy, 319.5, 239.5, c.distortion, {}, c.lens};
     EXPECT_EQ(ReadCameraFile(path), expected) << c.line;
   }
 }
@@ -328,7 +364,8 @@ TEST_F(CameraFile, RefusesColmapCamerasThatItCannotHold) {
        "(expected 4, found 3)"},
       {"1 PINHOLE 640 480 500 501 320 nan\n", "expected a finite number, found nan"},
       {"1 PINHOLE 0 480 500 501 320 240\n", "bad image_width (expected a positive number"},
-      {"1 OPENCV_FISHEYE 640 480 500 501 320 240 0 0 0 0\n", "unsupported camera model"},
+      {"1 FOV 640 480 500 501 320 240 0.9\n",
+       "unsupported camera model (expected SIMPLE_PINHOLE, PINHOLE, "},
       {"1 FULL_OPENCV 640 480 500 501 320 240 0 0 0 0 0 0.1 0 0\n", "k4 = k5 = k6 = 0"},
       {"1 PINHOLE 640 480 500 501 320 240\n2 PINHOLE 640 480 500 501 320 240\n",
        "cameras.txt:2: camera calibration: several cameras in one file"},

@@ -53,6 +53,17 @@ void ExpectSame(const SparseModel& a, const SparseModel& b) {
   }
 }
 
+TEST_F(ColmapModel, KeepsAFisheyeLens) {
+  SparseModel model = SmallModel();
+  model.camera.lens = LensModel::kFisheye;
+  for (const std::array<double, 5>& distortion :
+       {std::array<double, 5>{}, {-0.1, 0.02, 0.001, -0.002, 0}}) {
+    model.camera.distortion = distortion;
+    WriteColmapModel(folder_ / "sparse", model);
+    ExpectSame(ReadColmapModel(folder_ / "sparse"), model);
+  }
+}
+
 TEST_F(ColmapModel, SurvivesWritingAndReading) {
   SparseModel model = SmallModel();
   for (const std::array<double, 5>& distortion :

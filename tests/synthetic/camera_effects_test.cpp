@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/geometry/distortion.h"
 #include "mono3d/image/undistorter.h"
 #include "synthetic/flight.h"
+#include "synthetic/lens.h"
 #include "synthetic/render.h"
 #include "synthetic/test_scenes.h"
 
@@ -30,6 +32,14 @@ CameraModel Distorted() {
 const Scene& BoxScene() {
   static const Scene scene = BuildPlaneAndBox();
   return scene;
+}
+
+CameraModel Fisheye() {
+  CameraModel camera = kEffectsCamera;
+  camera.fx = camera.fy = 100;  // 147 degrees across the width
+  camera.distortion = {0.03, -0.01, 0.002, 0, 0};
+  camera.lens = LensModel::kFisheye;
+  return camera;
 }
 
 // Over the box, with a speed of 20 m/s across and a yaw of 0.5 rad/s.
@@ -156,19 +166,47 @@ TEST(Render, PictureWarpedByDepthAndPosesAgreesWithTheOther) {
 }
 
 TEST(Render, UndistortedPictureOfALensIsThatOfTheDepthCamera) {
-  const CameraModel camera = DepthCamera(Distorted());
-  EXPECT_FALSE(camera.HasDistortion());
-  const View lens = ViewFrom({6, -30, 40}, Distorted());
-  const View ideal = ViewFrom({6, -30, 40}, camera);
-  EXPECT_EQ(cv::norm(lens.depth, ideal.depth, cv::NORM_INF), 0);
-  const cv::Mat everywhere(lens.grey.size(), CV_8UC1, cv::Scalar(255));
-  const Agreement agreement = Compare(lens.grey, ideal.grey, everywhere);
-  EXPECT_LT(agreement.shift_px.norm(), kMaxShift_px);
-  EXPECT_LT(agreement.residual, kMaxResidual);
-  // That the lens does something: the pictures differ before.
-  const cv::Mat raw = Grey(RenderRadiance(BoxScene(), Distorted(), MovingShot()));
-  const cv::Mat pinhole = Grey(RenderRadiance(BoxScene(), kEffectsCamera, MovingShot()));
-  EXPECT_GT(Compare(raw, pinhole, everywhere).residual, 2 * kMaxResidual);
+  for (const CameraModel& distorted : {Distorted(), Fisheye()}) {
+    const CameraModel camera = DepthCamera(distorted);
+    EXPECT_FALSE(camera.HasDistortion());
+    const View lens = ViewFrom({6, -30, 40}, distorted);
+    const View ideal = ViewFrom({6, -30, 40}, camera);
+    EXPECT_EQ(cv::norm(lens.depth, ideal.depth, cv::NORM_INF), 0);
+    const cv::Mat everywhere(lens.grey.size(), CV_8UC1, cv::Scalar(255));
+    const Agreement agreement = Compare(lens.grey, ideal.grey, everywhere);
+    EXPECT_LT(agreement.shift_px.norm(), kMaxShift_px);
+    // A fisheye lens shows less detail towards the border than a pinhole camera, which stretches
+    // it: as sharp as that one it is in the middle alone.
+    cv::Mat sharp = everywhere.clone();
+    if (distorted.lens == LensModel::kFisheye) {
+      sharp.setTo(0);
+      sharp(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2, camera.height / 2)) =
+          255;
+    }
+    EXPECT_LT(Compare(lens.grey, ideal.grey, sharp).residual, kMaxResidual);
+    // That the lens does something: the pictures differ before.
+    const cv::Mat raw = Grey(RenderRadiance(BoxScene(), distorted, MovingShot()));
+    const cv::Mat pinhole =
+        Grey(RenderRadiance(BoxScene(), distorted.WithoutDistortion(), MovingShot()));
+    EXPECT_GT(Compare(raw, pinhole, everywhere).residual, 2 * kMaxResidual);
+  }
+}
+
+// Lines of sight go round to the back; each is what the lens shows at its pixel.
+TEST(Lens, OfAFisheyeLooksBeyondARightAngle) {
+  CameraModel camera = Fisheye();
+  camera.fx = camera.fy = 60;
+  const Lens lens(camera);
+  EXPECT_LT(lens.Direction(0, 0, {0, 0}).z(), -0.5);
+  for (const Eigen::Vector2f& shift : {Eigen::Vector2f(0, 0), Eigen::Vector2f(0.5, -0.5)}) {
+    for (const Eigen::Vector2i& pixel :
+         {Eigen::Vector2i(0, 0), {127, 79}, {128, 80}, {200, 30}, {255, 159}}) {
+      const Eigen::Vector3d ray = lens.Direction(pixel.x(), pixel.y(), shift).cast<double>();
+      const Eigen::Vector2d expected = pixel.cast<double>() + shift.cast<double>();
+      // Half a pixel on along the tangent: 0.5^2 / 60 px.
+      EXPECT_LT((ProjectDistorted(camera, ray) - expected).norm(), 0.01);
+    }
+  }
 }
 
 TEST(RollingShutter, OfACameraThatStandsStillChangesNothing) {

@@ -209,5 +209,26 @@ TEST(SequenceOptions, RefuseBadValues) {
   EXPECT_THROW(options.Validate(), UsageError);
 }
 
+TEST(SequenceCameraOptions, HaveTheCoefficientsOfTheirLens) {
+  SequenceCameraOptions options;
+  options.lens = "fisheye";
+  options.k1 = 0.1;
+  options.k3 = 0.3;
+  options.k4 = 0.4;
+  EXPECT_NO_THROW(options.Validate());
+  const CameraModel camera = options.Model();
+  EXPECT_EQ(camera.lens, LensModel::kFisheye);
+  EXPECT_EQ(camera.distortion, (std::array<double, 5>{0.1, 0, 0.3, 0.4, 0}));
+  EXPECT_EQ(camera.fx, 0.4 * options.width);
+  options.p1 = 0.1;
+  EXPECT_THROW(options.Validate(), UsageError);
+  options = {};
+  options.k4 = 0.4;
+  EXPECT_THROW(options.Validate(), UsageError) << "a pinhole camera has none";
+  options = {};
+  options.lens = "wide";
+  EXPECT_THROW(options.Validate(), UsageError);
+}
+
 }  // namespace
 }  // namespace mono3d::synthetic

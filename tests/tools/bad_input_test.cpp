@@ -91,6 +91,15 @@ TEST_F(BadInput, OptionOutOfRangeIsNamed) {
               "--keyframes.max_rotation_deg", "found 200");
 }
 
+TEST_F(BadInput, LensIsOneOfThree) {
+  ExpectError(Reconstruct("--lens wide"), kWrongUsage, "--lens", "wide");
+}
+
+TEST_F(BadInput, CalibrationOfAnotherLensThanIsAskedFor) {
+  ExpectError(Reconstruct("--lens fisheye"), kWrongUsage, camera().string(),
+              "the calibration is of another lens");
+}
+
 TEST_F(BadInput, EmptyFolder) {
   std::filesystem::remove_all(images());
   std::filesystem::create_directories(images());

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "mono3d/geometry/distortion.h"
 #include "tracking/features/feature_grid.h"
 
 namespace mono3d::tracking {
@@ -80,9 +81,19 @@ cv::Mat TexturedGround::Render(const CameraModel& camera, const Pose& T_world_ca
   cv::Mat image(camera.height, camera.width, CV_8UC3, cv::Scalar(160, 150, 140));
   const Eigen::Matrix3d R = T_world_cam.rotation().toRotationMatrix();
   const Eigen::Vector3d& eye = T_world_cam.translation();
+  const FisheyeAngles angles(camera.distortion);
+  const auto rays = [&](const Eigen::Vector2d& pixel) -> Eigen::Vector3d {
+    Eigen::Vector3d ray = camera.Unproject(pixel);
+    const double radius = ray.head<2>().norm();
+    if (camera.lens != LensModel::kFisheye || radius == 0) return ray;
+    const double angle = angles.At(radius).value();
+    ray.head<2>() *= std::sin(angle) / radius;
+    ray.z() = std::cos(angle);
+    return ray;
+  };
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {
-      const Eigen::Vector3d ray = R * camera.Unproject({column, row});
+      const Eigen::Vector3d ray = R * rays({column, row});
       if (ray.z() >= 0) continue;  // sky
       double distance = -eye.z() / ray.z();
       int face = 2;  // the axis of the normal

@@ -17,8 +17,6 @@
 namespace mono3d::tools {
 namespace {
 
-constexpr std::array kDistortionNames = {"k1", "k2", "p1", "p2", "k3"};
-
 std::string Plain(double value, int num_digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", num_digits, value);
@@ -55,14 +53,16 @@ double RootMeanSquare_px(const std::vector<CalibrationResidual>& residuals) {
 std::string DistortionLines(const CameraCalibration& calibration) {
   const CameraPrior& camera = calibration.posterior;
   std::string lines;
-  const std::array<std::vector<std::size_t>, 4> groups = {{{0}, {1}, {4}, {2, 3}}};
+  const std::vector<std::string> all_names = DistortionNames(camera.camera.lens);
+  std::vector<std::vector<std::size_t>> groups = {{0}, {1}, {4}, {2, 3}};
+  if (camera.camera.lens == LensModel::kFisheye) groups = {{0}, {1}, {2}, {3}};
   for (const std::vector<std::size_t>& group : groups) {
     std::string names;
     std::string values;
     bool is_determined = true;
     for (const std::size_t i : group) {
       const char* separator = names.empty() ? "" : ", ";
-      names += separator + std::string(kDistortionNames[i]);
+      names += separator + all_names[i];
       values += separator + WithSigma(camera.camera.distortion[i], camera.distortion_sigma[i]);
       is_determined = is_determined && calibration.determines_distortion[i];
     }
@@ -95,8 +95,9 @@ nlohmann::json ParametersJson(const CameraCalibration& calibration) {
   };
   json["cx"] = principal_point(found.camera.cx, prior.camera.cx);
   json["cy"] = principal_point(found.camera.cy, prior.camera.cy);
-  for (std::size_t i = 0; i < kDistortionNames.size(); ++i) {
-    json[kDistortionNames[i]] =
+  const std::vector<std::string> names = DistortionNames(found.camera.lens);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    json[names[i]] =
         Parameter(found.camera.distortion[i], found.distortion_sigma[i], prior.camera.distortion[i],
                   prior.distortion_sigma[i], calibration.determines_distortion[i]);
   }
@@ -165,6 +166,7 @@ nlohmann::json CalibrationJson(const CameraCalibration& calibration) {
   const CameraModel& camera = calibration.posterior.camera;
   nlohmann::json json;
   json["image_size"] = {camera.width, camera.height};
+  json["lens"] = ToString(camera.lens);
   json["learned"] = calibration.is_learned;
   if (!calibration.reason.empty()) json["reason"] = calibration.reason;
   json["prior"] = {{"source", ToString(calibration.prior.source)},

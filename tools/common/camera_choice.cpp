@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
+#include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/camera_metadata.h"
 
@@ -36,9 +38,30 @@ std::string ShutterText(const CameraPrior& camera) {
 
 }  // namespace
 
+void AddLensOption(CLI::App& app, CameraArguments& arguments) {
+  const std::vector<std::string> names = {kAutomaticLens, ToString(LensModel::kBrown),
+                                          ToString(LensModel::kFisheye)};
+  app.add_option("--lens", arguments.lens,
+                 "fisheye: of action cameras and racing drones, from about 110 degrees across the "
+                 "image on; auto: that of --camera, or pinhole")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+}
+
 CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments) {
-  if (arguments.file.empty()) return ReadCameraPrior(input);
-  return CalibratedCameraPrior(ReadCameraFile(arguments.file));
+  if (!arguments.file.empty()) {
+    const CameraModel camera = ReadCameraFile(arguments.file);
+    if (arguments.lens != kAutomaticLens && arguments.lens != ToString(camera.lens)) {
+      throw UsageError(ErrorParts{.what = "the calibration is of another lens",
+                                  .where = arguments.file,
+                                  .expected = arguments.lens,
+                                  .found = ToString(camera.lens)});
+    }
+    return CalibratedCameraPrior(camera);
+  }
+  CameraPrior prior = ReadCameraPrior(input);
+  if (arguments.lens != ToString(LensModel::kFisheye)) return prior;
+  return DefaultCameraPrior(prior.camera.width, prior.camera.height, LensModel::kFisheye);
 }
 
 FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source) {

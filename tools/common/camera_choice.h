@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
@@ -12,10 +13,13 @@
 
 namespace mono3d::tools {
 
+inline constexpr const char* kAutomaticLens = "auto";
+
 // Where the camera of a run comes from.
 struct CameraArguments {
-  std::string file;      // a calibration; empty: none is known
-  bool is_held = false;  // the calibration is not to be doubted
+  std::string file;                   // a calibration; empty: none is known
+  bool is_held = false;               // the calibration is not to be doubted
+  std::string lens = kAutomaticLens;  // or "pinhole" or "fisheye"
   CalibrationOptions calibration;
 };
 
@@ -24,8 +28,12 @@ struct CameraChoice {
   std::optional<CameraCalibration> calibration;  // where the images were asked
 };
 
+// Adds --lens.
+void AddLensOption(CLI::App& app, CameraArguments& arguments);
+
 // What is known of the camera of `input`: the file, or what photos or the telemetry of a video say
-// of their camera, or the default.
+// of their camera, or the default. Metadata tell nothing of fisheye lenses. Throws UsageError where
+// the file has another lens than was asked for.
 CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments);
 
 // Opens `input`, or a part of what `source` takes of it.

@@ -116,6 +116,7 @@ SequenceRecord ToJson(const CameraModel& camera, const synthetic::SensorOptions&
           {"fy", camera.fy},
           {"cx", camera.cx},
           {"cy", camera.cy},
+          {"lens", ToString(camera.lens)},
           {"distortion", camera.distortion},
           {"readout_s", sensor.readout_s},
           {"readout_direction", sensor.readout_direction},

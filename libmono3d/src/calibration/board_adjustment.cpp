@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 #include <vector>
 
+#include "calibration/board_problem.h"
+#include "calibration/board_start.h"
 #include "calibration/parameter_choice.h"
 #include "mono3d/core/statistics.h"
 
@@ -20,104 +20,6 @@ namespace {
 constexpr std::size_t kMinViews = 3;
 constexpr double kBadView = 3;  // times the median error of a view
 constexpr int kNumPoseParameters = 6;
-// Of the larger side of the image: beyond, a board looks flat or a pinhole camera ends.
-constexpr double kMinFocal = 0.1;
-constexpr double kMaxFocal = 30;
-
-struct BoardProblem {
-  CameraPrior prior;
-  std::vector<BoardView> views;
-  CameraModel camera;
-  std::vector<cv::Mat> rotations;     // of each view: rotation vector of the board
-  std::vector<cv::Mat> translations;  // in squares
-};
-
-cv::Mat ToMatrix(const CameraModel& camera) {
-  cv::Mat K;
-  cv::eigen2cv(camera.Matrix(), K);
-  return K;
-}
-
-cv::Mat ToCoefficients(const CameraModel& camera) {
-  return cv::Mat(std::vector<double>(camera.distortion.begin(), camera.distortion.end()), true);
-}
-
-bool IsPlausible(const CameraModel& camera) {
-  const double side = std::max(camera.width, camera.height);
-  // Not a number fails as well.
-  return camera.fx > kMinFocal * side && camera.fx < kMaxFocal * side && camera.fy > 0 &&
-         std::isfinite(camera.fy) && ToParameters(camera).allFinite();
-}
-
-// The focal length that the homographies of the views agree with best; else the prior's.
-CameraModel StartOf(const CameraPrior& prior, std::span<const BoardView> views) {
-  std::vector<std::vector<cv::Point3f>> corners;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  for (const BoardView& view : views) {
-    corners.push_back(view.corners);
-    pixels.push_back(view.pixels);
-  }
-  CameraModel start = prior.camera;
-  const cv::Mat K =
-      cv::initCameraMatrix2D(corners, pixels, {start.width, start.height}, /*aspectRatio=*/1);
-  CameraModel found = start;
-  found.fx = K.at<double>(0, 0);
-  found.fy = found.fx * start.fy / start.fx;
-  return IsPlausible(found) ? found : start;
-}
-
-// All free, without the prior.
-void SolveFreely(BoardProblem& problem) {
-  std::vector<std::vector<cv::Point3f>> corners;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  for (const BoardView& view : problem.views) {
-    corners.push_back(view.corners);
-    pixels.push_back(view.pixels);
-  }
-  CameraModel& camera = problem.camera;
-  cv::Mat K = ToMatrix(camera);
-  cv::Mat coefficients = ToCoefficients(camera);
-  cv::calibrateCamera(corners, pixels, {camera.width, camera.height}, K, coefficients,
-                      problem.rotations, problem.translations, cv::CALIB_USE_INTRINSIC_GUESS,
-                      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-12});
-  camera.fx = K.at<double>(0, 0);
-  camera.fy = K.at<double>(1, 1);
-  camera.cx = K.at<double>(0, 2);
-  camera.cy = K.at<double>(1, 2);
-  for (int i = 0; i < 5; ++i) {
-    camera.distortion[static_cast<std::size_t>(i)] = coefficients.at<double>(i);
-  }
-}
-
-// Of the camera as it is.
-void SolvePoses(BoardProblem& problem) {
-  const cv::Mat K = ToMatrix(problem.camera);
-  const cv::Mat coefficients = ToCoefficients(problem.camera);
-  for (std::size_t i = 0; i < problem.views.size(); ++i) {
-    const BoardView& view = problem.views[i];
-    cv::solvePnPRefineLM(view.corners, view.pixels, K, coefficients, problem.rotations[i],
-                         problem.translations[i],
-                         {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 1e-12});
-  }
-}
-
-// Of one view; and its derivatives where asked for.
-std::vector<CalibrationResidual> ResidualsOf(const BoardProblem& problem, std::size_t index,
-                                             cv::Mat* jacobian = nullptr) {
-  const BoardView& view = problem.views[index];
-  std::vector<cv::Point2f> computed;
-  cv::Mat derivatives;
-  cv::projectPoints(view.corners, problem.rotations[index], problem.translations[index],
-                    ToMatrix(problem.camera), ToCoefficients(problem.camera), computed,
-                    derivatives);
-  if (jacobian != nullptr) *jacobian = derivatives;
-  std::vector<CalibrationResidual> residuals;
-  for (std::size_t i = 0; i < computed.size(); ++i) {
-    const cv::Point2f error = view.pixels[i] - computed[i];
-    residuals.push_back({{view.pixels[i].x, view.pixels[i].y}, {error.x, error.y}});
-  }
-  return residuals;
-}
 
 // What one view says of the camera once its own pose is free: information and gradient, in px.
 struct ViewInformation {
@@ -127,43 +29,28 @@ struct ViewInformation {
 
 ViewInformation InformationOf(const BoardProblem& problem, std::size_t index,
                               const ParameterFlags& is_held) {
-  cv::Mat derivatives;
-  const std::vector<CalibrationResidual> residuals = ResidualsOf(problem, index, &derivatives);
-  Eigen::MatrixXd J;  // rotation (3), translation (3), fx fy, cx cy, k1 k2 p1 p2 k3
-  cv::cv2eigen(derivatives, J);
-  Eigen::VectorXd error(J.rows());
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    error.segment<2>(static_cast<Eigen::Index>(2 * i)) = residuals[i].error_px;
-  }
-  const Eigen::MatrixXd by_pose = J.leftCols<kNumPoseParameters>();
-  Eigen::MatrixXd by_camera = Eigen::MatrixXd::Zero(J.rows(), kNumParameters);
-  by_camera.col(kLogFocal) = problem.camera.fx * J.col(6) + problem.camera.fy * J.col(7);
-  by_camera.col(kLogAspect) = problem.camera.fy * J.col(7);
-  by_camera.middleCols<7>(kCx) = J.middleCols<7>(8);
+  const BoardErrors errors = ErrorsOf(problem.camera, problem.views[index], problem.poses[index]);
+  const Eigen::MatrixXd by_pose = errors.by_pose;
+  Eigen::MatrixXd by_camera = errors.by_camera;
   for (int i = 0; i < kNumParameters; ++i) {
     if (is_held[i]) by_camera.col(i).setZero();
   }
   const auto pose_information = (by_pose.transpose() * by_pose).eval().ldlt();
   const Eigen::MatrixXd free =
       by_camera - by_pose * pose_information.solve(by_pose.transpose() * by_camera);
-  return {free.transpose() * by_camera, free.transpose() * error};
+  return {free.transpose() * by_camera, free.transpose() * errors.observed_less_computed};
 }
 
 double ResidualVariance(const BoardProblem& problem, int num_parameters) {
-  double sum = 0;
   std::size_t num_coordinates = 0;
-  for (std::size_t i = 0; i < problem.views.size(); ++i) {
-    for (const CalibrationResidual& residual : ResidualsOf(problem, i)) {
-      sum += residual.error_px.squaredNorm();
-      num_coordinates += 2;
-    }
-  }
+  for (const BoardView& view : problem.views) num_coordinates += 2 * view.pixels.size();
   const double num_unknowns =
       static_cast<double>(kNumPoseParameters * problem.views.size()) + num_parameters;
   // A coordinate cannot be measured better than this: interpolation of 8-bit images.
   constexpr double kMinSigma_px = 0.01;
-  return std::max(kMinSigma_px * kMinSigma_px,
-                  sum / std::max(1., static_cast<double>(num_coordinates) - num_unknowns));
+  return std::max(
+      kMinSigma_px * kMinSigma_px,
+      SumOfSquares(problem) / std::max(1., static_cast<double>(num_coordinates) - num_unknowns));
 }
 
 // What all views and the prior say; in sigmas. Rows of what is held are those of the unit matrix.
@@ -255,11 +142,9 @@ ParameterMatrix WithPriorOfUndetermined(const ParameterMatrix& covariance,
 bool LeaveOutBadViews(BoardProblem& problem) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < problem.views.size(); ++i) {
-    double sum = 0;
-    for (const CalibrationResidual& residual : ResidualsOf(problem, i)) {
-      sum += residual.error_px.squaredNorm();
-    }
-    errors.push_back(std::sqrt(sum / static_cast<double>(problem.views[i].pixels.size())));
+    const BoardErrors of_view = ErrorsOf(problem.camera, problem.views[i], problem.poses[i]);
+    errors.push_back(std::sqrt(of_view.observed_less_computed.squaredNorm() /
+                               static_cast<double>(problem.views[i].pixels.size())));
   }
   const double limit = kBadView * Median(errors);
   std::vector<BoardView> good;
@@ -272,26 +157,16 @@ bool LeaveOutBadViews(BoardProblem& problem) {
 }
 
 // Until no view is bad. Returns whether that makes a camera.
-bool SolveWithGoodViews(BoardProblem& problem) {
+bool SolveWithGoodViews(const ParameterFlags& is_fixed, BoardProblem& problem) {
   constexpr int kMaxRounds = 5;
   for (int round = 0; round < kMaxRounds; ++round) {
     if (problem.views.size() < kMinViews) return false;
-    problem.camera = StartOf(problem.prior, problem.views);
-    SolveFreely(problem);
-    if (!IsPlausible(problem.camera)) return false;
+    if (!FindStart(problem)) return false;
+    const bool is_fisheye = problem.camera.lens == LensModel::kFisheye;
+    if (is_fisheye && !SolveWithPrior(is_fixed, problem)) return false;
     if (!LeaveOutBadViews(problem)) return true;
   }
   return false;
-}
-
-double SumOfSquares(const BoardProblem& problem) {
-  double sum = 0;
-  for (std::size_t i = 0; i < problem.views.size(); ++i) {
-    for (const CalibrationResidual& residual : ResidualsOf(problem, i)) {
-      sum += residual.error_px.squaredNorm();
-    }
-  }
-  return sum;
 }
 
 // Do the views fit as well with another focal length? Of boards that all face the camera the
@@ -306,8 +181,6 @@ bool LeavesFocalLengthOpen(const BoardProblem& found, const ParameterFlags& is_f
   is_held[kLogFocal] = true;
   for (const double factor : {std::exp(kOther), std::exp(-kOther)}) {
     BoardProblem other = found;
-    for (cv::Mat& rotation : other.rotations) rotation = rotation.clone();
-    for (cv::Mat& translation : other.translations) translation = translation.clone();
     other.camera.fx = other.prior.camera.fx = factor * found.camera.fx;
     other.camera.fy = factor * found.camera.fy;
     other.prior.camera.fy = other.camera.fy;
@@ -337,15 +210,15 @@ CameraAdjustment AdjustBoardCamera(CameraPrior prior, std::span<const BoardView>
   result.camera = prior.camera;
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   const ParameterFlags is_fixed = prior_sigmas.array() == 0;
-  BoardProblem problem{prior, {views.begin(), views.end()}, prior.camera, {}, {}};
-  if (!SolveWithGoodViews(problem) || !SolveWithPrior(is_fixed, problem)) return result;
+  BoardProblem problem{prior, {views.begin(), views.end()}, prior.camera};
+  if (!SolveWithGoodViews(is_fixed, problem) || !SolveWithPrior(is_fixed, problem)) return result;
   const ParameterMatrix covariance = BoardCovariance(problem, is_fixed);
   const ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
   if (!is_determined[kLogFocal] || LeavesFocalLengthOpen(problem, is_fixed)) return result;
   const ParameterVector difference = ToParameters(problem.camera) - ToParameters(prior.camera);
   const ParameterFlags is_held =
       is_fixed || !is_determined ||
-      ParametersLikePrior(difference, covariance, is_fixed, kChi2OfAkaike);
+      ParametersLikePrior(prior.camera.lens, difference, covariance, is_fixed, kChi2OfAkaike);
   if (is_held.any() && !SolveWithPrior(is_held, problem)) return result;
   TakeCounts(problem, kNumParameters - static_cast<int>(is_held.count()), result);
   result.covariance = WithPriorOfUndetermined(covariance, is_determined, prior_sigmas);

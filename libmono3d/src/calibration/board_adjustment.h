@@ -10,7 +10,7 @@
 
 namespace mono3d::calibration {
 
-// The camera that shows the views of one board: that of cv::calibrateCamera, then drawn to `prior`.
+// The camera that shows the views of one board, from FindStart on and drawn to `prior`.
 // Views that fit three times worse than the others are left out: blurred, or found wrongly. A
 // parameter that the views do not determine, or that explains no more than its own chance, stays
 // where the prior has it.

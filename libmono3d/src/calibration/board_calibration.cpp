@@ -77,8 +77,7 @@ CameraCalibration CalibrateFromBoard(const CameraPrior& prior, const FootageOpen
   board.Validate();
   Validate(prior, "calibration");
   // The corners are measured in the images as taken.
-  CameraModel as_taken = prior.camera;
-  as_taken.distortion = {};
+  const CameraModel as_taken = prior.camera.WithoutDistortion();
   const std::unique_ptr<FrameSource> source = open(as_taken, 0, 0);
   const cv::Size size(source->camera().width, source->camera().height);
 

@@ -75,8 +75,7 @@ class RayGrid {
   using Covariance = Eigen::Matrix<double, 18, 18>;
 
   explicit RayGrid(const CameraModel& camera) {
-    CameraModel linear = camera;
-    linear.distortion = {};
+    const CameraModel linear = PinholeOfField(camera);
     std::size_t i = 0;
     for (const double x : {0., 0.5, 1.}) {
       for (const double y : {0., 0.5, 1.}) {
@@ -140,8 +139,9 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     if (problem.is_fixed()[readout]) is_determined[readout] = false;
   }
-  const ParameterFlags is_like_prior = ParametersLikePrior(
-      problem.parameters() - problem.prior(), covariance, problem.is_fixed(), kChi2At99);
+  const ParameterFlags is_like_prior =
+      ParametersLikePrior(start.lens, problem.parameters() - problem.prior(), covariance,
+                          problem.is_fixed(), kChi2At99);
   ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     const bool is_none =

@@ -114,7 +114,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
-      weight = DefaultCameraPrior(camera.width, camera.height);
+      weight = DefaultCameraPrior(camera.width, camera.height, camera.lens);
       adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
@@ -137,7 +137,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
         if (camera == prior.camera) break;
       } else {
         // It is wrong: what the images do not tell is better taken from an ordinary lens.
-        weight = DefaultCameraPrior(camera.width, camera.height);
+        weight = DefaultCameraPrior(camera.width, camera.height, camera.lens);
       }
     } else if (lens_agrees) {
       TakeLens(prior, result.posterior);
@@ -175,8 +175,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
 double LargestDifference_px(const CameraModel& a, const CameraModel& b) {
   constexpr int kSteps = 8;  // the maximum lies on the border, mostly in a corner
   double largest = 0;
-  CameraModel linear = a;
-  linear.distortion = {};
+  const CameraModel linear = calibration::PinholeOfField(a);
   for (int i = 0; i <= kSteps; ++i) {
     for (int k = 0; k <= kSteps; ++k) {
       const Eigen::Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(k) / kSteps);

@@ -3,8 +3,12 @@
 
 #include "calibration/camera_parameters.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+
+#include "mono3d/geometry/distortion.h"
+#include "mono3d/image/undistorter.h"
 
 namespace mono3d::calibration {
 
@@ -31,6 +35,21 @@ CameraModel WithParameters(const CameraModel& camera, const ParameterVector& par
       std::abs(parameters[kReadoutByColumns]) > std::abs(parameters[kReadoutByRows]);
   result.shutter = {parameters[reads_columns ? kReadoutByColumns : kReadoutByRows], reads_columns};
   return result;
+}
+
+CameraModel PinholeOfField(const CameraModel& camera) {
+  CameraModel pinhole = camera.WithoutDistortion();
+  if (camera.lens != LensModel::kFisheye) return pinhole;
+  const double x = std::max(camera.cx, camera.width - 1 - camera.cx) / camera.fx;
+  const double y = std::max(camera.cy, camera.height - 1 - camera.cy) / camera.fy;
+  const double radius = std::hypot(x, y);  // of the farthest corner, in focal lengths
+  const FisheyeAngles angles(camera.distortion);
+  const double angle =
+      std::min(angles.At(radius).value_or(angles.largest()), Undistorter::kMaxFisheyeAngle_rad);
+  const double scale = radius / std::tan(angle);
+  pinhole.fx *= scale;
+  pinhole.fy *= scale;
+  return pinhole;
 }
 
 ParameterVector PriorSigmas(const CameraPrior& prior) {

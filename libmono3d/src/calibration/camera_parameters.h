@@ -11,9 +11,9 @@
 namespace mono3d::calibration {
 
 // The parameters of a camera as the adjustment varies them: log fx, log(fy / fx), cx, cy (px),
-// k1 k2 p1 p2 k3, and the readout time of a rolling shutter (s) by rows and by columns, of which
-// one at most is not zero in the end. Logarithms, as focal lengths are known to a share of
-// themselves.
+// the distortion (k1 k2 p1 p2 k3; in the places of p1 and p2 the k3 and k4 of a fisheye lens), and
+// the readout time of a rolling shutter (s) by rows and by columns, of which one at most is not
+// zero in the end. Logarithms, as focal lengths are known to a share of themselves.
 constexpr int kNumParameters = 11;
 enum Parameter {
   kLogFocal,
@@ -26,7 +26,9 @@ enum Parameter {
   kP2,
   kK3,
   kReadoutByRows,
-  kReadoutByColumns
+  kReadoutByColumns,
+  kFisheyeK3 = kP1,
+  kFisheyeK4 = kP2,
 };
 using ParameterVector = Eigen::Matrix<double, kNumParameters, 1>;
 using ParameterMatrix = Eigen::Matrix<double, kNumParameters, kNumParameters>;
@@ -35,6 +37,10 @@ using ParameterFlags = Eigen::Array<bool, kNumParameters, 1>;
 ParameterVector ToParameters(const CameraModel& camera);
 // Of the size of `camera`, with other parameters; of two readout times with the larger one.
 CameraModel WithParameters(const CameraModel& camera, const ParameterVector& parameters);
+
+// A pinhole camera with the field of view of the camera's image, as far as undistorted images show
+// it: for rays that stand for that field.
+CameraModel PinholeOfField(const CameraModel& camera);
 
 // Of each parameter; 0: it is fixed.
 ParameterVector PriorSigmas(const CameraPrior& prior);

@@ -20,7 +20,8 @@ bool IsFarFrom(const CameraPrior& prior, const CameraModel& camera) {
 }
 
 CameraPrior WithoutWeight(const CameraPrior& prior) {
-  CameraPrior result = DefaultCameraPrior(prior.camera.width, prior.camera.height);
+  CameraPrior result =
+      DefaultCameraPrior(prior.camera.width, prior.camera.height, prior.camera.lens);
   result.camera = prior.camera;
   return result;
 }

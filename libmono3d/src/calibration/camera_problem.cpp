@@ -13,6 +13,7 @@
 #include <memory>
 #include <numeric>
 
+#include "calibration/parameter_projection.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d::calibration {
@@ -23,23 +24,6 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 // least squares there.
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
-
-// The model of ProjectDistorted with the parameters of the adjustment.
-template <typename T>
-void ProjectParameters(const T* camera, const T* p_cam, T* pixel) {
-  const T x = p_cam[0] / p_cam[2];
-  const T y = p_cam[1] / p_cam[2];
-  const T r2 = x * x + y * y;
-  const T radial = T(1) + r2 * (camera[kK1] + r2 * (camera[kK2] + r2 * camera[kK3]));
-  const T& p1 = camera[kP1];
-  const T& p2 = camera[kP2];
-  const T x_distorted = x * radial + T(2) * p1 * x * y + p2 * (r2 + T(2) * x * x);
-  const T y_distorted = y * radial + p1 * (r2 + T(2) * y * y) + T(2) * p2 * x * y;
-  using std::exp;
-  const T fx = exp(camera[kLogFocal]);
-  pixel[0] = fx * x_distorted + camera[kCx];
-  pixel[1] = fx * exp(camera[kLogAspect]) * y_distorted + camera[kCy];
-}
 
 }  // namespace
 
@@ -53,7 +37,7 @@ struct ReprojectionError {
     MoveToLine(camera, p_cam, p_line);
     if (!(p_line[2] > T(0))) return false;
     T found[2];
-    ProjectParameters(camera, p_line, found);
+    ProjectParameters(lens, camera, p_line, found);
     residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
     residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
     return true;
@@ -80,6 +64,7 @@ struct ReprojectionError {
   double row_share;  // LineShare
   double column_share;
   const CameraVelocity* velocity;
+  LensModel lens;
 };
 
 namespace {
@@ -205,8 +190,12 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
 }
 
 ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
-  return {observation.pixel, sigma_px, LineShare(shape_, observation.pixel, false),
-          LineShare(shape_, observation.pixel, true), &velocities_[observation.image]};
+  return {observation.pixel,
+          sigma_px,
+          LineShare(shape_, observation.pixel, false),
+          LineShare(shape_, observation.pixel, true),
+          &velocities_[observation.image],
+          shape_.lens};
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals() const {

@@ -90,7 +90,7 @@ class CameraProblem {
   ParameterVector prior_ = ParameterVector::Zero();
   ParameterVector prior_sigmas_ = ParameterVector::Zero();
   ParameterFlags is_fixed_ = ParameterFlags::Constant(false);
-  CameraModel shape_;  // the size of the images
+  CameraModel shape_;  // the size of the images and the kind of lens
   ParameterVector camera_ = ParameterVector::Zero();
   std::vector<PoseBlock> poses_;            // of the middle line
   std::vector<CameraVelocity> velocities_;  // of each image; zero where it is not known

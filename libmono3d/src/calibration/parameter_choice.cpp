@@ -24,6 +24,15 @@ double Significance(const ParameterGroup& group, const ParameterVector& differen
   return of_group.dot(its_covariance.ldlt().solve(of_group)) / limits[group.size() - 1];
 }
 
+std::vector<ParameterGroup> ParameterGroups(LensModel lens) {
+  if (lens == LensModel::kFisheye) {
+    return {{kFisheyeK4},     {kFisheyeK3},       {kK2}, {kCx, kCy}, {kK1}, {kLogAspect},
+            {kReadoutByRows}, {kReadoutByColumns}};
+  }
+  return {{kK3}, {kK2},        {kP1, kP2},       {kCx, kCy},
+          {kK1}, {kLogAspect}, {kReadoutByRows}, {kReadoutByColumns}};
+}
+
 }  // namespace
 
 ParameterFlags DeterminedParameters(const ParameterMatrix& covariance,
@@ -31,10 +40,10 @@ ParameterFlags DeterminedParameters(const ParameterMatrix& covariance,
   return covariance.diagonal().array().sqrt() < kMaxShareOfPriorSigma * prior_sigmas.array();
 }
 
-ParameterFlags ParametersLikePrior(ParameterVector difference, ParameterMatrix covariance,
-                                   const ParameterFlags& is_fixed, const Chi2Limits& limits) {
-  std::vector<ParameterGroup> groups = {{kK3}, {kK2},        {kP1, kP2},       {kCx, kCy},
-                                        {kK1}, {kLogAspect}, {kReadoutByRows}, {kReadoutByColumns}};
+ParameterFlags ParametersLikePrior(LensModel lens, ParameterVector difference,
+                                   ParameterMatrix covariance, const ParameterFlags& is_fixed,
+                                   const Chi2Limits& limits) {
+  std::vector<ParameterGroup> groups = ParameterGroups(lens);
   std::erase_if(groups, [&](const ParameterGroup& group) { return is_fixed[group.front()]; });
   ParameterFlags held = ParameterFlags::Constant(false);
   while (!groups.empty()) {

@@ -25,8 +25,9 @@ inline constexpr Chi2Limits kChi2OfAkaike = {2, 4};
 // they differ by `difference`. Each one that is left free for nothing makes the others less
 // certain, and follows what the model leaves out. Higher terms go before lower ones that mean
 // something without them.
-ParameterFlags ParametersLikePrior(ParameterVector difference, ParameterMatrix covariance,
-                                   const ParameterFlags& is_fixed, const Chi2Limits& limits);
+ParameterFlags ParametersLikePrior(LensModel lens, ParameterVector difference,
+                                   ParameterMatrix covariance, const ParameterFlags& is_fixed,
+                                   const Chi2Limits& limits);
 
 // The covariance of the parameters of which those that are not determined stay where the prior has
 // them: these are not known better for that.

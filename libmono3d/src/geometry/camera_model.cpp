@@ -11,8 +11,16 @@
 
 namespace mono3d {
 
+const char* ToString(LensModel lens) { return lens == LensModel::kFisheye ? "fisheye" : "pinhole"; }
+
+std::vector<std::string> DistortionNames(LensModel lens) {
+  if (lens == LensModel::kFisheye) return {"k1", "k2", "k3", "k4"};
+  return {"k1", "k2", "p1", "p2", "k3"};
+}
+
 bool CameraModel::HasDistortion() const {
-  return std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });
+  return lens == LensModel::kFisheye ||
+         std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });
 }
 
 bool CameraModel::Contains(const Eigen::Vector2d& pixel, double border) const {
@@ -26,10 +34,17 @@ Eigen::Matrix3d CameraModel::Matrix() const {
   return K;
 }
 
+CameraModel CameraModel::WithoutDistortion() const {
+  CameraModel pinhole = *this;
+  pinhole.lens = LensModel::kBrown;
+  pinhole.distortion = {};
+  return pinhole;
+}
+
 CameraModel CameraModel::Resized(int new_width, int new_height) const {
   const double scale_x = static_cast<double>(new_width) / width;
   const double scale_y = static_cast<double>(new_height) / height;
-  CameraModel resized = *this;  // distortion works on normalised coordinates and stays
+  CameraModel resized = *this;  // distortion works on directions and stays
   resized.width = new_width;
   resized.height = new_height;
   resized.fx = fx * scale_x;
@@ -62,6 +77,8 @@ void Validate(const CameraModel& camera, const std::string& where) {
   for (const double k : camera.distortion) {
     require(std::isfinite(k), "distortion coefficient", "a finite number", k);
   }
+  const bool has_fifth = camera.lens == LensModel::kFisheye && camera.distortion[4] != 0;
+  require(!has_fifth, "fifth coefficient of a fisheye lens", "0", camera.distortion[4]);
   constexpr double kMaxReadout_s = 1;  // slower ones are scanners
   const double readout_s = camera.shutter.readout_s;
   require(std::abs(readout_s) <= kMaxReadout_s, "readout time", "-1 to 1 s", readout_s);

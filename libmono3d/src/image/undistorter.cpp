@@ -4,12 +4,15 @@
 #include "mono3d/image/undistorter.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/geometry/distortion.h"
 
 namespace mono3d {
 namespace {
@@ -20,6 +23,15 @@ constexpr double kMaxOutside_px = 0.02;
 // Undistorting a point has no closed form. 100 steps are ample for lenses; what has not converged
 // by then is found out by the test of the maps.
 const cv::TermCriteria kCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
+
+constexpr double kMaxAngle_rad = Undistorter::kMaxFisheyeAngle_rad;
+
+Error NotALens() {
+  return Error(ErrorParts{.what = "distortion coefficients do not describe a lens",
+                          .where = "undistortion",
+                          .expected = "one viewing direction for each pixel of the image",
+                          .found = {}});
+}
 
 cv::Matx33d MatrixOf(const CameraModel& camera) {
   return {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
@@ -32,6 +44,32 @@ struct Field {
   double right = std::numeric_limits<double>::infinity();
   double bottom = std::numeric_limits<double>::infinity();
 };
+
+// At z = 1. Those beyond kMaxAngle_rad are drawn onto it: the corners of a rectangle inside then
+// lie within it too.
+std::vector<cv::Point2d> FisheyeDirections(const CameraModel& camera,
+                                           const std::vector<cv::Point2d>& pixels) {
+  const FisheyeAngles angles(camera.distortion);
+  std::vector<cv::Point2d> directions;
+  for (const cv::Point2d& pixel : pixels) {
+    const cv::Point2d point((pixel.x - camera.cx) / camera.fx, (pixel.y - camera.cy) / camera.fy);
+    const double radius = std::hypot(point.x, point.y);
+    const std::optional<double> angle = angles.At(radius);
+    if (!angle && angles.largest() < kMaxAngle_rad) throw NotALens();
+    const double reach = std::tan(std::min(angle.value_or(kMaxAngle_rad), kMaxAngle_rad));
+    directions.push_back(radius > 0 ? reach / radius * point : point);
+  }
+  return directions;
+}
+
+std::vector<cv::Point2d> Directions(const CameraModel& camera,
+                                    const std::vector<cv::Point2d>& pixels) {
+  if (camera.lens == LensModel::kFisheye) return FisheyeDirections(camera, pixels);
+  std::vector<cv::Point2d> directions;
+  cv::undistortPoints(pixels, directions, MatrixOf(camera), camera.distortion, cv::noArray(),
+                      cv::noArray(), kCriteria);
+  return directions;
+}
 
 // The largest rectangle inside the curved border of the undistorted image.
 // cv::getOptimalNewCameraMatrix looks at nine points of each side only, and at the outer edges
@@ -48,9 +86,7 @@ Field InnerField(const CameraModel& camera) {
     pixels.emplace_back(0, y);
     pixels.emplace_back(right, y);
   }
-  std::vector<cv::Point2d> directions;
-  cv::undistortPoints(pixels, directions, MatrixOf(camera), camera.distortion, cv::noArray(),
-                      cv::noArray(), kCriteria);
+  const std::vector<cv::Point2d> directions = Directions(camera, pixels);
   Field field;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (pixels[i].x == 0) field.left = std::max(field.left, directions[i].x);
@@ -70,6 +106,37 @@ CameraModel CameraOf(const Field& field, int width, int height) {
   camera.cx = -field.left * camera.fx;
   camera.cy = -field.top * camera.fy;
   return camera;
+}
+
+// With the larger focal length for both, around the same middle.
+CameraModel WithSquarePixels(const CameraModel& camera) {
+  CameraModel square = camera;
+  square.fx = square.fy = std::max(camera.fx, camera.fy);
+  const Eigen::Vector2d middle((camera.width - 1) / 2., (camera.height - 1) / 2.);
+  const Eigen::Vector3d ray = camera.Unproject(middle);
+  square.cx = middle.x() - square.fx * ray.x();
+  square.cy = middle.y() - square.fy * ray.y();
+  return square;
+}
+
+// Where `distorted` shows each pixel of `straight`.
+void MakeMaps(const CameraModel& distorted, const CameraModel& straight, cv::Mat& map_x,
+              cv::Mat& map_y) {
+  const cv::Size size(straight.width, straight.height);
+  if (distorted.lens != LensModel::kFisheye) {
+    cv::initUndistortRectifyMap(MatrixOf(distorted), distorted.distortion, cv::noArray(),
+                                MatrixOf(straight), size, CV_32FC1, map_x, map_y);
+    return;
+  }
+  map_x.create(size, CV_32FC1);
+  map_y.create(size, CV_32FC1);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const Eigen::Vector2d pixel = ProjectDistorted(distorted, straight.Unproject({x, y}));
+      map_x.at<float>(y, x) = static_cast<float>(pixel.x());
+      map_y.at<float>(y, x) = static_cast<float>(pixel.y());
+    }
+  }
 }
 
 bool LiesWithin(const cv::Mat& map, double max) {
@@ -92,21 +159,16 @@ Undistorter::Undistorter(const CameraModel& distorted) : camera_(distorted) {
   Validate(distorted, "undistortion");
   camera_.shutter = {};
   if (!distorted.HasDistortion()) return;
-  const Error not_a_lens(ErrorParts{.what = "distortion coefficients do not describe a lens",
-                                    .where = "undistortion",
-                                    .expected = "one viewing direction for each pixel of the image",
-                                    .found = {}});
   const Field field = InnerField(distorted);
-  if (!(field.right > field.left && field.bottom > field.top)) throw not_a_lens;
+  if (!(field.right > field.left && field.bottom > field.top)) throw NotALens();
   camera_ = CameraOf(field, distorted.width, distorted.height);
+  if (distorted.lens == LensModel::kFisheye) camera_ = WithSquarePixels(camera_);
   cv::Mat map_x;
   cv::Mat map_y;
-  cv::initUndistortRectifyMap(MatrixOf(distorted), distorted.distortion, cv::noArray(),
-                              MatrixOf(camera_), cv::Size(camera_.width, camera_.height), CV_32FC1,
-                              map_x, map_y);
+  MakeMaps(distorted, camera_, map_x, map_y);
   const bool is_inside =
       LiesWithin(map_x, camera_.width - 1) && LiesWithin(map_y, camera_.height - 1);
-  if (!is_inside || !Grows(map_x, map_y)) throw not_a_lens;
+  if (!is_inside || !Grows(map_x, map_y)) throw NotALens();
   cv::convertMaps(map_x, map_y, map1_, map2_, CV_16SC2);
 }
 

@@ -169,23 +169,40 @@ void TakeCameraMatrix(const CalibrationYaml& yaml, CameraModel& camera) {
   camera.cy = K[5];
 }
 
-void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
-  const std::string key = "distortion_coefficients";
-  const std::optional<std::string> model = yaml.Find("distortion_model");
-  if (model && *model != "plumb_bob" && *model != "rational_polynomial") {
-    yaml.Throw(yaml.Line("distortion_model"), "unsupported distortion model", "plumb_bob", *model,
+constexpr const char* kFisheyeModel = "equidistant";  // as ROS calls it
+
+// By the key of ROS, or by that of OpenCV's calibration program.
+LensModel LensOf(const CalibrationYaml& yaml) {
+  const std::string by_ros = "distortion_model";
+  const std::string by_opencv = "fisheye_model";
+  const std::optional<std::string> name = yaml.Find(by_ros);
+  if (name) {
+    if (*name == kFisheyeModel || *name == "fisheye") return LensModel::kFisheye;
+    if (*name == "plumb_bob" || *name == "rational_polynomial") return LensModel::kBrown;
+    yaml.Throw(yaml.Line(by_ros), "unsupported distortion model", "plumb_bob or equidistant", *name,
                ErrorCode::kUnsupported);
   }
+  const bool is_fisheye = yaml.FindNumber(by_opencv).value_or(0) != 0;
+  return is_fisheye ? LensModel::kFisheye : LensModel::kBrown;
+}
+
+void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
+  const std::string key = "distortion_coefficients";
+  camera.lens = LensOf(yaml);
+  const bool is_fisheye = camera.lens == LensModel::kFisheye;
+  const std::size_t max_coefficients = is_fisheye ? 4 : camera.distortion.size();
   const std::vector<double> coefficients = yaml.Matrix(key);
   if (coefficients.size() < 4) {
-    yaml.Throw(yaml.Line(key), "wrong number of values in " + key, "k1 k2 p1 p2 [k3]",
+    yaml.Throw(yaml.Line(key), "wrong number of values in " + key,
+               is_fisheye ? "k1 k2 k3 k4" : "k1 k2 p1 p2 [k3]",
                std::to_string(coefficients.size()));
   }
   for (std::size_t i = 0; i < coefficients.size(); ++i) {
-    if (i < camera.distortion.size()) {
+    if (i < max_coefficients) {
       camera.distortion[i] = coefficients[i];
     } else if (coefficients[i] != 0) {
-      yaml.Throw(yaml.Line(key), "unsupported distortion", "zeros after k1 k2 p1 p2 k3",
+      yaml.Throw(yaml.Line(key), "unsupported distortion",
+                 is_fisheye ? "zeros after k1 k2 k3 k4" : "zeros after k1 k2 p1 p2 k3",
                  ToText(coefficients[i]), ErrorCode::kUnsupported);
     }
   }
@@ -259,12 +276,16 @@ void WriteCameraFile(const std::filesystem::path& path, const CameraModel& camer
     return text + " ]\n";
   };
   const auto& k = camera.distortion;
+  const std::string distortion =
+      camera.lens == LensModel::kFisheye
+          ? std::string("distortion_model: ") + kFisheyeModel +
+                "\ndistortion_coefficients: " + matrix(1, 4, {k[0], k[1], k[2], k[3]})
+          : "distortion_coefficients: " + matrix(1, 5, {k[0], k[1], k[2], k[3], k[4]});
   WriteFileAtomically(
       path, "%YAML:1.0\n---\nimage_width: " + std::to_string(camera.width) +
                 "\nimage_height: " + std::to_string(camera.height) + "\ncamera_matrix: " +
                 matrix(3, 3, {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1}) +
-                "distortion_coefficients: " + matrix(1, 5, {k[0], k[1], k[2], k[3], k[4]}) +
-                ShutterText(camera));
+                distortion + ShutterText(camera));
 }
 
 }  // namespace mono3d

@@ -23,15 +23,20 @@ constexpr double kMaxImageSide_px = 1e6;
 struct Model {
   std::string_view name;
   std::size_t num_focal_lengths;  // then cx cy
-  std::size_t num_distortion;     // k1 k2 p1 p2 k3 k4 k5 k6, as many as there are
+  // k1 k2 p1 p2 k3 k4 k5 k6, of a fisheye lens k1 k2 k3 k4: as many as there are.
+  std::size_t num_distortion;
+  LensModel lens = LensModel::kBrown;
 };
 
-constexpr std::array<Model, 6> kModels = {{{"SIMPLE_PINHOLE", 1, 0},
+constexpr std::array<Model, 9> kModels = {{{"SIMPLE_PINHOLE", 1, 0},
                                            {"PINHOLE", 2, 0},
                                            {"SIMPLE_RADIAL", 1, 1},
                                            {"RADIAL", 1, 2},
                                            {"OPENCV", 2, 4},
-                                           {"FULL_OPENCV", 2, 8}}};
+                                           {"FULL_OPENCV", 2, 8},
+                                           {"SIMPLE_RADIAL_FISHEYE", 1, 1, LensModel::kFisheye},
+                                           {"RADIAL_FISHEYE", 1, 2, LensModel::kFisheye},
+                                           {"OPENCV_FISHEYE", 2, 4, LensModel::kFisheye}}};
 
 [[noreturn]] void ThrowBadCamera(const std::string& where, const std::string& what,
                                  const std::string& expected, const std::string& found,
@@ -51,9 +56,13 @@ const Model& FindModel(std::string_view name, const std::string& where) {
   const auto found = std::find_if(kModels.begin(), kModels.end(),
                                   [&](const Model& model) { return model.name == name; });
   if (found == kModels.end()) {
-    ThrowBadCamera(where, "unsupported camera model",
-                   "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV",
-                   std::string(name), ErrorCode::kUnsupported);
+    std::string names;
+    for (const Model& model : kModels) {
+      const bool is_last = model.name == kModels.back().name;
+      names += (names.empty() ? "" : is_last ? " or " : ", ") + std::string(model.name);
+    }
+    ThrowBadCamera(where, "unsupported camera model", names, std::string(name),
+                   ErrorCode::kUnsupported);
   }
   return *found;
 }
@@ -76,6 +85,7 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
     values.push_back(*value);
   }
   CameraModel camera;
+  camera.lens = model.lens;
   camera.width = static_cast<int>(std::clamp(values[0], 0.0, kMaxImageSide_px));
   camera.height = static_cast<int>(std::clamp(values[1], 0.0, kMaxImageSide_px));
   const double* params = values.data() + 2;

@@ -29,7 +29,11 @@ std::string Joined(std::initializer_list<double> numbers) {
 
 std::string CameraText(const CameraModel& camera) {
   const auto [k1, k2, p1, p2, k3] = camera.distortion;
-  const char* model = !camera.HasDistortion() ? "PINHOLE" : k3 == 0 ? "OPENCV" : "FULL_OPENCV";
+  const bool is_fisheye = camera.lens == LensModel::kFisheye;  // whose k3 and k4 are p1 and p2
+  const char* model = is_fisheye                ? "OPENCV_FISHEYE"
+                      : !camera.HasDistortion() ? "PINHOLE"
+                      : k3 == 0                 ? "OPENCV"
+                                                : "FULL_OPENCV";
   std::string text =
       "# Camera list with one line of data per camera:\n"
       "#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";

@@ -204,12 +204,13 @@ JsonValue CameraJson(const CameraPrior& prior) {
   set("fy", camera.fy, camera.fy * std::hypot(prior.focal_sigma, prior.aspect_sigma));
   set("cx", camera.cx, prior.principal_point_sigma_px);
   set("cy", camera.cy, prior.principal_point_sigma_px);
-  constexpr std::array kNames = {"k1", "k2", "p1", "p2", "k3"};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    set(kNames[i], camera.distortion[i], prior.distortion_sigma[i]);
+  const std::vector<std::string> names = DistortionNames(camera.lens);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    set(names[i].c_str(), camera.distortion[i], prior.distortion_sigma[i]);
   }
   set("readout_s", camera.shutter.readout_s, prior.readout_sigma_s);
   json.Set("reads_columns", camera.shutter.reads_columns);
+  json.Set("lens", ToString(camera.lens));
   return json;
 }
 

@@ -17,18 +17,25 @@ class Lens {
   // Throws Error when the distortion cannot be inverted over the whole image.
   explicit Lens(const CameraModel& camera);
 
-  // The point at z = 1 on the line of sight through pixel (x, y), shifted by less than a pixel.
+  // Along the line of sight through pixel (x, y), shifted by less than a pixel: with z = 1, of a
+  // fisheye lens of length 1.
   Eigen::Vector3f Direction(int x, int y, const Eigen::Vector2f& shift_px) const {
     const PixelSight& sight = sights_[static_cast<std::size_t>(y) * width_ + x];
-    const Eigen::Vector2f point = sight.point + sight.per_pixel * shift_px;
-    return {point.x(), point.y(), 1};
+    return sight.direction + sight.per_pixel * shift_px;
   }
 
  private:
   struct PixelSight {
-    Eigen::Vector2f point;
-    Eigen::Matrix2f per_pixel;  // how the point moves with the pixel
+    Eigen::Vector3f direction;
+    Eigen::Matrix<float, 3, 2> per_pixel;  // how the direction moves with the pixel
   };
+
+  PixelSight& At(int x, int y) {
+    return sights_[static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(x)];
+  }
+  void FindBrown(const CameraModel& camera);
+  void FindFisheye(const CameraModel& camera);
+
   std::size_t width_;
   std::vector<PixelSight> sights_;
 };

@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// The camera's lines of sight, at z = 1: a hit's distance is then the depth.
+// The camera's lines of sight. At z = 1, but of a fisheye lens: a hit's distance is then the depth.
 class Sights {
  public:
   explicit Sights(const CameraModel& camera)

@@ -16,6 +16,7 @@ namespace mono3d::synthetic {
 namespace {
 
 constexpr double kFocalPerWidth = 0.9;
+constexpr double kFisheyeFocalPerWidth = 0.4;
 
 Flight FlightOver(const Scene& scene, const FlightOptions& options) {
   return Flight(options, [&scene](const Eigen::Vector2d& p_m) {
@@ -56,20 +57,29 @@ struct SparseView {
 }  // namespace
 
 CameraModel SequenceCameraOptions::Model() const {
-  const double focal = focal_px > 0 ? focal_px : kFocalPerWidth * width;
-  return {.width = width,
-          .height = height,
-          .fx = focal,
-          .fy = focal,
-          .cx = 0.5 * (width - 1) + offset_x_px,
-          .cy = 0.5 * (height - 1) + offset_y_px,
-          .distortion = {k1, k2, p1, p2, k3}};
+  const bool is_fisheye = lens == ToString(LensModel::kFisheye);
+  const double usual = (is_fisheye ? kFisheyeFocalPerWidth : kFocalPerWidth) * width;
+  const double focal = focal_px > 0 ? focal_px : usual;
+  CameraModel camera = {.width = width,
+                        .height = height,
+                        .fx = focal,
+                        .fy = focal,
+                        .cx = 0.5 * (width - 1) + offset_x_px,
+                        .cy = 0.5 * (height - 1) + offset_y_px,
+                        .distortion = {k1, k2, p1, p2, k3}};
+  if (is_fisheye) {
+    camera.lens = LensModel::kFisheye;
+    camera.distortion = {k1, k2, k3, k4, 0};
+  }
+  return camera;
 }
 
 void SequenceCameraOptions::Visit(OptionVisitor& visit) {
   visit("width", width, "of the images, px");
   visit("height", height, "of the images, px");
-  visit("focal_px", focal_px, "focal length; 0: nine tenths of the width");
+  visit("lens", lens, "pinhole, or fisheye: pixels off the middle grow with the angle");
+  visit("focal_px", focal_px,
+        "focal length; 0: nine tenths of the width, of a fisheye lens four tenths");
   visit("offset_x_px", offset_x_px, "of the principal point to the right of the middle");
   visit("offset_y_px", offset_y_px, "of the principal point below the middle");
   visit("k1", k1, "radial distortion");
@@ -77,6 +87,7 @@ void SequenceCameraOptions::Visit(OptionVisitor& visit) {
   visit("p1", p1, "tangential distortion");
   visit("p2", p2, "tangential distortion");
   visit("k3", k3, "radial distortion");
+  visit("k4", k4, "radial distortion of a fisheye lens");
 }
 
 void SequenceCameraOptions::Validate() const {
@@ -89,10 +100,20 @@ void SequenceCameraOptions::Validate() const {
                 "less than half of the width", offset_x_px);
   RequireOption(std::abs(offset_y_px) < 0.5 * height, "camera.offset_y_px",
                 "less than half of the height", offset_y_px);
-  for (const double coefficient : {k1, k2, p1, p2, k3}) {
-    RequireOption(std::isfinite(coefficient), "camera.k1, k2, p1, p2 or k3", "a finite number",
+  for (const double coefficient : {k1, k2, p1, p2, k3, k4}) {
+    RequireOption(std::isfinite(coefficient), "camera.k1, k2, p1, p2, k3 or k4", "a finite number",
                   coefficient);
   }
+  const bool is_fisheye = lens == ToString(LensModel::kFisheye);
+  if (!is_fisheye && lens != ToString(LensModel::kBrown)) {
+    throw UsageError(ErrorParts{.what = "unknown lens",
+                                .where = "--camera.lens",
+                                .expected = "pinhole or fisheye",
+                                .found = lens});
+  }
+  RequireOption(is_fisheye || k4 == 0, "camera.k4", "0 without a fisheye lens", k4);
+  RequireOption(!is_fisheye || (p1 == 0 && p2 == 0), "camera.p1 and p2", "0 with a fisheye lens",
+                p1 != 0 ? p1 : p2);
 }
 
 void SequenceOptions::Visit(OptionVisitor& visit) {

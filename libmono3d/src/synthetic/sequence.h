@@ -19,16 +19,20 @@
 namespace mono3d::synthetic {
 
 struct SequenceCameraOptions {
-  int width = 768;         // px
-  int height = 448;        // px
-  double focal_px = 0;     // 0: nine tenths of the width, a field of view of 58 degrees across
+  int width = 768;               // px
+  int height = 448;              // px
+  std::string lens = "pinhole";  // or "fisheye"
+  // 0: nine tenths of the width, a field of view of 58 degrees across; of a fisheye lens four
+  // tenths, 143 degrees.
+  double focal_px = 0;
   double offset_x_px = 0;  // of the principal point from the middle of the image
   double offset_y_px = 0;
-  double k1 = 0;  // distortion as OpenCV has it
+  double k1 = 0;  // distortion as OpenCV has it; p1 and p2 not of a fisheye lens, k4 of it alone
   double k2 = 0;
   double p1 = 0;
   double p2 = 0;
   double k3 = 0;
+  double k4 = 0;
 
   CameraModel Model() const;
   void Visit(OptionVisitor& visit);

@@ -49,7 +49,7 @@ struct CameraCalibration {
   bool determines_focal_length = false;
   bool determines_aspect = false;  // fy / fx
   bool determines_principal_point = false;
-  std::array<bool, 5> determines_distortion = {};  // k1 k2 p1 p2 k3
+  std::array<bool, 5> determines_distortion = {};  // in the order of CameraModel::distortion
   bool determines_readout = false;                 // of the shutter
   // The images contradict the prior: it was wrong and has no more weight.
   bool contradicts_prior = false;

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/export.h"
 
@@ -23,18 +24,31 @@ struct RollingShutter {
   bool operator==(const RollingShutter&) const = default;
 };
 
-// The calibration of a pinhole camera with the distortion of OpenCV (k1 k2 p1 p2 k3).
+// How a lens bends lines of sight.
+enum class LensModel {
+  kBrown,    // a pinhole with radial and tangential distortion: k1 k2 p1 p2 k3
+  kFisheye,  // by the angle to the axis, also beyond 90 degrees: k1 k2 k3 k4
+};
+
+// "pinhole", "fisheye"
+const char* ToString(LensModel lens);
+// Of CameraModel::distortion: "k1", "k2", ...; four of a fisheye lens.
+std::vector<std::string> DistortionNames(LensModel lens);
+
+// The calibration of a camera, with the distortion of OpenCV; see ProjectDistorted.
 // Pixel (0, 0) is the centre of the top-left pixel; camera axes are x right, y down, z forward.
 struct CameraModel {
-  int width = 0;   // px
-  int height = 0;  // px
-  double fx = 0;   // px
-  double fy = 0;   // px
-  double cx = 0;   // px
-  double cy = 0;   // px
-  std::array<double, 5> distortion = {0, 0, 0, 0, 0};
+  int width = 0;                                       // px
+  int height = 0;                                      // px
+  double fx = 0;                                       // px
+  double fy = 0;                                       // px
+  double cx = 0;                                       // px
+  double cy = 0;                                       // px
+  std::array<double, 5> distortion = {0, 0, 0, 0, 0};  // of a fisheye lens the last one is 0
   RollingShutter shutter = {};
+  LensModel lens = LensModel::kBrown;
 
+  // A fisheye lens always has, also where its coefficients are 0.
   bool HasDistortion() const;
   bool operator==(const CameraModel&) const = default;
 
@@ -50,6 +64,9 @@ struct CameraModel {
   bool Contains(const Eigen::Vector2d& pixel, double border = 0) const;
   Eigen::Matrix3d Matrix() const;  // K
 
+  // The pinhole camera with the same focal lengths and principal point.
+  CameraModel WithoutDistortion() const;
+
   // The camera of the image resized to the new size: c' = (c + 0.5) * s - 0.5, f' = f * s.
   CameraModel Resized(int new_width, int new_height) const;
 };
@@ -57,8 +74,8 @@ struct CameraModel {
 // Where the line through a pixel of the sensor lies between the first (-0.5) and the last (0.5).
 double LineShare(const CameraModel& sensor, const Eigen::Vector2d& pixel, bool is_column);
 
-// Throws Error unless sizes and focal lengths are positive and every number is finite. `where`
-// names the origin of the calibration in the message.
+// Throws Error unless sizes and focal lengths are positive and every number is finite, and for a
+// fifth coefficient of a fisheye lens. `where` names the origin of the calibration in the message.
 void Validate(const CameraModel& camera, const std::string& where);
 
 }  // namespace mono3d

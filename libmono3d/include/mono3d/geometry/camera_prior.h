@@ -27,10 +27,11 @@ const char* ToString(CameraPriorSource source);
 // each of its parameters, independent of each other.
 struct CameraPrior {
   CameraModel camera;
-  double focal_sigma = 0;                                    // of fx, relative
-  double aspect_sigma = 0;                                   // of fy / fx; 0: the ratio is held
-  double principal_point_sigma_px = 0;                       // of cx and of cy
-  std::array<double, 5> distortion_sigma = {0, 0, 0, 0, 0};  // k1 k2 p1 p2 k3; 0: held
+  double focal_sigma = 0;               // of fx, relative
+  double aspect_sigma = 0;              // of fy / fx; 0: the ratio is held
+  double principal_point_sigma_px = 0;  // of cx and of cy
+  // Of the coefficients, in the order of CameraModel::distortion; 0: held.
+  std::array<double, 5> distortion_sigma = {0, 0, 0, 0, 0};
   double readout_sigma_s = 0;  // of the shutter's readout time; 0: it is held
   CameraPriorSource source = CameraPriorSource::kDefault;
   std::string description;  // for people: "DJI FC300S, 20 mm (35 mm equivalent)"
@@ -43,8 +44,9 @@ struct CameraPrior {
 // `where` names the origin in the message.
 void Validate(const CameraPrior& prior, const std::string& where);
 
-// Of a camera of which only the size of the images is known. Throws Error unless it is positive.
-CameraPrior DefaultCameraPrior(int width, int height);
+// Of a camera of which only the size of the images is known, and what lens it has. Throws Error
+// unless the size is positive.
+CameraPrior DefaultCameraPrior(int width, int height, LensModel lens = LensModel::kBrown);
 
 // Of a calibration that somebody measured: what such a one is trusted to. Throws Error when the
 // camera is invalid.

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <numbers>
 #include <opencv2/core/mat.hpp>
 
 #include "mono3d/core/export.h"
@@ -13,12 +14,21 @@ namespace MONO3D_EXPORT mono3d {
 // Takes the distortion of a lens out of images. The maps are made once.
 class Undistorter {
  public:
-  // Throws Error when the distortion coefficients do not describe a lens over the whole image, that
-  // is, when two pixels look the same way.
+  // How far off the axis of a fisheye lens the corners of its undistorted images look at most.
+  static constexpr double kMaxFisheyeAngle_rad = std::numbers::pi / 3;
+
+  // Throws Error when the distortion coefficients do not describe a lens over the whole image (of a
+  // fisheye lens: over what is used of it), that is, when two pixels look the same way.
   explicit Undistorter(const CameraModel& distorted);
 
   // Of the images that come out: same size, no distortion nor shutter, and the largest field of
   // view in which every pixel has content. The same lens when there is no distortion.
+  //
+  // Of a fisheye lens that field of view ends 60 degrees off the axis, in the corners, and pixels
+  // are square. A pinhole image of a hemisphere would be infinitely large; at 60 degrees it is
+  // stretched fourfold outwards and twofold around against its middle, where correlation of square
+  // patches gets poor. The same size then leaves the middle 0.8 to 1.2 of the resolution that the
+  // lens has there, for 110 to 200 degrees across the width; what lies beyond is not seen.
   const CameraModel& camera() const { return camera_; }
 
   // `image` has the distorted camera's size and any 8-bit type. Without distortion this is the

@@ -18,7 +18,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -66,6 +66,9 @@ void Exchange(Archive& archive, CameraModel& camera) {
   for (double& coefficient : camera.distortion) archive.Number(coefficient);
   archive.Number(camera.shutter.readout_s);
   archive.Number(camera.shutter.reads_columns);
+  bool is_fisheye = camera.lens == LensModel::kFisheye;
+  archive.Number(is_fisheye);
+  camera.lens = is_fisheye ? LensModel::kFisheye : LensModel::kBrown;
 }
 
 template <typename Archive>
