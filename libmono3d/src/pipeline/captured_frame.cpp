@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/captured_frame.h"
+
+#include <string>
+
+namespace mono3d {
+
+CapturedFrameUndistorter::CapturedFrameUndistorter(const CameraModel& camera)
+    : camera_(camera), undistorter_(camera) {}
+
+Frame CapturedFrameUndistorter::Undistort(const CapturedFrame& captured) const {
+  Frame frame;
+  frame.index = captured.index;
+  frame.timestamp_s = captured.timestamp_s;
+  frame.name = captured.name;
+  frame.bgr = undistorter_.Undistort(captured.bgr);
+  frame.camera = undistorter_.camera();
+  if (!camera_.shutter.IsGlobal()) frame.sensor = camera_;
+  return frame;
+}
+
+void RequireImageOf(const CameraModel& camera, const CapturedFrame& captured) {
+  CameraModel pinhole = camera;
+  pinhole.distortion = {};
+  Validate(Frame{captured.index, captured.timestamp_s, captured.name, captured.bgr, pinhole});
+}
+
+CapturedFrame WithOwnPixels(CapturedFrame captured) {
+  const cv::Mat& bgr = captured.bgr;
+  const bool is_own = bgr.u != nullptr && bgr.u->refcount == 1;
+  if (!is_own) captured.bgr = bgr.clone();
+  return captured;
+}
+
+}  // namespace mono3d
