@@ -96,6 +96,7 @@ void CameraRun::NoteTracked(const PipelineProgress& progress) {
   {
     const std::lock_guard lock(mutex_);
     ++num_processed_;
+    last_processed_ = progress.frame_index;
     const auto add = [&](const FramePose& pose) {
       poses_.push_back(pose);
       first_tracked_ = std::min(first_tracked_.value_or(pose.frame_index), pose.frame_index);
@@ -166,6 +167,11 @@ std::int64_t CameraRun::num_tracked() const {
 std::optional<std::int64_t> CameraRun::first_tracked() const {
   const std::lock_guard lock(mutex_);
   return first_tracked_;
+}
+
+std::int64_t CameraRun::last_processed() const {
+  const std::lock_guard lock(mutex_);
+  return last_processed_;
 }
 
 void CameraRun::SetWorlds(WorldContinuation worlds) {

@@ -50,6 +50,7 @@ class CameraRun {
   std::vector<TrajectoryEntry> OnlineTrajectory() const;
   std::int64_t num_tracked() const;
   std::optional<std::int64_t> first_tracked() const;  // index
+  std::int64_t last_processed() const;                // index; -1: none
   std::uint64_t poses_version() const { return tracker_->Poses()->version(); }
 
   // Where the worlds of the maps lie in those of a run before. From any thread.
@@ -74,6 +75,7 @@ class CameraRun {
   std::vector<FramePose> poses_;
   std::vector<TrajectoryEntry> online_;
   std::optional<std::int64_t> first_tracked_;
+  std::int64_t last_processed_ = -1;
   WorldContinuation worlds_;
 
   std::unique_ptr<Pipeline> pipeline_;  // its threads use the rest: ends first

@@ -123,7 +123,8 @@ class SelfCalibratingPipeline::Impl {
   SurfelNumbers numbers_;
   bool is_watched_ = false;  // somebody asked for surfels
   SelfCalibration state_;
-  std::vector<TrajectoryEntry> online_before_;  // of the run before
+  std::vector<TrajectoryEntry> online_before_;  // of the run before,
+  std::int64_t last_before_ = -1;               // up to this frame
   std::int64_t num_dropped_before_ = 0;
 
   // The waiting thread's own.
@@ -218,7 +219,7 @@ Reconstruction SelfCalibratingPipeline::Impl::Stop() {
   LiveStatistics live = latencies_.Statistics();
   live.num_dropped_frames = num_dropped_before_ + result.counts.num_dropped_frames;
   result.live = live;
-  worlds.ContinueOnline(online_before_, *state_.adopted_at_frame, result);
+  worlds.ContinueOnline(online_before_, last_before_ + 1, result);
   return result;
 }
 
@@ -231,6 +232,7 @@ void SelfCalibratingPipeline::Impl::Work() {
   try {
     LearnCamera();
   } catch (const std::exception& error) {
+    if (is_aborted_) return;
     Log(LogLevel::kWarning, std::string("no camera was learned: ") + error.what());
     NoteReason(error.what());
   }
@@ -272,10 +274,13 @@ void SelfCalibratingPipeline::Impl::LearnCamera() {
 // From the first frame that was tracked on; null where no more are to be tried.
 std::shared_ptr<const std::vector<CapturedFrame>> SelfCalibratingPipeline::Impl::WaitForFootage() {
   std::unique_lock lock(push_mutex_);
-  pushed_.wait(lock, [&] {
+  const auto is_due = [&] {
     return is_aborted_ || has_failed_ || is_ending_ || buffer_.has_overflowed() ||
            run_->num_tracked() >= num_frames_due_;
-  });
+  };
+  // Nobody tells it when a frame has been tracked.
+  constexpr auto kPollInterval = std::chrono::milliseconds(50);
+  while (!pushed_.wait_for(lock, kPollInterval, is_due)) continue;
   if (is_aborted_ || has_failed_) return nullptr;
   auto footage = std::make_shared<const std::vector<CapturedFrame>>(
       buffer_.FramesFrom(run_->first_tracked().value_or(0)));
@@ -365,6 +370,7 @@ bool SelfCalibratingPipeline::Impl::ReplaceRun(const std::shared_ptr<CameraRun>&
   second->SetWorlds(worlds);
   is_buffering_ = false;
   const std::lock_guard lock(state_mutex_);
+  last_before_ = run_->last_processed();
   online_before_ = run_->OnlineTrajectory();
   num_dropped_before_ = num_dropped_;
   numbers_.BeginRun();
