@@ -5,15 +5,18 @@
 
 #ifdef __linux__
 #include <sys/resource.h>
+
+#include <algorithm>
 #endif
 
 namespace mono3d {
 
 void LowerThreadPriority() {
 #ifdef __linux__
-  // On Linux the nice value is the thread's own. 10: about a tenth of the share of a thread at 0.
-  constexpr int kNice = 10;
-  (void)setpriority(PRIO_PROCESS, 0, kNice);
+  // On Linux the nice value is the thread's own. 10 lower: about a tenth of the share.
+  constexpr int kLower = 10;
+  constexpr int kLowest = 19;
+  (void)setpriority(PRIO_PROCESS, 0, std::min(getpriority(PRIO_PROCESS, 0) + kLower, kLowest));
 #endif
 }
 

@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "mono3d/core/error.h"
+
 namespace mono3d {
 
 CapturedFrameUndistorter::CapturedFrameUndistorter(const CameraModel& camera)
@@ -25,6 +27,16 @@ void RequireImageOf(const CameraModel& camera, const CapturedFrame& captured) {
   CameraModel pinhole = camera;
   pinhole.distortion = {};
   Validate(Frame{captured.index, captured.timestamp_s, captured.name, captured.bgr, pinhole});
+}
+
+void RequireOrder(const CapturedFrame& captured, const CapturedFrame& next) {
+  if (next.index > captured.index && next.timestamp_s >= captured.timestamp_s) return;
+  throw Error(ErrorParts{.what = "frames are not in the order of time",
+                         .where = next.name,
+                         .expected = "one after frame " + std::to_string(captured.index) + " at " +
+                                     std::to_string(captured.timestamp_s) + " s",
+                         .found = "frame " + std::to_string(next.index) + " at " +
+                                  std::to_string(next.timestamp_s) + " s"});
 }
 
 CapturedFrame WithOwnPixels(CapturedFrame captured) {

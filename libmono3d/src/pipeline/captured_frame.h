@@ -28,6 +28,9 @@ class CapturedFrameUndistorter {
 // Throws Error unless the image is CV_8UC3 of the camera's size.
 void RequireImageOf(const CameraModel& camera, const CapturedFrame& captured);
 
+// Throws Error unless `next` has a higher index than `captured` and is not of an earlier time.
+void RequireOrder(const CapturedFrame& captured, const CapturedFrame& next);
+
 // A frame whose pixels nobody else can change: where others hold the image, it is copied.
 CapturedFrame WithOwnPixels(CapturedFrame captured);
 

@@ -151,13 +151,7 @@ void SelfCalibratingPipeline::Impl::RequireNext(const CapturedFrame& frame) cons
   if (!has_started_) throw Error("Push before Start");
   if (is_ending_) throw Error("a frame came after the end");
   RequireImageOf(setup_.prior.camera, frame);
-  if (!latest_) return;
-  if (frame.index <= latest_->index || frame.timestamp_s < latest_->timestamp_s) {
-    throw Error(ErrorParts{.what = "frames are not in the order of time",
-                           .where = frame.name,
-                           .expected = "one after frame " + std::to_string(latest_->index),
-                           .found = "frame " + std::to_string(frame.index)});
-  }
+  if (latest_) RequireOrder(*latest_, frame);
 }
 
 PushResult SelfCalibratingPipeline::Impl::Push(CapturedFrame captured) {
