@@ -30,7 +30,7 @@ namespace mono3d {
 namespace {
 
 // While frames come, a second run follows them at this pace where it waits for depth maps.
-constexpr double kCatchUpPace = 2;
+constexpr double kCatchUpPace = 3;
 // Of the frames that the run in use has tracked, those that the second one must have.
 constexpr double kMinTrackedShare = 0.9;
 // A version that no surfel is newer than.

@@ -55,7 +55,7 @@ struct SelfCalibrationSetup {
 
 // A live run whose camera is not known, or not for certain. It begins with the camera of the prior;
 // once the images have told a better one beyond doubt, a second pipeline takes all images with it,
-// at twice the pace of the camera or faster, while the first one goes on, but makes no more depth
+// three times as fast as they came or faster, while the first one goes on, but makes no more depth
 // maps. When the second has caught up it replaces the first, and what is shown goes on in the same
 // world: that of the second is moved there by the poses of the frames that both have tracked.
 // Where the images agree with the prior, or do not tell the camera in time, nothing changes.
@@ -84,7 +84,7 @@ class SelfCalibratingPipeline {
 
   // No more frames. Completes what is under way: where the images have not told the camera yet, it
   // is learned from those that there are, and a camera that is proven is adopted. So that a short
-  // video has a model with its own camera too, this may take some seconds and half the time of the
+  // video has a model with its own camera too, this may take some seconds and as long as the
   // video.
   [[nodiscard]] Reconstruction Stop();
 
