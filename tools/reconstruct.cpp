@@ -188,7 +188,9 @@ Result RunWhileLearningCamera(const Run& run) {
       run.writer.WriteCamera(learned.calibration->posterior.camera);
     }
   }
-  learned.camera = learned.camera.Resized(prior.camera.width, prior.camera.height);
+  learned.camera = learned.adopted_at_frame
+                       ? learned.camera.Resized(prior.camera.width, prior.camera.height)
+                       : prior.camera;
   run.record.calibration = learned.calibration;
   const std::string line = CameraLine(learned);
   if (!line.empty()) std::printf("%s\n", line.c_str());
