@@ -182,15 +182,17 @@ Result RunWhileLearningCamera(const Run& run) {
     SaveMap(arguments, made, pipeline.tracker());
   }
   SelfCalibration& learned = *made.self_calibration;
-  if (learned.calibration) {
-    learned.calibration = AtSizeOf(prior, *std::move(learned.calibration));
-    if (learned.calibration->is_learned) {
-      run.writer.WriteCamera(learned.calibration->posterior.camera);
-    }
-  }
   learned.camera = learned.adopted_at_frame
                        ? learned.camera.Resized(prior.camera.width, prior.camera.height)
                        : prior.camera;
+  if (learned.calibration) {
+    learned.calibration = AtSizeOf(prior, *std::move(learned.calibration));
+    // A saved map needs the camera of its run.
+    const bool is_of_map = !arguments.save_map.empty();
+    if (learned.calibration->is_learned) {
+      run.writer.WriteCamera(is_of_map ? learned.camera : learned.calibration->posterior.camera);
+    }
+  }
   run.record.calibration = learned.calibration;
   const std::string line = CameraLine(learned);
   if (!line.empty()) std::printf("%s\n", line.c_str());
