@@ -15,6 +15,8 @@
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
+#include "mono3d/pipeline/self_calibrating_pipeline.h"
+#include "reconstruct/adopted_files.h"
 #include "reconstruct/processing.h"
 
 namespace mono3d::tools {
@@ -28,6 +30,7 @@ struct Arguments {
   std::string save_map;  // empty: not saved
   FrameSourceOptions source;
   PipelineOptions pipeline;
+  SelfCalibrationOptions self_calibration;
   bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
@@ -38,6 +41,7 @@ std::vector<OptionField> ListAll(Arguments& arguments) {
   arguments.source.Visit(visitor);
   visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
+  visitor.Group("live.calibration", arguments.self_calibration);
   return visitor.fields();
 }
 
@@ -68,69 +72,177 @@ CameraModel FindCamera(const Arguments& arguments, const RunWriter& writer, Stag
   return choice.camera;
 }
 
+// What all runs of the tool have.
+struct Run {
+  const Arguments& arguments;
+  std::shared_ptr<Device> device;
+  const RunWriter& writer;
+  StageTimes& times;
+  RunRecord& record;
+};
+
+struct Result {
+  Reconstruction reconstruction;
+  CameraModel camera;  // of the images as they are read, before --resize
+};
+
+// `run` and `progress_line` must outlive it.
+PipelineObserver MakeObserver(const Run& run, ProgressLine& progress_line,
+                              const std::shared_ptr<AdoptedFiles::Run>& files) {
+  PipelineObserver observer;
+  observer.on_frame = [&](const PipelineProgress& progress) { progress_line.Show(progress); };
+  observer.on_depth_map = [&run, files](const DepthMap& map, const FusionResult&) {
+    const ScopedStageTimer timer(&run.times, "io/write_depth_map");
+    files->WriteDepthMap(map);
+  };
+  if (run.arguments.with_global_shutter_images) {
+    observer.on_keyframe = [&run, files](const Keyframe& keyframe) {
+      const ScopedStageTimer timer(&run.times, "io/write_global_shutter_image");
+      files->WriteKeyframeImage(keyframe.frame);
+    };
+  }
+  return observer;
+}
+
+void SaveMap(const Arguments& arguments, const Reconstruction& result, const Tracker& tracker) {
+  if (!arguments.save_map.empty() && !result.maps.empty()) {
+    SaveMapFile(tracker, arguments.save_map);
+  }
+}
+
+// With a camera that is known before, or learned from the input first.
+Result RunWithKnownCamera(const Run& run) {
+  const Arguments& arguments = run.arguments;
+  Result result;
+  result.camera = FindCamera(arguments, run.writer, run.times, run.record);
+  std::unique_ptr<FrameSource> source =
+      OpenFrameSource(arguments.input, result.camera, arguments.source);
+  CatchStopSignals();
+  ProgressLine progress_line(source->num_frames());
+  AdoptedFiles files(run.writer);
+  PipelineStages stages = CreateStages(arguments.pipeline, run.device, &run.times);
+  if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
+  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files.BeginRun()),
+                    arguments.pipeline);
+  if (arguments.pipeline.is_live) {
+    PushFrames(std::move(source), pipeline, run.record);
+  } else {
+    ProcessFrames(*source, pipeline, run.times, run.record);
+  }
+  result.reconstruction = FinishAfterAll(pipeline, run.record);
+  SaveMap(arguments, result.reconstruction, pipeline.tracker());
+  return result;
+}
+
+// A camera that may be wrong cannot be learned before the images come.
+bool LearnsCameraLive(const Arguments& arguments) {
+  const bool is_held = arguments.camera.is_held && !arguments.camera.file.empty();
+  return arguments.pipeline.is_live && !is_held;
+}
+
+// As it came out with images of another size: brings it to that of `prior`.
+CameraCalibration AtSizeOf(const CameraPrior& prior, CameraCalibration calibration) {
+  const double scale = static_cast<double>(prior.camera.width) / calibration.prior.camera.width;
+  calibration.prior = prior;
+  calibration.posterior = calibration.posterior.Resized(prior.camera.width, prior.camera.height);
+  calibration.change_px *= scale;
+  calibration.uncertainty_px *= scale;
+  calibration.sigma_px *= scale;
+  return calibration;
+}
+
+Result RunWhileLearningCamera(const Run& run) {
+  const Arguments& arguments = run.arguments;
+  const CameraPrior prior = FindPrior(arguments.input, arguments.camera);
+  CameraModel as_taken = prior.camera;
+  as_taken.distortion = {};
+  as_taken.shutter = {};
+  std::unique_ptr<FrameSource> source =
+      OpenFrameSource(arguments.input, as_taken, arguments.source);
+  CatchStopSignals();
+  Reconstruction made;
+  {
+    ProgressLine progress_line(source->num_frames());
+    AdoptedFiles files(run.writer);
+    SelfCalibrationSetup setup;
+    setup.prior = prior.Resized(source->camera().width, source->camera().height);
+    setup.create_stages = [&] { return CreateStages(arguments.pipeline, run.device, &run.times); };
+    setup.create_observer = [&](const CameraModel&) {
+      return MakeObserver(run, progress_line, files.BeginRun());
+    };
+    setup.on_adoption = [&](const SelfCalibration&) { files.RemoveBefore(); };
+    setup.calibrate = [&](const CameraPrior& known, const FootageOpener& open) {
+      const ScopedStageTimer timer(&run.times, "calibration");
+      return CalibrateCamera(known, open, arguments.camera.calibration);
+    };
+    SelfCalibratingPipeline pipeline(std::move(setup), arguments.pipeline,
+                                     arguments.self_calibration);
+    PushFrames(std::move(source), pipeline, run.record);
+    made = FinishAfterAll(pipeline, run.record);
+    SaveMap(arguments, made, pipeline.tracker());
+  }
+  SelfCalibration& learned = *made.self_calibration;
+  learned.camera = learned.adopted_at_frame
+                       ? learned.camera.Resized(prior.camera.width, prior.camera.height)
+                       : prior.camera;
+  if (learned.calibration) {
+    learned.calibration = AtSizeOf(prior, *std::move(learned.calibration));
+    // A saved map needs the camera of its run.
+    const bool is_of_map = !arguments.save_map.empty();
+    if (learned.calibration->is_learned) {
+      run.writer.WriteCamera(is_of_map ? learned.camera : learned.calibration->posterior.camera);
+    }
+  }
+  run.record.calibration = learned.calibration;
+  const std::string line = CameraLine(learned);
+  if (!line.empty()) std::printf("%s\n", line.c_str());
+  const CameraModel camera = learned.camera;
+  return {std::move(made), camera};
+}
+
+void Write(const Run& run, const Result& result) {
+  const Reconstruction& reconstruction = result.reconstruction;
+  run.writer.WriteReconstruction(reconstruction);
+  if (run.arguments.with_mesh) {
+    const ScopedStageTimer timer(&run.times, "io/write_mesh");
+    NoteErrorOf(run.record, [&] { run.writer.WriteMeshes(reconstruction, run.arguments.mesh); });
+  }
+  if (run.arguments.with_global_shutter_images) {
+    run.writer.WriteSparseModelsOfKeyframeImages(reconstruction);
+  } else {
+    run.writer.WriteSparseModels(reconstruction, result.camera);
+  }
+}
+
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   const double start_ms = WallClockMs();
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
   arguments.camera.calibration.Validate();
+  arguments.self_calibration.Validate();
   RequireSameCamera(arguments);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   const RunWriter writer(arguments.output);
 
   StageTimes times;
-  Reconstruction result;
   RunRecord record;
   record.input = arguments.input;
   record.camera = arguments.camera.file;
   record.device = Info(*device);
-  const CameraModel camera = FindCamera(arguments, writer, times, record);
-  std::unique_ptr<FrameSource> source = OpenFrameSource(arguments.input, camera, arguments.source);
-  CatchStopSignals();
-  {
-    ProgressLine progress_line(source->num_frames());
-    PipelineObserver observer;
-    observer.on_frame = [&](const PipelineProgress& progress) { progress_line.Show(progress); };
-    observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
-      const ScopedStageTimer timer(&times, "io/write_depth_map");
-      writer.WriteDepthMap(map);
-    };
-    if (arguments.with_global_shutter_images) {
-      observer.on_keyframe = [&](const Keyframe& keyframe) {
-        const ScopedStageTimer timer(&times, "io/write_global_shutter_image");
-        writer.WriteKeyframeImage(keyframe.frame);
-      };
-    }
-    PipelineStages stages = CreateStages(arguments.pipeline, device, &times);
-    if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
-    Pipeline pipeline(std::move(stages), observer, arguments.pipeline);
-    if (arguments.pipeline.is_live) {
-      PushFrames(std::move(source), pipeline, record);
-    } else {
-      ProcessFrames(*source, pipeline, times, record);
-    }
-    result = FinishAfterAll(pipeline, record);
-    if (!arguments.save_map.empty() && !result.maps.empty()) {
-      SaveMapFile(pipeline.tracker(), arguments.save_map);
-    }
-  }
-  writer.WriteReconstruction(result);
-  if (arguments.with_mesh) {
-    const ScopedStageTimer timer(&times, "io/write_mesh");
-    NoteErrorOf(record, [&] { writer.WriteMeshes(result, arguments.mesh); });
-  }
-  if (arguments.with_global_shutter_images) {
-    writer.WriteSparseModelsOfKeyframeImages(result);
-  } else {
-    writer.WriteSparseModels(result, camera);
-  }
+  const Run run{arguments, device, writer, times, record};
+  const Result result =
+      LearnsCameraLive(arguments) ? RunWhileLearningCamera(run) : RunWithKnownCamera(run);
+  Write(run, result);
   record.options = ListAll(arguments);
   record.stages = times.Snapshot();
   record.wall_s = 1e-3 * (WallClockMs() - start_ms);
   record.cpu_s = 1e-3 * ProcessCpuMs();
-  writer.WriteRecord(result, record);
-  PrintSummary(result, record, writer.model_path());
+  writer.WriteRecord(result.reconstruction, record);
+  PrintSummary(result.reconstruction, record, writer.model_path());
   if (record.end == RunEnd::kFailed) throw Error(record.error);
-  if (const std::string reason = WhyNoModel(result); !reason.empty()) throw Error(reason);
+  if (const std::string reason = WhyNoModel(result.reconstruction); !reason.empty()) {
+    throw Error(reason);
+  }
   return 0;
 }
 
@@ -169,10 +281,12 @@ int main(int argc, char** argv) {
                         "file for the map, so that a later run can go on in it");
   tool.app().add_flag("--live", arguments.pipeline.is_live,
                       "images come at the pace of their time stamps, as from a camera; nothing "
-                      "waits for depth, what there is no time for is dropped and counted");
+                      "waits for depth, what there is no time for is dropped and counted; a camera "
+                      "that is not known, or not held by --camera-fixed, is learned meanwhile");
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
+  tool.AddOptions(mono3d::ListOptions(arguments.self_calibration), "live.calibration.");
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

@@ -48,8 +48,10 @@ class ExampleRun : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string Command(const std::filesystem::path& output, const std::string& extra) const {
-    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kExample.string() + " --camera " +
-           (kExample / "camera.yaml").string() + " -o " + output.string() + kSmallRun + extra;
+    const bool has_camera = extra.find(" --camera ") != std::string::npos;
+    const std::string camera = " --camera " + (kExample / "camera.yaml").string();
+    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kExample.string() +
+           (has_camera ? "" : camera) + " -o " + output.string() + kSmallRun + extra;
   }
 
   std::filesystem::path folder_;
@@ -244,6 +246,34 @@ TEST_F(ExampleRun, LiveAccountsForEveryFrameAndBundle) {
   EXPECT_EQ(counts["bundles"],
             counts["bundles_dropped"].get<int>() + counts["depth_maps"].get<int>() + num_rejected);
   EXPECT_LT(TrajectoryRmse_m(folder_ / "out/trajectory.txt"), kMaxRmse_m);
+}
+
+// Its files are those of the run with the learned camera, as if it had been known.
+TEST_F(ExampleRun, ALiveRunLearnsThatItsCameraIsWrong) {
+  constexpr double kMaxRmse_m = 0.44;  // as with the true camera
+  const CameraModel truth = ReadCameraFile(kExample / "camera.yaml");
+  CameraModel wrong = truth;
+  wrong.fx = wrong.fy = 1.2 * truth.fx;
+  WriteCameraFile(folder_ / "wrong.yaml", wrong);
+  const std::filesystem::path out = folder_ / "out";
+  const CommandResult result = RunCommand(
+      Command(out, " --live --live.max_delay_s 3600 --camera " + (folder_ / "wrong.yaml").string()),
+      folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr(", adopted at frame "));
+  const CameraModel learned = ReadCameraFile(out / "learned_camera.yaml");
+  EXPECT_EQ(learned.width, truth.width);
+  EXPECT_NEAR(learned.fx, truth.fx, 0.02 * truth.fx);
+  EXPECT_EQ(ReadColmapModel(out / "sparse").camera.fx, learned.fx);
+  const auto record = nlohmann::json::parse(std::ifstream(out / "run.json"));
+  EXPECT_EQ(record["self_calibration"]["adopted"], true);
+  EXPECT_EQ(record["counts"]["frames"], 76);
+  EXPECT_LT(TrajectoryRmse_m(out / "trajectory.txt"), kMaxRmse_m);
+  int num_depth_maps = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(out / "depth")) {
+    num_depth_maps += entry.path().string().ends_with(".depth.pfm") ? 1 : 0;
+  }
+  EXPECT_EQ(num_depth_maps, record["counts"]["depth_maps"]);
 }
 
 TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {

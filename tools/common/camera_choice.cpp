@@ -115,4 +115,15 @@ std::string CameraLine(const CameraCalibration& calibration) {
   return line;
 }
 
+std::string CameraLine(const SelfCalibration& self_calibration) {
+  const std::optional<CameraCalibration>& calibration = self_calibration.calibration;
+  if (!calibration) return "the camera is that of the prior: " + self_calibration.reason;
+  const std::string line = CameraLine(*calibration);
+  if (self_calibration.adopted_at_frame) {
+    return line + ", adopted at frame " + std::to_string(*self_calibration.adopted_at_frame);
+  }
+  if (!calibration->is_learned) return line;
+  return line + "; it was not adopted: " + self_calibration.reason;
+}
+
 }  // namespace mono3d::tools

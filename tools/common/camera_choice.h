@@ -10,6 +10,7 @@
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/pipeline/reconstruction.h"
 
 namespace mono3d::tools {
 
@@ -47,5 +48,8 @@ CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& so
 // One line for people: "focal length 1021.3 +- 0.8 px (was 1100.0 from EXIF)". Empty where the
 // images agree with the calibration.
 std::string CameraLine(const CameraCalibration& calibration);
+
+// The same of a live run: "..., adopted at frame 214", or why it was not.
+std::string CameraLine(const SelfCalibration& self_calibration);
 
 }  // namespace mono3d::tools

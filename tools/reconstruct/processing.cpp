@@ -34,6 +34,31 @@ void ProcessAll(RunRecord& record, const ProcessNext& process_next) {
   }
 }
 
+// `push` for each frame when it is due.
+template <typename AnyPipeline, typename PushFrame>
+void PushAll(std::unique_ptr<FrameSource> source, AnyPipeline& pipeline, RunRecord& record,
+             const PushFrame& push) {
+  PacedSource paced(std::move(source), &StopRequested());
+  pipeline.Start();
+  ProcessAll(record, [&] {
+    std::optional<Frame> frame = paced.Next();
+    if (frame) push(*std::move(frame));
+    return frame.has_value() || StopRequested();
+  });
+  record.num_skipped_images = paced.num_skipped();
+}
+
+// `stop`, and once more after an error.
+template <typename StopPipeline>
+Reconstruction StopAfterAll(RunRecord& record, const StopPipeline& stop) {
+  try {
+    return stop();
+  } catch (const Error& error) {
+    NoteFailure(error, record);
+    return stop();
+  }
+}
+
 }  // namespace
 
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
@@ -51,14 +76,16 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
 }
 
 void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record) {
-  PacedSource paced(std::move(source), &StopRequested());
-  pipeline.Start();
-  ProcessAll(record, [&] {
-    std::optional<Frame> frame = paced.Next();
-    if (frame) (void)pipeline.Push(*std::move(frame));
-    return frame.has_value() || StopRequested();
+  PushAll(std::move(source), pipeline, record,
+          [&](Frame frame) { (void)pipeline.Push(std::move(frame)); });
+}
+
+void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pipeline,
+                RunRecord& record) {
+  PushAll(std::move(source), pipeline, record, [&](Frame frame) {
+    (void)pipeline.Push(
+        {frame.index, frame.timestamp_s, std::move(frame.name), std::move(frame.bgr)});
   });
-  record.num_skipped_images = paced.num_skipped();
 }
 
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step) {
@@ -70,12 +97,11 @@ void NoteErrorOf(RunRecord& record, const std::function<void()>& step) {
 }
 
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record) {
-  try {
-    return pipeline.Finish();
-  } catch (const Error& error) {
-    NoteFailure(error, record);
-    return pipeline.Finish();
-  }
+  return StopAfterAll(record, [&] { return pipeline.Finish(); });
+}
+
+Reconstruction FinishAfterAll(SelfCalibratingPipeline& pipeline, RunRecord& record) {
+  return StopAfterAll(record, [&] { return pipeline.Stop(); });
 }
 
 }  // namespace mono3d::tools

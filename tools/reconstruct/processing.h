@@ -10,6 +10,7 @@
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
+#include "mono3d/pipeline/self_calibrating_pipeline.h"
 
 namespace mono3d::tools {
 
@@ -20,10 +21,15 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
 // The same live: frames are pushed at the pace of their time stamps.
 void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record);
 
+// The same into a pipeline that learns its camera; `source` has images as taken.
+void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pipeline,
+                RunRecord& record);
+
 // Runs `step`; an error in it is what the run failed by, unless it had failed before.
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step);
 
 // Finish, or Stop of a live run; what there is in spite of an error in it.
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record);
+Reconstruction FinishAfterAll(SelfCalibratingPipeline& pipeline, RunRecord& record);
 
 }  // namespace mono3d::tools

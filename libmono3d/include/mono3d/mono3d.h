@@ -64,6 +64,7 @@
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/pipeline/run_writer.h"
+#include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "mono3d/pipeline/snapshot.h"
 #include "mono3d/pipeline/stages.h"
 #include "mono3d/tracking/image_bundle_poses.h"

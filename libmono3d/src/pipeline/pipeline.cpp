@@ -99,7 +99,7 @@ class Pipeline::Impl {
       const TrackingResult tracking = chain_.Process(frame);
       if (!on_frame_) return;
       const PipelineSnapshot now = chain_.State();
-      on_frame_({now.counts, tracking, now.num_surfels, now.health});
+      on_frame_({now.counts, tracking, now.num_surfels, now.health, frame.index});
     });
   }
 

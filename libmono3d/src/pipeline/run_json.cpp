@@ -234,6 +234,17 @@ JsonValue CalibrationJson(const CameraCalibration& calibration) {
   return json;
 }
 
+JsonValue SelfCalibrationJson(const SelfCalibration& self_calibration) {
+  JsonValue json = JsonValue::Object();
+  json.Set("attempts", self_calibration.num_attempts);
+  json.Set("adopted", self_calibration.adopted_at_frame.has_value());
+  if (self_calibration.adopted_at_frame) {
+    json.Set("adopted_at_frame", *self_calibration.adopted_at_frame);
+  }
+  if (!self_calibration.reason.empty()) json.Set("reason", self_calibration.reason);
+  return json;
+}
+
 JsonValue TimesJson(const RunRecord& record) {
   JsonValue json = JsonValue::Object();
   json.Set("wall_s", record.wall_s);
@@ -268,6 +279,9 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));
   if (reconstruction.live) json.Set("live", LiveJson(*reconstruction.live));
+  if (reconstruction.self_calibration) {
+    json.Set("self_calibration", SelfCalibrationJson(*reconstruction.self_calibration));
+  }
   json.Set("maps", MapsJson(reconstruction.maps));
   json.Set("times", TimesJson(record));
   json.Set("stages", StagesJson(record.stages));

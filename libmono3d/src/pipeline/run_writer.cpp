@@ -61,20 +61,37 @@ bool IsRunFile(std::string_view name) {
          IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
 }
 
+constexpr std::array<std::string_view, 6> kDepthEndings = {
+    ".depth.pfm", ".depth.png", ".normal.pfm", ".normal.png", ".confidence.pfm", ".confidence.png"};
+
+std::string DepthMapName(std::int64_t frame_index) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%06lld", static_cast<long long>(frame_index));
+  return name.data();
+}
+
 bool IsDepthFile(std::string_view name) {
   const std::size_t dot = std::min(name.find('.'), name.size());
   constexpr std::size_t kMinDigits = 6;
   if (dot < kMinDigits || !IsNumber(name.substr(0, dot))) return false;
-  constexpr std::array<std::string_view, 6> kEndings = {".depth.pfm",      ".depth.png",
-                                                        ".normal.pfm",     ".normal.png",
-                                                        ".confidence.pfm", ".confidence.png"};
-  return std::ranges::count(kEndings, name.substr(dot)) > 0;
+  return std::ranges::count(kDepthEndings, name.substr(dot)) > 0;
 }
 
 bool IsPng(std::string_view name) { return name.ends_with(".png"); }
 
 bool IsSparseFile(std::string_view name) {
   return name == "cameras.txt" || name == "images.txt" || name == "points3D.txt";
+}
+
+void RemoveFile(const std::filesystem::path& file) {
+  std::error_code failure;
+  std::filesystem::remove(file, failure);
+  if (failure) {
+    throw Error(ErrorParts{.what = "cannot remove the file of an earlier run",
+                           .where = file.string(),
+                           .expected = {},
+                           .found = failure.message()});
+  }
 }
 
 // Removes the files of `folder` whose names match, and what was left of them half written. A folder
@@ -87,16 +104,7 @@ void RemoveMatching(const std::filesystem::path& folder, bool (*matches)(std::st
     const std::string name = entry.path().filename().string();
     if (matches(WithoutEnding(name, ".partial").value_or(name))) files.push_back(entry.path());
   }
-  for (const std::filesystem::path& file : files) {
-    std::error_code failure;
-    std::filesystem::remove(file, failure);
-    if (failure) {
-      throw Error(ErrorParts{.what = "cannot remove the file of an earlier run",
-                             .where = file.string(),
-                             .expected = {},
-                             .found = failure.message()});
-    }
-  }
+  for (const std::filesystem::path& file : files) RemoveFile(file);
 }
 
 // The folder goes as soon as nothing but what was written there is in it.
@@ -137,15 +145,23 @@ RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
 }
 
 void RunWriter::WriteDepthMap(const DepthMap& map) const {
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "%06lld", static_cast<long long>(map.frame_index));
-  mono3d::WriteDepthMap(folder_ / "depth", name.data(), map);
+  mono3d::WriteDepthMap(folder_ / "depth", DepthMapName(map.frame_index), map);
+}
+
+void RunWriter::RemoveDepthMap(std::int64_t frame_index) const {
+  for (const std::string_view ending : kDepthEndings) {
+    RemoveFile(folder_ / "depth" / (DepthMapName(frame_index) + std::string(ending)));
+  }
 }
 
 void RunWriter::WriteKeyframeImage(const Frame& frame) const {
   const std::filesystem::path path = KeyframeImagePath(frame.name);
   if (!std::filesystem::exists(path.parent_path())) CreateOutputFolder(path.parent_path());
   WritePng(path, frame.bgr);
+}
+
+void RunWriter::RemoveKeyframeImage(const std::string& frame_name) const {
+  RemoveFile(KeyframeImagePath(frame_name));
 }
 
 void RunWriter::WriteReconstruction(const Reconstruction& reconstruction) const {

@@ -3,12 +3,12 @@
 
 #include "pipeline/tracking_thread.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "mono3d/core/error.h"
 #include "pipeline/clock.h"
+#include "pipeline/latencies.h"
 
 namespace mono3d {
 TrackingThread::TrackingThread(const LiveOptions& options,
@@ -94,23 +94,16 @@ void TrackingThread::Run() {
 
 LiveStatistics TrackingThread::Statistics() const {
   std::vector<double> latencies_ms;
-  LiveStatistics statistics;
   double elapsed_s = 0;
+  std::int64_t num_dropped = 0;
   {
     const std::lock_guard lock(mutex_);
-    statistics.num_dropped_frames = queue_.num_dropped();
+    num_dropped = queue_.num_dropped();
     latencies_ms = latencies_ms_;
     elapsed_s = last_s_ - first_s_;
   }
-  if (latencies_ms.empty()) return statistics;
-  std::ranges::sort(latencies_ms);
-  const std::size_t count = latencies_ms.size();
-  if (elapsed_s > 0) statistics.frames_per_s = static_cast<double>(count) / elapsed_s;
-  for (const double latency_ms : latencies_ms) {
-    statistics.mean_latency_ms += latency_ms / static_cast<double>(count);
-  }
-  statistics.p95_latency_ms = latencies_ms[count - 1 - (count - 1) / 20];
-  statistics.max_latency_ms = latencies_ms.back();
+  LiveStatistics statistics = SummariseLatencies(std::move(latencies_ms), elapsed_s);
+  statistics.num_dropped_frames = num_dropped;
   return statistics;
 }
 

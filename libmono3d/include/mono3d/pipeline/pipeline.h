@@ -25,6 +25,7 @@ struct PipelineProgress {
   const TrackingResult& tracking;  // of the latest frame
   std::int64_t num_surfels = 0;    // in the current model
   const ModelHealth& health;       // of the current model
+  std::int64_t frame_index = 0;    // of the latest frame
 };
 
 // Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is

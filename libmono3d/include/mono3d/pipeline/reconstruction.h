@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/point_cloud.h"
@@ -87,10 +88,22 @@ struct LiveStatistics {
   double mean_latency_ms = 0, p95_latency_ms = 0, max_latency_ms = 0;
 };
 
+// How a live run that began with a camera prior came to its camera (SelfCalibratingPipeline).
+struct SelfCalibration {
+  CameraModel camera;  // of the images as taken, that the result is made with
+  int num_attempts = 0;
+  std::optional<CameraCalibration> calibration;  // of the latest attempt
+  // The first frame that was pushed after the learned camera had been adopted; nothing where it
+  // was not.
+  std::optional<std::int64_t> adopted_at_frame;
+  std::string reason;  // why it was not
+};
+
 struct Reconstruction {
   std::vector<MapReconstruction> maps;  // the one with most tracked frames first
   PipelineCounts counts;
   std::optional<LiveStatistics> live;  // after Start
+  std::optional<SelfCalibration> self_calibration;
 };
 
 }  // namespace mono3d

@@ -65,6 +65,9 @@ class RunWriter {
   void WriteDepthMap(const DepthMap& map) const;
   // The image of a keyframe, as the frame is named, with ".png" behind where it is not there.
   void WriteKeyframeImage(const Frame& frame) const;
+  // What WriteDepthMap or WriteKeyframeImage wrote of that frame, where it is there.
+  void RemoveDepthMap(std::int64_t frame_index) const;
+  void RemoveKeyframeImage(const std::string& frame_name) const;
   void WriteReconstruction(const Reconstruction& reconstruction) const;
   // One mesh for each map that has a model.
   void WriteMeshes(const Reconstruction& reconstruction, const MeshOptions& options) const;

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d::tools {
+
+// Depth maps and keyframe images of a run that may begin again with another camera: those of the
+// runs before are removed when it is adopted. Any thread.
+class AdoptedFiles {
+ public:
+  explicit AdoptedFiles(const RunWriter& writer) : writer_(writer) {}
+
+  // Of one camera; write through it.
+  class Run {
+   public:
+    explicit Run(const RunWriter& writer) : writer_(writer) {}
+    void WriteDepthMap(const DepthMap& map);
+    void WriteKeyframeImage(const Frame& frame);
+
+   private:
+    friend class AdoptedFiles;
+    const RunWriter& writer_;
+    std::mutex mutex_;
+    std::set<std::int64_t> depth_maps_;      // by frame
+    std::set<std::string> keyframe_images_;  // by name of the frame
+  };
+
+  std::shared_ptr<Run> BeginRun();
+  // The latest run was adopted: removes what only the one before it has written. Nobody writes
+  // through that any more.
+  void RemoveBefore();
+
+ private:
+  const RunWriter& writer_;
+  std::shared_ptr<Run> before_;
+  std::shared_ptr<Run> latest_;
+};
+
+}  // namespace mono3d::tools
