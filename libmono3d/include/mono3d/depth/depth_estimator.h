@@ -42,7 +42,7 @@ struct DepthResult {
 // Width and height that images need at least.
 inline constexpr int kMinDepthSide = 64;
 
-// Depth of the middle image of a bundle, in its keyframe's own unit (paper, section 3.2).
+// Depth of the reference image of a bundle, in its keyframe's own unit (paper, section 3.2).
 class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
