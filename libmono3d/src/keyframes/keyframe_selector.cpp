@@ -33,9 +33,9 @@ std::size_t BytesOf(const View& view) {
 }
 
 // Holds the latest keyframes. Each waits to become a reference until no better sources are to be
-// expected among the next keyframes. Bundles with good sources on both sides are made then; others
-// when the keyframe has as many later ones behind it as before it, or at the end, and only of what
-// none has shown by then.
+// expected among the next keyframes. Bundles with good sources on both sides are made then. Where
+// there are none it is looked at once more when the window holds as many later keyframes as earlier
+// ones, or at the end; other bundles are made only of what none has shown by then.
 class ViewSelector final : public KeyframeSelector {
  public:
   explicit ViewSelector(const KeyframeSelectorOptions& options)
@@ -63,7 +63,7 @@ class ViewSelector final : public KeyframeSelector {
     ForgetWithoutPose(poses);
     std::vector<ImageBundle> bundles;
     for (std::size_t i = 0; i < window_.size(); ++i) {
-      if (window_[i].state != State::kOpen) continue;
+      if (window_[i].state == State::kDone) continue;
       if (auto bundle = TakeIfGood(i, poses)) bundles.push_back(*std::move(bundle));
     }
     while (auto bundle = TakeNewest(poses)) bundles.push_back(*std::move(bundle));
@@ -113,9 +113,8 @@ class ViewSelector final : public KeyframeSelector {
 
   // Keyframes that the tracker has taken out of its map.
   void ForgetWithoutPose(const KeyframePoses& poses) {
-    std::erase_if(window_, [&](const Waiting& waiting) {
-      return poses.Find(waiting.view.id()) == nullptr;
-    });
+    std::erase_if(window_,
+                  [&](const Waiting& waiting) { return poses.Find(waiting.view.id()) == nullptr; });
   }
 
   // Are there as many from about the same place as a bundle has?
@@ -196,6 +195,8 @@ class ViewSelector final : public KeyframeSelector {
     if (!is_full_) return std::nullopt;
     for (std::size_t i = 0; i <= window_.size() / 2; ++i) {
       if (window_[i].state != State::kPassed) continue;
+      if (auto bundle = TakeIfGood(i, poses)) return bundle;
+      if (window_[i].state != State::kPassed) continue;
       const std::optional<SourceChoice> sources = SourcesOf(i, poses);
       const bool is_worth_it = sources && NewShareOf(i, sources->grade, poses) > 0;
       window_[i].state = State::kDone;
@@ -228,8 +229,7 @@ class ViewSelector final : public KeyframeSelector {
   // 0 where it is too little for a bundle of that grade.
   double NewShareOf(std::size_t index, SourceGrade grade, const KeyframePoses& poses) const {
     const double share = spacing_.NewShare(window_[index].view, poses);
-    const double least =
-        grade == SourceGrade::kWeak ? kMinNewShareOfWeak : options_.min_new_share;
+    const double least = grade == SourceGrade::kWeak ? kMinNewShareOfWeak : options_.min_new_share;
     return share >= least ? share : 0;
   }
 
@@ -259,9 +259,8 @@ class ViewSelector final : public KeyframeSelector {
       chosen_.push_back({waiting.view.id(), baseline_.step()});
       if (chosen_.size() > kMaxChosen) chosen_.pop_front();
     }
-    widest_baseline_ratio_ = has_bundle_
-                                 ? std::max(widest_baseline_ratio_, sources.baseline_ratio)
-                                 : sources.baseline_ratio;
+    widest_baseline_ratio_ = has_bundle_ ? std::max(widest_baseline_ratio_, sources.baseline_ratio)
+                                         : sources.baseline_ratio;
     has_bundle_ = true;
     return bundle;
   }
@@ -294,8 +293,9 @@ void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
         "angle between neighbouring images at the points they share, aimed for");
   visit("max_angle_deg", max_angle_deg,
         "largest angle between an image and the reference at the points they share");
-  visit("min_baseline_ratio", min_baseline_ratio,
-        "baseline between neighbouring images over the median depth; less only where all have less");
+  visit(
+      "min_baseline_ratio", min_baseline_ratio,
+      "baseline between neighbouring images over the median depth; less only where all have less");
   visit("adapt_baseline", adapt_baseline,
         "narrower bundles are tried after depth maps with more holes than surface");
   visit("min_reference_baseline_ratio", min_reference_baseline_ratio,

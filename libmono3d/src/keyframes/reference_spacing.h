@@ -10,8 +10,8 @@
 
 namespace mono3d {
 
-// The references that have been chosen so far, and what a further one would add to them. Keeps about
-// a kilobyte of each, no images.
+// The references that have been chosen so far, and what a further one would add to them. Keeps
+// about a kilobyte of each, no images.
 class ReferenceSpacing {
  public:
   // The least baseline between two references over the median depth, unless the second one shows

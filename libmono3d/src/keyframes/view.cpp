@@ -114,8 +114,8 @@ void View::ReleaseImageAndPoints() {
 double BaselineRatio(const View& a, const View& b, const KeyframePoses& poses) {
   const Similarity& S_world_a = poses.At(a.id()).S_world_kf;
   const Similarity& S_world_b = poses.At(b.id()).S_world_kf;
-  const double median_depth = 0.5 * (S_world_a.scale() * a.median_depth_su() +
-                                     S_world_b.scale() * b.median_depth_su());
+  const double median_depth =
+      0.5 * (S_world_a.scale() * a.median_depth_su() + S_world_b.scale() * b.median_depth_su());
   return (S_world_a.pose().translation() - S_world_b.pose().translation()).norm() / median_depth;
 }
 

@@ -56,9 +56,10 @@ class KeyframeSelector {
 // so that nothing depends on the scale of the map or on its drift.
 struct KeyframeSelectorOptions {
   int num_images = static_cast<int>(kBundleSize);  // of a bundle: 3, 5, 7 or 9 (paper: 5)
-  // Between neighbouring images at the points that they share (paper: 5 at most). Nearer or wider
-  // ones are taken where there are none like that.
-  double best_angle_deg = 5;
+  // Between neighbouring images at the points that they share (paper: 5 at most). Wider is more
+  // exact, narrower leaves fewer holes. Images at other angles are taken where there are none like
+  // that.
+  double best_angle_deg = 3;
   // Between an image and the reference: surfaces that are seen under angles like this by two
   // images look too different to be matched well.
   double max_angle_deg = 30;
