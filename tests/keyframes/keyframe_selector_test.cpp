@@ -22,8 +22,6 @@ using testing::Each;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-using IdList = std::vector<std::int64_t>;
-
 std::vector<PosedKeyframe> Sideways(int num_keyframes, double step, double rotation_step_deg = 0,
                                     double scale = 1) {
   std::vector<PosedKeyframe> keyframes;

@@ -91,14 +91,14 @@ std::vector<ImageBundle> TrackedSelector::Select(const std::vector<PosedKeyframe
   return bundles;
 }
 
-std::vector<std::int64_t> Ids(const ImageBundle& bundle) {
-  std::vector<std::int64_t> ids;
+IdList Ids(const ImageBundle& bundle) {
+  IdList ids;
   for (const Keyframe& keyframe : bundle.keyframes) ids.push_back(keyframe.id);
   return ids;
 }
 
-std::vector<std::int64_t> References(const std::vector<ImageBundle>& bundles) {
-  std::vector<std::int64_t> ids;
+IdList References(const std::vector<ImageBundle>& bundles) {
+  IdList ids;
   for (const ImageBundle& bundle : bundles) ids.push_back(bundle.reference().id);
   return ids;
 }

@@ -66,7 +66,9 @@ class TrackedSelector {
   std::vector<KeyframePose> poses_;
 };
 
-std::vector<std::int64_t> Ids(const ImageBundle& bundle);
-std::vector<std::int64_t> References(const std::vector<ImageBundle>& bundles);
+using IdList = std::vector<std::int64_t>;
+
+IdList Ids(const ImageBundle& bundle);
+IdList References(const std::vector<ImageBundle>& bundles);
 
 }  // namespace mono3d

@@ -19,8 +19,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-using IdList = std::vector<std::int64_t>;
-
 constexpr double kPerDegree = std::numbers::pi / 180;
 
 // Every picture is next to every other that is 10 or 20 degrees away.
