@@ -19,9 +19,9 @@ struct SourceProjection {
   Eigen::Vector3d b;
 };
 
-// Of the sources, the images other than the reference: the first half is one side of the bundle, the
-// other half is the other one. Where one side has fewer images than the other, the rest of its half
-// are sources that see nothing.
+// Of the sources, the images other than the reference: the first half is one side of the bundle,
+// the other half is the other one. Where one side has fewer images than the other, the rest of its
+// half are sources that see nothing.
 using SourceProjections = std::vector<SourceProjection>;
 inline constexpr std::size_t kMaxSources = kMaxBundleSize - 1;
 

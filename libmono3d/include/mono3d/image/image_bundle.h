@@ -15,8 +15,8 @@
 namespace MONO3D_EXPORT mono3d {
 
 // The images from which one depth map is made: those of one side, the reference, those of the other
-// side (paper, section 3.1: five, in the order of flight). A point that is hidden from the images of
-// one side should be in view of the other's: the sides are before and after the reference in a
+// side (paper, section 3.1: five, in the order of flight). A point that is hidden from the images
+// of one side should be in view of the other's: the sides are before and after the reference in a
 // flight, left and right of it among photographs. Where all images lie on one side of the
 // reference, the nearer ones, from which less is hidden, are to be one side and the farther ones
 // the other.
@@ -44,8 +44,8 @@ constexpr bool IsBundleSize(std::size_t num_images) {
   return num_images % 2 == 1 && num_images >= kMinBundleSize && num_images <= kMaxBundleSize;
 }
 
-// Throws Error unless there are 3 to 9 keyframes, 1 to 4 of them on each side of the reference, with
-// valid frames of one size and a finite pose each.
+// Throws Error unless there are 3 to 9 keyframes, 1 to 4 of them on each side of the reference,
+// with valid frames of one size and a finite pose each.
 void Validate(const ImageBundle& bundle);
 
 // Sets T_ref_cam from these poses. False, with the bundle as it was, where a keyframe is not known
