@@ -5,5 +5,5 @@
 // constant: loops over the sources unroll, and what is kept of each stays in registers.
 
 layout(constant_id = 0) const int kSourcesPerSide = 2;  // of the reference, 1 to 4
-const int kNumSources = 2 * kSourcesPerSide;            // in the order of flight
+const int kNumSources = 2 * kSourcesPerSide;            // of one side, then of the other
 const int kMaxSources = 8;

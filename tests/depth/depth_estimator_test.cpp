@@ -106,6 +106,49 @@ TEST(DepthEstimator, FindsItInThreeToNineImages) {
   }
 }
 
+// Of a bundle of nine, those images alone, `before` of them before the reference in the list.
+ImageBundle BundleOf(const ImageBundle& nine, const std::vector<std::size_t>& images,
+                     std::size_t before) {
+  ImageBundle bundle;
+  for (const std::size_t i : images) {
+    bundle.keyframes.push_back(nine.keyframes[i]);
+    bundle.T_ref_cam.push_back(nine.T_ref_cam[i]);
+  }
+  bundle.num_first_side = before;
+  return bundle;
+}
+
+TEST(DepthEstimator, FindsItWithUnequalSides) {
+  PlaneScene scene;
+  scene.num_images = 9;
+  scene.baseline = 0.1;
+  const ImageBundle nine = scene.Bundle();
+  const auto estimator = CreateDepthEstimator(TestDevice());
+  const std::vector<ImageBundle> bundles = {
+      BundleOf(nine, {2, 4, 5, 6, 7}, 1),     // one before, three after it
+      BundleOf(nine, {0, 1, 2, 3, 4, 5}, 4),  // four before, one after it
+      BundleOf(nine, {3, 4, 5, 6}, 1)};
+  for (const ImageBundle& bundle : bundles) {
+    ASSERT_EQ(bundle.reference().id, nine.reference().id);
+    const DepthResult result = estimator->Estimate(bundle);
+    ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+    EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance), 0.8)
+        << bundle.keyframes.size();
+  }
+}
+
+// The farther ones are one side, the nearer ones the other. What leaves the view of all but one is
+// lost: fx * 0.4 / 2 = 30 of 160 px.
+TEST(DepthEstimator, FindsItFromOneSide) {
+  PlaneScene scene;
+  scene.num_images = 9;
+  scene.baseline = 0.1;
+  const ImageBundle bundle = BundleOf(scene.Bundle(), {8, 7, 4, 5, 6}, 2);
+  const DepthResult result = Estimate(bundle);
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance), 0.75);
+}
+
 TEST(DepthEstimator, FindsItOnEachLevel) {
   const PlaneScene scene;
   for (const int level : {0, 1}) {

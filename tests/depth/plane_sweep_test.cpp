@@ -74,22 +74,36 @@ PlaneSweepParams Params(LevelSize size) {
           .inverse_depth_step = 0.06f};
 }
 
+void ExpectPlaneSweepEqualsReference(LevelSize size, const SourceProjections& projections,
+                                     std::uint32_t tolerance, std::mt19937& random) {
+  const auto census = RandomCensus(1 + projections.size(), size.num_pixels(), random);
+  const PlaneSweepParams params = Params(size);
+  const auto expected = reference::PlaneSweep(census, projections, params, int(tolerance));
+  const auto found = SweepOnDevice(census, projections, params, tolerance);
+  std::size_t num_different = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) num_different += found[i] != expected[i];
+  EXPECT_LE(static_cast<double>(num_different),
+            kMaxShareOfOtherRounding * static_cast<double>(found.size()));
+}
+
 TEST(PlaneSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
     for (const std::uint32_t tolerance : {7u, 0u}) {
       for (const std::size_t num_sources : {2, 4, 6, 8}) {
-        const auto census = RandomCensus(1 + num_sources, size.num_pixels(), random);
-        const SourceProjections projections = CamerasOnALine(size, num_sources);
-        const PlaneSweepParams params = Params(size);
-        const auto expected = reference::PlaneSweep(census, projections, params, int(tolerance));
-        const auto found = SweepOnDevice(census, projections, params, tolerance);
-        std::size_t num_different = 0;
-        for (std::size_t i = 0; i < found.size(); ++i) num_different += found[i] != expected[i];
-        EXPECT_LE(static_cast<double>(num_different),
-                  kMaxShareOfOtherRounding * static_cast<double>(found.size()));
+        ExpectPlaneSweepEqualsReference(size, CamerasOnALine(size, num_sources), tolerance, random);
       }
     }
+  }
+}
+
+// As IndicesOfSources has it for a bundle with fewer images on one side.
+TEST(PlaneSweep, EqualsReferenceWithSourcesThatSeeNothing) {
+  std::mt19937 random = SeededByTestName();
+  for (const std::size_t num_sources : {2, 4, 8}) {
+    SourceProjections projections = CamerasOnALine(kSmallSizes[0], num_sources);
+    projections.back() = {Eigen::Vector3d(0, 0, -1).asDiagonal(), Eigen::Vector3d::Zero()};
+    ExpectPlaneSweepEqualsReference(kSmallSizes[0], projections, 7, random);
   }
 }
 

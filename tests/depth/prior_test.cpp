@@ -92,7 +92,9 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
 
 constexpr int kSideTolerance = 5;
 
-void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
+// With a source that sees nothing it is as of a bundle with fewer images on one side.
+void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
+                                std::mt19937& random) {
   reference::FineCensus census(1 + num_sources);
   for (auto& image : census) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
@@ -107,6 +109,9 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
     if (i == 0) continue;  // the reference
     projections.push_back(
         {Eigen::Matrix3d::Identity(), Eigen::Vector3d(50 * place + 2, 3 * place, 0.01 * place)});
+  }
+  if (last_sees_nothing) {
+    projections.back() = {Eigen::Vector3d(0, 0, -1).asDiagonal(), Eigen::Vector3d::Zero()};
   }
   const FineSweepParams params{.width_px = kFine.width_px,
                                .height_px = kFine.height_px,
@@ -131,7 +136,8 @@ void ExpectSweepEqualsReference(std::size_t num_sources, std::mt19937& random) {
 TEST(FineSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const std::size_t num_sources : {2, 4, 8}) {
-    ExpectSweepEqualsReference(num_sources, random);
+    ExpectSweepEqualsReference(num_sources, false, random);
+    ExpectSweepEqualsReference(num_sources, true, random);
   }
 }
 

@@ -42,6 +42,30 @@ TEST(SweepGeometry, ProjectsLikeTheCameras) {
   }
 }
 
+// Each side is half the sources; the smaller one is filled up with sources that see nothing.
+TEST(SweepGeometry, FillsUpTheSmallerSide) {
+  ImageBundle bundle = PlaneScene().Bundle();
+  bundle.keyframes.erase(bundle.keyframes.begin());
+  bundle.T_ref_cam.erase(bundle.T_ref_cam.begin());
+  bundle.num_first_side = 1;
+  const auto indices = IndicesOfSources(bundle);
+  ASSERT_EQ(indices.size(), 4U);
+  EXPECT_EQ(indices[0], 0U);
+  EXPECT_FALSE(indices[1]);
+  EXPECT_EQ(indices[2], 2U);
+  EXPECT_EQ(indices[3], 3U);
+  const SweepGeometry geometry(bundle);
+  ASSERT_EQ(geometry.num_sources(), 4U);
+  for (const int level : {0, 2}) {
+    const SourceProjection nothing = geometry.Projections(level)[1];
+    for (const double w : {0.0, 0.3, 10.0}) {
+      for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(159, 95, 1)}) {
+        EXPECT_LT((nothing.A * p + w * nothing.b).z(), 0);
+      }
+    }
+  }
+}
+
 TEST(SweepPlan, MovesAtMostOnePixelFromPlaneToPlaneInEachCamera) {
   const SweepGeometry geometry(PlaneScene().Bundle());
   const InverseDepthRange range{0.3, 0.9};

@@ -63,20 +63,42 @@ TEST(ImageBundle, HasItsReferenceInTheMiddle) {
   EXPECT_NO_THROW(Validate(bundle));
 }
 
-TEST(ImageBundle, HasAnOddNumberOfImagesFromThreeToNine) {
+ImageBundle BundleOf(std::size_t num_images) {
+  ImageBundle bundle = TestBundle();
+  bundle.keyframes.resize(num_images, bundle.keyframes[0]);
+  bundle.T_ref_cam.resize(num_images);
+  return bundle;
+}
+
+TEST(ImageBundle, HasThreeToNineImages) {
   for (std::size_t num_images = 0; num_images < 12; ++num_images) {
-    ImageBundle bundle = TestBundle();
-    bundle.keyframes.resize(num_images, bundle.keyframes[0]);
-    bundle.T_ref_cam.resize(num_images);
-    if (num_images == 3 || num_images == 5 || num_images == 7 || num_images == 9) {
+    const ImageBundle bundle = BundleOf(num_images);
+    if (num_images >= 3 && num_images <= 9) {
       EXPECT_NO_THROW(Validate(bundle));
-      EXPECT_EQ(2 * bundle.reference_index() + 1, num_images);
+      EXPECT_EQ(bundle.reference_index(), num_images / 2);
       continue;
     }
     EXPECT_THAT([&] { Validate(bundle); },
-                ThrowsMessage<Error>(
-                    HasSubstr("wrong number of images in a bundle (expected 3, 5, 7 or 9, found " +
-                              std::to_string(num_images) + ")")));
+                ThrowsMessage<Error>(HasSubstr(
+                    "wrong number of images in a bundle (expected 3 to 9, 1 to 4 of them on each "
+                    "side of the reference, found " +
+                    std::to_string(num_images) + ", ")));
+  }
+}
+
+TEST(ImageBundle, HasOneToFourImagesOnEachSide) {
+  for (std::size_t before = 0; before < 8; ++before) {
+    ImageBundle bundle = BundleOf(6);
+    bundle.num_first_side = before;
+    if (before >= 1 && before <= 4) {
+      EXPECT_NO_THROW(Validate(bundle)) << before;
+      EXPECT_EQ(&bundle.reference(), &bundle.keyframes[before]);
+    } else {
+      EXPECT_THAT(
+          [&] { Validate(bundle); },
+          ThrowsMessage<Error>(HasSubstr(std::to_string(before) + " of them before the reference")))
+          << before;
+    }
   }
 }
 

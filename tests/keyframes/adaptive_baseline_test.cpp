@@ -8,7 +8,7 @@
 namespace mono3d {
 namespace {
 
-constexpr double kMax = 0.08;
+constexpr double kMax = 5;
 
 // Reports maps of the step in use; `is_good` says of which steps maps are dense.
 template <typename IsGood>
@@ -22,9 +22,9 @@ void Report(AdaptiveBaseline& baseline, int num_maps, const IsGood& is_good) {
 
 TEST(AdaptiveBaseline, StaysAsWideAsAllowedWhileMapsAreDense) {
   AdaptiveBaseline baseline(kMax);
-  EXPECT_EQ(baseline.ratio(), kMax);
+  EXPECT_EQ(baseline.angle_deg(), kMax);
   Report(baseline, 50, [](std::size_t) { return true; });
-  EXPECT_EQ(baseline.ratio(), kMax);
+  EXPECT_EQ(baseline.angle_deg(), kMax);
 }
 
 TEST(AdaptiveBaseline, ToleratesOnePoorMap) {
@@ -41,7 +41,7 @@ TEST(AdaptiveBaseline, BecomesNarrowerUntilMapsAreDense) {
   EXPECT_EQ(baseline.step(), 1U);
   Report(baseline, 2, only_narrow);
   EXPECT_EQ(baseline.step(), 2U);
-  EXPECT_NEAR(baseline.ratio(), kMax / 2, 1e-12);
+  EXPECT_NEAR(baseline.angle_deg(), kMax / 2, 1e-12);
   Report(baseline, 6, only_narrow);
   EXPECT_EQ(baseline.step(), 2U);
 }

@@ -357,7 +357,7 @@ TEST(PipelineOptions, ListsTheOptionsOfEveryModuleUnderItsName) {
   for (const OptionField& field : ListOptions(options)) {
     EXPECT_NE(field.name.find('.'), std::string::npos) << field.name;
     EXPECT_FALSE(field.help.empty()) << field.name;
-    has_keyframes = has_keyframes || field.name == "keyframes.max_rotation_deg";
+    has_keyframes = has_keyframes || field.name == "keyframes.best_angle_deg";
   }
   EXPECT_TRUE(has_keyframes);
 }

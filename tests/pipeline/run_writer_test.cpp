@@ -85,7 +85,7 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   reconstruction.counts.num_frames = 7;
   reconstruction.counts.untracked_frames["# matches, # needed"] = 2;
   PipelineOptions options;
-  options.keyframes.max_rotation_deg = 4;
+  options.keyframes.best_angle_deg = 4;
   RunRecord record;
   record.end = RunEnd::kStopped;
   record.options = ListOptions(options);
@@ -96,7 +96,7 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
 
   const auto run = nlohmann::json::parse(std::ifstream(folder_ / "run.json"));
   EXPECT_EQ(run["end"], "stopped");
-  EXPECT_EQ(run["options"]["keyframes.max_rotation_deg"], 4.0);
+  EXPECT_EQ(run["options"]["keyframes.best_angle_deg"], 4.0);
   EXPECT_EQ(run["counts"]["frames"], 7);
   EXPECT_EQ(run["counts"]["images_skipped"], 1);
   EXPECT_EQ(run["counts"]["untracked_frames"]["# matches, # needed"], 2);

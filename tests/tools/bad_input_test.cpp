@@ -87,8 +87,8 @@ TEST_F(BadInput, UnknownOptionIsWrongUsage) {
 }
 
 TEST_F(BadInput, OptionOutOfRangeIsNamed) {
-  ExpectError(Reconstruct("--keyframes.max_rotation_deg 200"), kWrongUsage,
-              "--keyframes.max_rotation_deg", "found 200");
+  ExpectError(Reconstruct("--keyframes.best_angle_deg 200"), kWrongUsage,
+              "--keyframes.best_angle_deg", "found 200");
 }
 
 TEST_F(BadInput, LensIsOneOfThree) {

@@ -85,9 +85,12 @@ std::vector<Indices> BundlesOfSelector(const Sequence& sequence) {
     if (truth.empty()) continue;
     Keyframe keyframe;
     keyframe.id = static_cast<std::int64_t>(i);
+    keyframe.frame.camera = sequence.camera;
     keyframe.sparse_depths_su = SparseDepths(truth);
     const std::optional<ImageBundle> bundle = selector->Add(keyframe, poses);
-    if (!bundle) continue;
+    const bool is_whole = bundle && bundle->keyframes.size() == kBundleSize &&
+                          bundle->reference_index() == kBundleSize / 2;
+    if (!is_whole) continue;
     Indices indices;
     for (const Keyframe& chosen : bundle->keyframes) {
       indices.push_back(static_cast<std::size_t>(chosen.id));

@@ -71,12 +71,14 @@ std::string WhyNoModel(const Reconstruction& result) {
            MostFrequent(result.counts.untracked_frames);
   }
   if (!result.maps[0].model.empty()) return {};
+  const std::string& found = result.counts.selector_findings;
+  const std::string views = found.empty() ? "" : " (" + found + ")";
   if (result.counts.num_bundles == 0) {
-    return "no model: no five keyframes with enough baseline between them (--keyframes.*)";
+    return "no model: no three keyframes show the same from places apart" + views;
   }
   std::string reason = MostFrequent(result.counts.rejected_bundles);
   if (reason.empty()) reason = MostFrequent(result.counts.rejected_depth_maps);
-  return "no model: no depth map was fused; most frequent reason: " + reason;
+  return "no model: no depth map was fused; most frequent reason: " + reason + views;
 }
 
 }  // namespace mono3d::tools

@@ -47,17 +47,6 @@ void RequireSize(const Frame& frame, const Device& device) {
   }
 }
 
-void RequireViews(const ImageBundle& bundle, const RefinementOptions& refinement) {
-  const auto num_sources = static_cast<int>(bundle.keyframes.size()) - 1;
-  if (refinement.iterations == 0 || refinement.min_views <= num_sources) return;
-  throw Error(ErrorParts{.what = "refinement.min_views asks for more images than there are",
-                         .where = bundle.reference().frame.name,
-                         .expected = "at most " + std::to_string(num_sources) + " with " +
-                                     std::to_string(num_sources + 1) + " images",
-                         .found = std::to_string(refinement.min_views),
-                         .code = ErrorCode::kInvalidArgument});
-}
-
 // Share of the pixels around which, in the census window, grey values differ.
 double TexturedShare(const cv::Mat& grey) {
   cv::Mat differences;
@@ -73,11 +62,14 @@ double SaturatedShare(const cv::Mat& grey) {
 
 }  // namespace
 
-void RequireBundle(const ImageBundle& bundle, const RefinementOptions& refinement,
-                   const Device& device) {
+void RequireBundle(const ImageBundle& bundle, const Device& device) {
   Validate(bundle);
   RequireSize(bundle.reference().frame, device);
-  RequireViews(bundle, refinement);
+}
+
+bool HasEnoughViews(const ImageBundle& bundle, const RefinementOptions& refinement) {
+  const auto num_sources = static_cast<int>(bundle.keyframes.size()) - 1;
+  return refinement.iterations == 0 || refinement.min_views <= num_sources;
 }
 
 std::optional<std::string> ReasonInTheImages(const ImageBundle& bundle) {

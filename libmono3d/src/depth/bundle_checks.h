@@ -13,10 +13,11 @@
 namespace mono3d {
 
 // Throws Error, with what is expected and what was found, on an invalid bundle, on images smaller
-// than kMinDepthSide or too large for the buffers of the device, and when there are fewer
-// matching images than a point must be seen by.
-void RequireBundle(const ImageBundle& bundle, const RefinementOptions& refinement,
-                   const Device& device);
+// than kMinDepthSide, and on those too large for the buffers of the device.
+void RequireBundle(const ImageBundle& bundle, const Device& device);
+
+// Are there as many matching images as a point must be seen by?
+bool HasEnoughViews(const ImageBundle& bundle, const RefinementOptions& refinement);
 
 // Why these images cannot be matched, where they show it themselves: around nearly every pixel the
 // reference, or every other image, has only one grey value. Empty when they have texture.

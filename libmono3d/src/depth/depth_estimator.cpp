@@ -95,7 +95,10 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
 }
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
-  RequireBundle(bundle, options_.refinement, *device_);
+  RequireBundle(bundle, *device_);
+  if (!HasEnoughViews(bundle, options_.refinement)) {
+    return Rejected(DepthRejection::kOther, "fewer matching images than refinement.min_views");
+  }
   const ScopedStageTimer timer(times_, "depth/estimate");
   const SweepGeometry geometry(bundle);
   if (!geometry.HasBaseline()) {

@@ -35,16 +35,17 @@ void Hierarchy::Upload(const ImageBundle& bundle) {
   const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
   const std::size_t image_bytes = 4 * PaddedWords(size);
   if (levels_.empty()) levels_.emplace_back();
-  num_images_ = bundle.keyframes.size();
+  std::vector<std::optional<std::size_t>> images = IndicesOfSources(bundle);
+  images.insert(images.begin(), bundle.reference_index());
+  num_images_ = images.size();
   Reserve(levels_[0], device_, image_bytes * num_images_, "depth/pyramid");
   Reserve(contrast_gains_, device_, sizeof(std::uint32_t) * num_images_, "depth/contrast_gains");
   const cv::Mat reference = ToGrey(bundle.reference().frame.bgr);
   std::vector<std::uint32_t> gains(num_images_, kGainSteps);
-  std::size_t source = 1;
-  for (std::size_t i = 0; i < num_images_; ++i) {
-    const bool is_reference = i == bundle.reference_index();
-    const std::size_t slot = is_reference ? 0 : source++;
-    const cv::Mat grey = is_reference ? reference : ToGrey(bundle.keyframes[i].frame.bgr);
+  for (std::size_t slot = 0; slot < num_images_; ++slot) {
+    // What a source that sees nothing shows does not matter.
+    const bool is_other = slot > 0 && images[slot].has_value();
+    const cv::Mat grey = is_other ? ToGrey(bundle.keyframes[*images[slot]].frame.bgr) : reference;
     const std::vector<std::uint32_t> words = PackPadded(grey);
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
     gains[slot] =

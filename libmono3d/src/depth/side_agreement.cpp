@@ -56,8 +56,8 @@ class Sides {
  public:
   Sides(const ImageBundle& bundle, const SweepGeometry& geometry)
       : projections_(geometry.Projections(0)), reference_(ToGrey(bundle.reference().frame.bgr)) {
-    for (const Keyframe& keyframe : bundle.keyframes) {
-      if (&keyframe != &bundle.reference()) sources_.push_back(ToGrey(keyframe.frame.bgr));
+    for (const std::optional<std::size_t> i : IndicesOfSources(bundle)) {
+      sources_.push_back(i ? ToGrey(bundle.keyframes[*i].frame.bgr) : cv::Mat());
     }
   }
 

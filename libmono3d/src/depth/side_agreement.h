@@ -12,8 +12,8 @@
 namespace mono3d {
 
 // Mean Hamming distances between the census windows of one scene point in different images, as
-// shares of the bits, 0 to 1. The images before the reference are one side, those after it the
-// other.
+// shares of the bits, 0 to 1, by the sides of the bundle: the images before the reference in its
+// list are one, those after it the other.
 struct SideDifferences {
   double before = 0;  // between the reference and the images before it
   double after = 0;   // between the reference and the images after it

@@ -47,7 +47,22 @@ bool Sees(const CameraModel& camera, const Eigen::Vector3d& at) {
   return at.z() > 0 && camera.Contains(at.hnormalized());
 }
 
+// Every point is behind it.
+SourceProjection SeesNothing() {
+  return {Eigen::Vector3d(0, 0, -1).asDiagonal(), Eigen::Vector3d::Zero()};
+}
+
 }  // namespace
+
+std::vector<std::optional<std::size_t>> IndicesOfSources(const ImageBundle& bundle) {
+  const std::size_t reference = bundle.reference_index();
+  const std::size_t after = bundle.keyframes.size() - 1 - reference;
+  const std::size_t per_side = std::max(reference, after);
+  std::vector<std::optional<std::size_t>> indices(2 * per_side);
+  for (std::size_t i = 0; i < reference; ++i) indices[i] = i;
+  for (std::size_t i = 0; i < after; ++i) indices[per_side + i] = reference + 1 + i;
+  return indices;
+}
 
 CameraModel HalvedCamera(CameraModel camera, int level) {
   for (int i = 0; i < level; ++i) {
@@ -62,10 +77,14 @@ CameraModel HalvedCamera(CameraModel camera, int level) {
 }
 
 SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.reference().frame.camera) {
-  for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
-    if (i == bundle.reference_index()) continue;
-    const Keyframe& keyframe = bundle.keyframes[i];
-    const Pose T_src_ref = bundle.T_ref_cam[i].Inverse();
+  for (const std::optional<std::size_t> i : IndicesOfSources(bundle)) {
+    if (!i) {
+      projections_.push_back(SeesNothing());
+      source_cameras_.push_back(camera_);
+      continue;
+    }
+    const Keyframe& keyframe = bundle.keyframes[*i];
+    const Pose T_src_ref = bundle.T_ref_cam[*i].Inverse();
     const Eigen::Matrix3d K_src = keyframe.frame.camera.Matrix();
     projections_.push_back(
         {K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),

@@ -19,10 +19,14 @@ struct SourceProjection {
   Eigen::Vector3d b;
 };
 
-// Of the sources, the images other than the reference, in the order of flight: the first half was
-// taken before the reference, the other half after it.
+// Of the sources, the images other than the reference: the first half is one side of the bundle,
+// the other half is the other one. Where one side has fewer images than the other, the rest of its
+// half are sources that see nothing.
 using SourceProjections = std::vector<SourceProjection>;
 inline constexpr std::size_t kMaxSources = kMaxBundleSize - 1;
+
+// Of each source its index in the bundle; none for one that sees nothing.
+std::vector<std::optional<std::size_t>> IndicesOfSources(const ImageBundle& bundle);
 
 // Inverse depths in 1/su; 0 <= farthest < nearest.
 struct InverseDepthRange {

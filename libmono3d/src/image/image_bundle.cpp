@@ -42,6 +42,21 @@ void RequireNumPoses(std::size_t num_poses, const ImageBundle& bundle) {
                          .found = std::to_string(num_poses)});
 }
 
+void RequireSides(const ImageBundle& bundle) {
+  const std::size_t size = bundle.keyframes.size();
+  const std::size_t before = bundle.reference_index();
+  const bool has_reference = before < size;
+  const auto is_side = [](std::size_t num_images) {
+    return num_images >= 1 && num_images <= kMaxSideSize;
+  };
+  if (has_reference && is_side(before) && is_side(size - 1 - before)) return;
+  throw Error(ErrorParts{.what = "wrong number of images in a bundle",
+                         .where = {},
+                         .expected = "3 to 9, 1 to 4 of them on each side of the reference",
+                         .found = std::to_string(size) + ", " + std::to_string(before) +
+                                  " of them before the reference"});
+}
+
 // The difference of the places comes first: far from the world's origin it is more exact, and it is
 // zero, with no rounding, where both are in one place.
 Pose Relative(const Similarity& S_world_ref, const Pose& T_world_cam) {
@@ -55,12 +70,7 @@ Pose Relative(const Similarity& S_world_ref, const Pose& T_world_cam) {
 }  // namespace
 
 void Validate(const ImageBundle& bundle) {
-  if (!IsBundleSize(bundle.keyframes.size())) {
-    throw Error(ErrorParts{.what = "wrong number of images in a bundle",
-                           .where = {},
-                           .expected = kBundleSizesText,
-                           .found = std::to_string(bundle.keyframes.size())});
-  }
+  RequireSides(bundle);
   RequireNumPoses(bundle.T_ref_cam.size(), bundle);
   const Keyframe& reference = bundle.reference();
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {

@@ -10,17 +10,17 @@
 
 namespace mono3d {
 
-// The largest baseline between neighbouring images of a bundle, adapted to the quality of the depth
-// maps so far. It begins at the largest allowed value: the depth error falls with the baseline,
-// until the images differ too much to be matched and a map has more holes than surface. After two
+// The angle between neighbouring images of a bundle, adapted to the quality of the depth maps so
+// far. It begins at the widest: the depth error falls with the angle, until the images differ too
+// much to be matched and a map has more holes than surface. After two
 // such maps in a row the next smaller step is tried, and of the steps with recent maps the one with
 // the highest mean confidence is used. Old measurements expire, and a wider step is tried again.
 class AdaptiveBaseline {
  public:
-  explicit AdaptiveBaseline(double max_ratio) : max_ratio_(max_ratio) {}
+  explicit AdaptiveBaseline(double widest_deg) : widest_deg_(widest_deg) {}
 
-  // Baseline between neighbouring images over the median depth, at most.
-  double ratio() const { return max_ratio_ * kShares.at(current_); }
+  // Between neighbouring images, to be aimed at.
+  double angle_deg() const { return widest_deg_ * kShares.at(current_); }
 
   // The index of that step, 0 for the widest.
   std::size_t step() const { return current_; }
@@ -43,7 +43,7 @@ class AdaptiveBaseline {
   bool IsRecent(std::size_t step) const;
   std::size_t BestStep() const;
 
-  double max_ratio_;
+  double widest_deg_;
   std::size_t current_ = 0;
   int num_poor_ = 0;  // of the current step, in a row
   std::int64_t num_reports_ = 0;

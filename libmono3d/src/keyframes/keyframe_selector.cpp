@@ -4,68 +4,75 @@
 #include "mono3d/keyframes/keyframe_selector.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdio>
 #include <deque>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "keyframes/adaptive_baseline.h"
-#include "mono3d/core/statistics.h"
+#include "keyframes/reference_spacing.h"
+#include "keyframes/source_choice.h"
+#include "keyframes/view.h"
 
 namespace mono3d {
 namespace {
 
-// A keyframe that may become part of a bundle. Where it is stands in the tracker's poses.
-struct Candidate {
-  Keyframe keyframe;
-  double median_depth_su = 0;  // in the keyframe's own unit
-};
+constexpr std::size_t kMaxNumViews = 40;
+constexpr std::size_t kMaxImageBytes = 256'000'000;
 
-// How the camera moved between two keyframes.
-struct Motion {
-  double rotation_deg = 0;
-  double baseline_ratio = 0;  // over the median depth that the two see
-};
+// Of the outermost angle that is aimed for: what comes later is hardly better.
+constexpr double kWideShare = 0.8;
 
-Motion MotionBetween(const Candidate& a, const Candidate& b, const KeyframePoses& poses) {
-  const KeyframePose& pose_a = poses.At(a.keyframe.id);
-  const KeyframePose& pose_b = poses.At(b.keyframe.id);
-  const Pose T_a_b = pose_a.T_world_cam().Inverse() * pose_b.T_world_cam();
-  const double median_depth_world = 0.5 * (pose_a.S_world_kf.scale() * a.median_depth_su +
-                                           pose_b.S_world_kf.scale() * b.median_depth_su);
-  return {T_a_b.RotationAngle() * 180 / std::numbers::pi,
-          T_a_b.translation().norm() / median_depth_world};
+// New surface that justifies a weak bundle, whose depth map would disturb a better one's.
+constexpr double kMinNewShareOfWeak = 0.5;
+
+std::size_t BytesOf(const View& view) {
+  const cv::Mat& image = view.keyframe().frame.bgr;
+  return image.total() * image.elemSize();
 }
 
-// The smaller angle that the image spans.
-double FieldOfView_deg(const CameraModel& camera) {
-  const double horizontal = 2 * std::atan2(0.5 * camera.width, camera.fx);
-  const double vertical = 2 * std::atan2(0.5 * camera.height, camera.fy);
-  return std::min(horizontal, vertical) * 180 / std::numbers::pi;
-}
-
-// Holds the latest keyframes and looks for a chain of num_images that ends at the newest, each
-// within the limits of the one before.
-class BaselineKeyframeSelector final : public KeyframeSelector {
+// Holds the latest keyframes. Each waits to become a reference until no better sources are to be
+// expected among the next keyframes. Bundles with good sources on both sides are made then. Where
+// there are none it is looked at once more when the window holds as many later keyframes as earlier
+// ones, or at the end; other bundles are made only of what none has shown by then.
+class ViewSelector final : public KeyframeSelector {
  public:
-  explicit BaselineKeyframeSelector(const KeyframeSelectorOptions& options)
+  explicit ViewSelector(const KeyframeSelectorOptions& options)
       : options_(options),
-        num_images_(static_cast<std::size_t>(options.num_images)),
-        baseline_(options.max_baseline_ratio) {
+        baseline_(options.best_angle_deg),
+        spacing_(options.min_reference_baseline_ratio, options.min_new_share) {
     options_.Validate();
   }
 
   std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses& poses) override {
-    Candidate candidate{keyframe, UpperMedianOrZero(keyframe.sparse_depths_su)};
-    const KeyframePose* pose = poses.Find(keyframe.id);
-    if (pose == nullptr || !(candidate.median_depth_su > 0)) return std::nullopt;
-    KeepMap(pose->map_id, poses);
-    if (!Extend(std::move(candidate), poses)) return std::nullopt;
-    return FindBundle(poses);
+    View view(keyframe);
+    if (poses.Find(keyframe.id) == nullptr || view.points().empty()) return std::nullopt;
+    ForgetWithoutPose(poses);
+    ++num_keyframes_;
+    if (!AddsNothing(view, poses)) {
+      NoteFindings(view, poses);
+      window_.push_back({std::move(view)});
+      Trim();
+    }
+    if (auto bundle = TakeSettled(poses)) return bundle;
+    return TakePassed(poses);
+  }
+
+  std::vector<ImageBundle> Finish(const KeyframePoses& poses) override {
+    ForgetWithoutPose(poses);
+    std::vector<ImageBundle> bundles;
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      if (window_[i].state == State::kDone) continue;
+      if (auto bundle = TakeIfGood(i, poses)) bundles.push_back(*std::move(bundle));
+    }
+    while (auto bundle = TakeNewest(poses)) bundles.push_back(*std::move(bundle));
+    window_.clear();
+    return bundles;
   }
 
   void ReportDepthQuality(const DepthQuality& quality) override {
+    if (!(quality.density > 0)) spacing_.NoteNoDepth(quality.reference_id);
     if (!options_.adapt_baseline) return;
     const auto chosen = std::find_if(chosen_.begin(), chosen_.end(), [&](const Chosen& bundle) {
       return bundle.reference_id == quality.reference_id;
@@ -75,119 +82,186 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
     chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 
+  std::string Findings() const override {
+    char text[128];
+    std::snprintf(text, sizeof text, "%lld keyframes, baseline %.4f of the depth at most%s",
+                  static_cast<long long>(num_keyframes_), widest_baseline_ratio_,
+                  has_common_view_ ? "" : ", no two show the same");
+    return text;
+  }
+
  private:
-  // Forgets the keyframes of other maps.
-  void KeepMap(int map_id, const KeyframePoses& poses) {
-    const auto is_elsewhere = [&](const Candidate& candidate) {
-      const KeyframePose* pose = poses.Find(candidate.keyframe.id);
-      return pose == nullptr || pose->map_id != map_id;
+  enum class State {
+    kOpen,    // waits for better sources
+    kPassed,  // had none on both sides
+    kDone,    // is a reference, or like one
+  };
+
+  struct Waiting {
+    View view;
+    State state = State::kOpen;
+  };
+
+  int NumLater(std::size_t index) const { return static_cast<int>(window_.size() - 1 - index); }
+
+  SourceChoiceOptions ChoiceOptions() const {
+    return {.num_sources = static_cast<std::size_t>(options_.num_images - 1),
+            .step_deg = baseline_.angle_deg(),
+            .max_angle_deg = options_.max_angle_deg,
+            .min_baseline_ratio = options_.min_baseline_ratio};
+  }
+
+  // Keyframes that the tracker has taken out of its map.
+  void ForgetWithoutPose(const KeyframePoses& poses) {
+    std::erase_if(window_,
+                  [&](const Waiting& waiting) { return poses.Find(waiting.view.id()) == nullptr; });
+  }
+
+  // Are there as many from about the same place as a bundle has?
+  bool AddsNothing(const View& view, const KeyframePoses& poses) const {
+    const auto is_close = [&](const Waiting& waiting) {
+      if (!AreInOneMap(view, waiting.view, poses)) return false;
+      const Pose T_a_b =
+          poses.At(view.id()).T_world_cam().Inverse() * poses.At(waiting.view.id()).T_world_cam();
+      return BaselineRatio(view, waiting.view, poses) < options_.min_baseline_ratio &&
+             T_a_b.RotationAngle() < options_.best_angle_deg * std::numbers::pi / 180;
     };
-    std::erase_if(window_, is_elsewhere);
-    if (last_reference_ && is_elsewhere(*last_reference_)) last_reference_.reset();
+    return std::ranges::count_if(window_, is_close) >= options_.num_images;
   }
 
-  bool IsNeighbour(const Motion& motion, double max_rotation_deg) const {
-    return motion.rotation_deg <= max_rotation_deg &&
-           motion.baseline_ratio >= options_.min_baseline_ratio &&
-           motion.baseline_ratio <= options_.max_baseline_ratio;
-  }
-
-  // Appends the candidate to the window. False when it adds no baseline.
-  bool Extend(Candidate candidate, const KeyframePoses& poses) {
-    if (!window_.empty()) {
-      const Motion motion = MotionBetween(window_.back(), candidate, poses);
-      const bool is_close = motion.baseline_ratio < options_.min_baseline_ratio &&
-                            motion.rotation_deg <= options_.max_rotation_deg;
-      if (is_close) return false;
+  void NoteFindings(const View& view, const KeyframePoses& poses) {
+    if (has_bundle_) return;
+    for (const Waiting& waiting : window_) {
+      if (!AreInOneMap(view, waiting.view, poses)) continue;
+      const CommonView common = Compare(view, waiting.view, poses);
+      if (common.angles_deg.empty()) continue;
+      has_common_view_ = true;
+      widest_baseline_ratio_ = std::max(widest_baseline_ratio_, common.baseline_ratio);
     }
-    window_.push_back(std::move(candidate));
-    // A camera that swings comes back to where it looked; what is older than that holds images.
-    const std::size_t max_window = 3 * num_images_;
-    if (window_.size() > max_window) window_.erase(window_.begin());
-    return true;
   }
 
-  // Indices into the window, ascending, the last one the newest.
-  using Chain = std::vector<std::size_t>;
-
-  // Of `num_images`; each step goes back as far as the
-  // limits and the adaptive baseline allow, since the depth error falls with the baseline; where
-  // the keyframes lie farther apart than that baseline, to the nearest. Empty when there is no
-  // chain.
-  Chain FindChain(const KeyframePoses& poses, std::size_t num_images,
-                  double max_rotation_deg) const {
-    // Of each keyframe the images of the longest chain that ends at it.
-    std::vector<std::size_t> length(window_.size(), 1);
-    for (std::size_t head = 0; head < window_.size(); ++head) {
-      for (std::size_t i = 0; i < head; ++i) {
-        const Motion motion = MotionBetween(window_[i], window_[head], poses);
-        if (!IsNeighbour(motion, max_rotation_deg)) continue;
-        length[head] = std::max(length[head], length[i] + 1);
-      }
+  void Trim() {
+    std::size_t num_bytes = 0;
+    for (const Waiting& waiting : window_) num_bytes += BytesOf(waiting.view);
+    const auto least = 3 * static_cast<std::size_t>(options_.num_images);
+    while (window_.size() > kMaxNumViews ||
+           (num_bytes > kMaxImageBytes && window_.size() > least)) {
+      num_bytes -= BytesOf(window_.front().view);
+      window_.pop_front();
     }
-    Chain chain = {window_.size() - 1};
-    if (length.back() < num_images) return {};
-    while (chain.size() < num_images) {
-      const std::size_t head = chain.back();
-      std::optional<std::size_t> next;
-      for (std::size_t i = head; i-- > 0;) {
-        if (length[i] + chain.size() < num_images) continue;
-        const Motion motion = MotionBetween(window_[i], window_[head], poses);
-        if (!IsNeighbour(motion, max_rotation_deg)) continue;
-        if (!next || motion.baseline_ratio <= baseline_.ratio()) next = i;
-      }
-      chain.push_back(*next);
+    is_full_ = is_full_ || window_.size() == kMaxNumViews || num_bytes > kMaxImageBytes;
+  }
+
+  // Later keyframes will hardly bring better sources: there are as many as belong on one side and
+  // the outermost is far enough away, or the newest one shows something else.
+  bool IsSettled(std::size_t index, const KeyframePoses& poses) const {
+    const View& reference = window_[index].view;
+    const int num_later = NumLater(index);
+    if (num_later == 0) return false;
+    if (num_later >= 2 * options_.num_images) return true;
+    const View& newest = window_.back().view;
+    if (!AreInOneMap(reference, newest, poses)) return true;
+    const int per_side = options_.num_images / 2;
+    const CommonView common = Compare(reference, newest, poses);
+    if (!IsUsable(common, options_.max_angle_deg)) return true;
+    return num_later >= per_side &&
+           common.angle_deg >= kWideShare * per_side * baseline_.angle_deg();
+  }
+
+  std::optional<ImageBundle> TakeSettled(const KeyframePoses& poses) {
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      if (window_[i].state != State::kOpen || !IsSettled(i, poses)) continue;
+      if (auto bundle = TakeIfGood(i, poses)) return bundle;
     }
-    std::reverse(chain.begin(), chain.end());
-    return chain;
+    return std::nullopt;
   }
 
-  Motion MotionFromLast(const Chain& chain, const KeyframePoses& poses) const {
-    return MotionBetween(*last_reference_, window_[chain[chain.size() / 2]], poses);
-  }
-
-  // Where a camera that swings leaves a gap: images that are turned further against each other, as
-  // long as the outermost show half of what the one in the middle shows; or else fewer images.
-  Chain FindChainOverGap(const KeyframePoses& poses) const {
-    const double field_deg = FieldOfView_deg(window_.back().keyframe.frame.camera);
-    for (std::size_t num_images = num_images_; num_images >= 3; num_images -= 2) {
-      const double steps = static_cast<double>(num_images - 1) / 2;
-      const double max_rotation_deg = std::max(options_.max_rotation_deg, field_deg / 2 / steps);
-      Chain chain = FindChain(poses, num_images, max_rotation_deg);
-      if (chain.empty()) continue;
-      if (!last_reference_) return window_.size() >= 2 * num_images_ ? chain : Chain();
-      // Turned by so much, the reference shows a quarter that the last one did not.
-      const Motion motion = MotionFromLast(chain, poses);
-      const bool is_gap = motion.baseline_ratio >= options_.min_reference_baseline_ratio ||
-                          motion.rotation_deg >= field_deg / 4;
-      if (is_gap) return chain;
-    }
-    return {};
-  }
-
-  std::optional<ImageBundle> FindBundle(const KeyframePoses& poses) {
-    Chain chain = FindChain(poses, num_images_, options_.max_rotation_deg);
-    if (chain.empty()) {
-      chain = FindChainOverGap(poses);
-      if (chain.empty()) return std::nullopt;
-    } else if (last_reference_ && MotionFromLast(chain, poses).baseline_ratio <
-                                      options_.min_reference_baseline_ratio) {
+  std::optional<ImageBundle> TakeIfGood(std::size_t index, const KeyframePoses& poses) {
+    Waiting& waiting = window_[index];
+    if (spacing_.HasLike(waiting.view, poses)) {
+      waiting.state = State::kDone;
       return std::nullopt;
     }
-    const Candidate& reference = window_[chain[chain.size() / 2]];
-    ImageBundle bundle;
-    for (const std::size_t index : chain) bundle.keyframes.push_back(window_[index].keyframe);
-    if (!SetPoses(poses, bundle)) return std::nullopt;  // cannot be: KeepMap
-    chosen_.push_back({reference.keyframe.id, baseline_.step()});
-    if (chosen_.size() > kMaxChosen) chosen_.pop_front();
-    last_reference_ = reference;
-    last_reference_->keyframe.frame.bgr.release();  // only its pose is needed from here on
-    // The next chain ends at a newer keyframe, but its widest steps may reach back a little
-    // further.
-    if (chain.front() > num_images_) {
-      window_.erase(window_.begin(),
-                    window_.begin() + static_cast<std::ptrdiff_t>(chain.front() - num_images_));
+    const std::optional<SourceChoice> sources = SourcesOf(index, poses);
+    if (!sources || sources->grade != SourceGrade::kGood) {
+      waiting.state = State::kPassed;
+      return std::nullopt;
     }
+    return Take(index, *sources, poses);
+  }
+
+  // Of those that were passed and that the window will soon have no earlier ones of.
+  std::optional<ImageBundle> TakePassed(const KeyframePoses& poses) {
+    if (!is_full_) return std::nullopt;
+    for (std::size_t i = 0; i <= window_.size() / 2; ++i) {
+      if (window_[i].state != State::kPassed) continue;
+      if (auto bundle = TakeIfGood(i, poses)) return bundle;
+      if (window_[i].state != State::kPassed) continue;
+      const std::optional<SourceChoice> sources = SourcesOf(i, poses);
+      const bool is_worth_it = sources && NewShareOf(i, sources->grade, poses) > 0;
+      window_[i].state = State::kDone;
+      if (is_worth_it) return Take(i, *sources, poses);
+    }
+    return std::nullopt;
+  }
+
+  // At the end, of those that were passed: the one that shows the most that is new.
+  std::optional<ImageBundle> TakeNewest(const KeyframePoses& poses) {
+    std::optional<SourceChoice> best;
+    std::size_t best_index = 0;
+    double most = 0;
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      if (window_[i].state != State::kPassed) continue;
+      const std::optional<SourceChoice> sources = SourcesOf(i, poses);
+      const double share = sources ? NewShareOf(i, sources->grade, poses) : 0;
+      if (share <= most) {
+        if (share == 0) window_[i].state = State::kDone;  // nor will it be later
+        continue;
+      }
+      best = sources;
+      best_index = i;
+      most = share;
+    }
+    if (!best) return std::nullopt;
+    return Take(best_index, *best, poses);
+  }
+
+  // 0 where it is too little for a bundle of that grade.
+  double NewShareOf(std::size_t index, SourceGrade grade, const KeyframePoses& poses) const {
+    const double share = spacing_.NewShare(window_[index].view, poses);
+    const double least = grade == SourceGrade::kWeak ? kMinNewShareOfWeak : options_.min_new_share;
+    return share >= least ? share : 0;
+  }
+
+  std::optional<SourceChoice> SourcesOf(std::size_t index, const KeyframePoses& poses) const {
+    std::vector<const View*> views;
+    for (const Waiting& waiting : window_) views.push_back(&waiting.view);
+    return ChooseSources(views, index, poses, ChoiceOptions());
+  }
+
+  std::optional<ImageBundle> Take(std::size_t index, const SourceChoice& sources,
+                                  const KeyframePoses& poses) {
+    Waiting& waiting = window_[index];
+    waiting.state = State::kDone;
+    ImageBundle bundle;
+    for (const std::size_t i : sources.first) {
+      bundle.keyframes.push_back(window_[i].view.keyframe());
+    }
+    bundle.num_first_side = bundle.keyframes.size();
+    bundle.keyframes.push_back(waiting.view.keyframe());
+    for (const std::size_t i : sources.second) {
+      bundle.keyframes.push_back(window_[i].view.keyframe());
+    }
+    if (!SetPoses(poses, bundle)) return std::nullopt;  // cannot be: AreInOneMap
+    spacing_.Add(waiting.view);
+    // The others do not show what the angle between neighbours does.
+    if (sources.grade == SourceGrade::kGood) {
+      chosen_.push_back({waiting.view.id(), baseline_.step()});
+      if (chosen_.size() > kMaxChosen) chosen_.pop_front();
+    }
+    widest_baseline_ratio_ = has_bundle_ ? std::max(widest_baseline_ratio_, sources.baseline_ratio)
+                                         : sources.baseline_ratio;
+    has_bundle_ = true;
     return bundle;
   }
 
@@ -199,43 +273,54 @@ class BaselineKeyframeSelector final : public KeyframeSelector {
   static constexpr std::size_t kMaxChosen = 16;  // live two are on their way
 
   KeyframeSelectorOptions options_;
-  std::size_t num_images_;
   AdaptiveBaseline baseline_;
+  ReferenceSpacing spacing_;
   std::deque<Chosen> chosen_;
-  std::vector<Candidate> window_;
-  std::optional<Candidate> last_reference_;
+  std::deque<Waiting> window_;  // in the order of the keyframes
+  bool is_full_ = false;        // the window: the oldest was or will be forgotten
+  // For Findings: of all pairs before the first bundle, of the bundles from then on.
+  std::int64_t num_keyframes_ = 0;
+  double widest_baseline_ratio_ = 0;
+  bool has_common_view_ = false;
+  bool has_bundle_ = false;
 };
 
 }  // namespace
 
 void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
-  visit("num_images", num_images, "images of an image bundle: 3, 5, 7 or 9");
-  visit("max_rotation_deg", max_rotation_deg, "largest rotation between neighbouring images");
-  visit("min_baseline_ratio", min_baseline_ratio,
-        "smallest baseline between neighbouring images, over the median depth");
-  visit("max_baseline_ratio", max_baseline_ratio,
-        "largest baseline between neighbouring images, over the median depth");
+  visit("num_images", num_images, "images of an image bundle: 3, 5, 7 or 9; fewer where there are");
+  visit("best_angle_deg", best_angle_deg,
+        "angle between neighbouring images at the points they share, aimed for");
+  visit("max_angle_deg", max_angle_deg,
+        "largest angle between an image and the reference at the points they share");
+  visit(
+      "min_baseline_ratio", min_baseline_ratio,
+      "baseline between neighbouring images over the median depth; less only where all have less");
   visit("adapt_baseline", adapt_baseline,
         "narrower bundles are tried after depth maps with more holes than surface");
   visit("min_reference_baseline_ratio", min_reference_baseline_ratio,
-        "smallest baseline between the references of two bundles, over the median depth");
+        "baseline between the references of two bundles over the median depth; less only where the "
+        "second one shows something new");
+  visit("min_new_share", min_new_share, "share of the picture that such new surface takes, 0 to 1");
 }
 
 void KeyframeSelectorOptions::Validate() const {
   RequireOption(num_images > 0 && IsBundleSize(static_cast<std::size_t>(num_images)),
                 "keyframes.num_images", kBundleSizesText, num_images);
-  RequireOption(max_rotation_deg > 0 && max_rotation_deg < 90, "keyframes.max_rotation_deg",
-                "more than 0 and less than 90", max_rotation_deg);
+  RequireOption(best_angle_deg > 0 && best_angle_deg < 90, "keyframes.best_angle_deg",
+                "more than 0 and less than 90", best_angle_deg);
+  RequireOption(max_angle_deg >= best_angle_deg && max_angle_deg < 90, "keyframes.max_angle_deg",
+                "keyframes.best_angle_deg or more, and less than 90", max_angle_deg);
   RequireOption(min_baseline_ratio > 0, "keyframes.min_baseline_ratio", "more than 0",
                 min_baseline_ratio);
-  RequireOption(max_baseline_ratio > min_baseline_ratio, "keyframes.max_baseline_ratio",
-                "more than keyframes.min_baseline_ratio", max_baseline_ratio);
   RequireOption(min_reference_baseline_ratio >= 0, "keyframes.min_reference_baseline_ratio",
                 "0 or more", min_reference_baseline_ratio);
+  RequireOption(min_new_share > 0 && min_new_share <= 1, "keyframes.min_new_share",
+                "more than 0, 1 at most", min_new_share);
 }
 
 std::unique_ptr<KeyframeSelector> CreateKeyframeSelector(const KeyframeSelectorOptions& options) {
-  return std::make_unique<BaselineKeyframeSelector>(options);
+  return std::make_unique<ViewSelector>(options);
 }
 
 }  // namespace mono3d

@@ -150,10 +150,14 @@ void Chain::Select(const Keyframe& from_tracker) {
   const Keyframe keyframe = WithGlobalShutter(from_tracker);
   if (on_keyframe_) on_keyframe_(keyframe);
   std::optional<ImageBundle> bundle = keyframe_selector_->Add(keyframe, *poses_);
-  if (!bundle) return;
+  counts_.selector_findings = keyframe_selector_->Findings();
+  if (bundle) AddBundle(*std::move(bundle));
+}
+
+void Chain::AddBundle(ImageBundle bundle) {
   ++counts_.num_bundles;
   TakeCounts();
-  worker_->Add(*std::move(bundle), poses_);
+  worker_->Add(std::move(bundle), poses_);
 }
 
 // What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
@@ -173,7 +177,14 @@ void Chain::ProcessLast() {
       Select(keyframe);
     }
     worker_->Wait();
-    if (FeedBack()) {
+    const bool has_constraints = FeedBack();
+    for (ImageBundle& bundle : keyframe_selector_->Finish(*poses_)) {
+      worker_->Wait();
+      AddBundle(std::move(bundle));
+    }
+    counts_.selector_findings = keyframe_selector_->Findings();
+    worker_->Wait();
+    if (FeedBack() || has_constraints) {
       tracker_->WaitForMapping();
       Update();
     }

@@ -47,6 +47,7 @@ class Chain {
   void Publish(const Frame& frame, const TrackingResult& tracking);
   void Update();
   void Select(const Keyframe& from_tracker);
+  void AddBundle(ImageBundle bundle);
   void ProcessLast();
   MapReconstruction OfMap(int map_id, ModelBuilder::OfMap& made,
                           const std::vector<TrajectoryEntry>& trajectory,

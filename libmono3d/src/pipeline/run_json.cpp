@@ -60,6 +60,7 @@ JsonValue CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_imag
   json.Set("models_joined", counts.num_models_joined);
   json.Set("corrections", counts.num_corrections);
   json.Set("constraints", counts.num_constraints);
+  if (!counts.selector_findings.empty()) json.Set("views_for_depth", counts.selector_findings);
   json.Set("untracked_frames", ReasonsJson(counts.untracked_frames));
   json.Set("rejected_bundles", ReasonsJson(counts.rejected_bundles));
   json.Set("rejected_depth_maps", ReasonsJson(counts.rejected_depth_maps));

@@ -42,14 +42,14 @@ struct DepthResult {
 // Width and height that images need at least.
 inline constexpr int kMinDepthSide = 64;
 
-// Depth of the middle image of a bundle, in its keyframe's own unit (paper, section 3.2).
+// Depth of the reference image of a bundle, in its keyframe's own unit (paper, section 3.2).
 class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
 
-  // Throws Error on an invalid bundle, on images smaller than kMinDepthSide or larger than the
-  // device's buffers allow (3840x2160 fits any), and with fewer matching images than
-  // RefinementOptions::min_views; a bundle without depth in it is a status.
+  // Throws Error on an invalid bundle, and on images smaller than kMinDepthSide or larger than the
+  // device's buffers allow (3840x2160 fits any). A bundle without depth in it, or with fewer
+  // matching images than RefinementOptions::min_views, is a status.
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;
 };
 

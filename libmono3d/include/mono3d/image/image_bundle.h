@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,30 +14,38 @@
 
 namespace MONO3D_EXPORT mono3d {
 
-// The images from which one depth map is made, in the order of flight: an odd number, the middle
-// one is the reference (paper, section 3.1: five).
+// The images from which one depth map is made: those of one side, the reference, those of the other
+// side (paper, section 3.1: five, in the order of flight). A point that is hidden from the images
+// of one side should be in view of the other's: the sides are before and after the reference in a
+// flight, left and right of it among photographs. Where all images lie on one side of the
+// reference, the nearer ones, from which less is hidden, are to be one side and the farther ones
+// the other.
 struct ImageBundle {
   std::vector<Keyframe> keyframes;
   // Of each keyframe: from its camera frame into that of the reference, whose own unit of length
   // is that of the translations. Identity for the reference.
   std::vector<Pose> T_ref_cam;
 
-  std::size_t reference_index() const { return keyframes.size() / 2; }
+  // Images on the first side. Empty: half of them, the reference is the one in the middle.
+  std::optional<std::size_t> num_first_side = {};
+
+  std::size_t reference_index() const { return num_first_side.value_or(keyframes.size() / 2); }
   const Keyframe& reference() const { return keyframes[reference_index()]; }
 };
 
 inline constexpr std::size_t kBundleSize = 5;  // by default
 inline constexpr std::size_t kMinBundleSize = 3;
 inline constexpr std::size_t kMaxBundleSize = 9;
+inline constexpr std::size_t kMaxSideSize = 4;
 inline constexpr const char* kBundleSizesText = "3, 5, 7 or 9";  // for messages
 
-// Is it odd, so that half the images lie before the reference and half after it, and from 3 to 9?
+// Is it odd, so that there can be as many images on both sides of the reference, and from 3 to 9?
 constexpr bool IsBundleSize(std::size_t num_images) {
   return num_images % 2 == 1 && num_images >= kMinBundleSize && num_images <= kMaxBundleSize;
 }
 
-// Throws Error unless IsBundleSize() keyframes are there, with valid frames of one size and a
-// finite pose each.
+// Throws Error unless there are 3 to 9 keyframes, 1 to 4 of them on each side of the reference,
+// with valid frames of one size and a finite pose each.
 void Validate(const ImageBundle& bundle);
 
 // Sets T_ref_cam from these poses. False, with the bundle as it was, where a keyframe is not known

@@ -39,6 +39,7 @@ struct PipelineCounts {
   // Depth maps of which the tracker was told that the model has them elsewhere; some twice, of two
   // submaps.
   std::int64_t num_constraints = 0;
+  std::string selector_findings;  // KeyframeSelector::Findings
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;
