@@ -10,10 +10,9 @@
 namespace mono3d::tools {
 
 // The options of the modules that people set: --help lists these, --help-all the others as well.
-inline constexpr std::array<std::string_view, 26> kCommonOptions = {
+inline constexpr std::array<std::string_view, 25> kCommonOptions = {
     // mono3d-reconstruct and mono3d-depth
     "tracking.max_side_px",
-    "tracking.features.num_features",
     "keyframes.num_images",
     "depth.pyramid.level",
     "depth.plane_sweep.min_depth_su",

@@ -123,18 +123,11 @@ void ForEachPoint(const CameraProblem& problem, const Call& call) {
 }
 
 // Of the sum of what the stretches move. The camera that was fitted to them leaves their residuals
-// too small, by (n - 1) / n twice (the jackknife of MacKinnon and White 1985). Points are seen
-// beyond the end of a stretch: neighbours count half together (Newey and West 1987).
+// too small, by (n - 1) / n twice (the jackknife of MacKinnon and White 1985).
 ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& of_block) {
-  constexpr double kNeighbours = 0.5;
   constexpr double kFitted = static_cast<double>(kNumBlocks) / (kNumBlocks - 1);
   ParameterMatrix covariance = ParameterMatrix::Zero();
-  for (std::size_t i = 0; i < kNumBlocks; ++i) {
-    covariance += of_block[i] * of_block[i].transpose();
-    if (i == 0) continue;
-    const ParameterMatrix together = of_block[i - 1] * of_block[i].transpose();
-    covariance += kNeighbours * (together + together.transpose());
-  }
+  for (const ParameterVector& moved : of_block) covariance += moved * moved.transpose();
   return kFitted * kFitted * covariance;
 }
 
