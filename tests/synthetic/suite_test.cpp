@@ -127,8 +127,13 @@ TEST(Cameras, AreOfAllKindsWithinTheirRanges) {
       ++readouts[options.render.sensor.readout_s];
       num_videos += sequence.video.IsOn() ? 1 : 0;
       const SequenceCameraOptions& camera = options.camera;
-      focal.min = std::min(focal.min, camera.focal_px / camera.width);
-      focal.max = std::max(focal.max, camera.focal_px / camera.width);
+      const int longer_side = std::max(camera.width, camera.height);
+      focal.min = std::min(focal.min, camera.focal_px / longer_side);
+      focal.max = std::max(focal.max, camera.focal_px / longer_side);
+      const SensorOptions& sensor = options.render.sensor;
+      const bool is_turned = sensor.readout_s > 0 && (sensor.readout_direction == "right" ||
+                                                      sensor.readout_direction == "left");
+      EXPECT_EQ(camera.height > camera.width, is_turned) << sequence.name;
       k1.min = std::min(k1.min, camera.k1);
       k1.max = std::max(k1.max, camera.k1);
       EXPECT_LE(std::abs(camera.offset_x_px), 0.02 * camera.width);
@@ -152,7 +157,8 @@ TEST(Cameras, HaveLensesThatCanBeInverted) {
   for (int seed = 1; seed <= 6; ++seed) {
     for (const SuiteSequence& sequence : BuildSuite("cameras", seed)) {
       // Distortion has no size in pixels: a small image has the same corners.
-      const CameraModel camera = sequence.options.camera.Model().Resized(64, 36);
+      const CameraModel large = sequence.options.camera.Model();
+      const CameraModel camera = large.Resized(large.width / 9, large.height / 9);
       EXPECT_NO_THROW(Lens{camera}) << sequence.name;
       EXPECT_NO_THROW(DepthCamera(camera)) << sequence.name;
     }

@@ -148,6 +148,16 @@ SensorOptions DrawSensor(const Film& film, RandomNumbers& random) {
   return sensor;
 }
 
+// Lines run along the longer side of a sensor: one that is read by columns is turned, and films
+// images higher than wide.
+void TurnImagesWithSensor(SequenceOptions& options) {
+  const std::string& direction = options.render.sensor.readout_direction;
+  if (options.render.sensor.readout_s == 0 || (direction != "right" && direction != "left")) return;
+  SequenceCameraOptions& camera = options.camera;
+  std::swap(camera.width, camera.height);
+  std::swap(camera.offset_x_px, camera.offset_y_px);
+}
+
 // Two of three compress. A pixel has 0.25 to 0.8 bits: drones spend 0.2 to 0.6 at 30 images a
 // second, and those differ less from one to the next.
 VideoOptions DrawVideo(RandomNumbers& random) {
@@ -182,6 +192,7 @@ std::vector<SuiteSequence> BuildCameras(int seed) {
     options.flight = DrawFlight(plan, random);
     options.camera = lenses.Lens(i, random);
     options.render.sensor = DrawSensor(films[i], random);
+    TurnImagesWithSensor(options);
     SetSeeds(options, 1000 * seed + static_cast<int>(i) + 1);
     // Each time that a flight comes round again, over the next scene; both orbits differ.
     ChooseScene(options, "plain", i / kFlightPlans.size() + 3 * (i % kFlightPlans.size()));
