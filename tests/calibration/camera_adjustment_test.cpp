@@ -122,6 +122,35 @@ TEST(CameraAdjustment, StatesHowFarItIsOff) {
   EXPECT_GE(num_within, 80) << "of " << num_all;
 }
 
+// Parameters and back: the parameter of k2 is what it has beyond k1^2.
+TEST(CameraParameters, HoldACamera) {
+  CameraModel camera = TrueCamera();
+  camera.shutter = {0.02, true};
+  const ParameterVector parameters = ToParameters(camera);
+  EXPECT_NEAR(parameters[kK2], 0.05 - 0.12 * 0.12, 1e-12);
+  const CameraModel again = WithParameters(UnknownCamera().camera, parameters);
+  EXPECT_NEAR(LargestDifference_px(camera, again), 0, 1e-9);
+  EXPECT_EQ(again.shutter, camera.shutter);
+  CameraModel fisheye = camera;
+  fisheye.lens = LensModel::kFisheye;
+  EXPECT_EQ(ToParameters(fisheye)[kK2], 0.05);
+}
+
+// Barrel distortion as lenses have it, in few noisy observations: k2 taken for 0 would bend k1, and
+// the focal length with it.
+TEST(CameraAdjustment, TakesTheUsualK2OfALens) {
+  CameraModel truth = TrueCamera();
+  truth.distortion = {-0.27, 0.07, 0, 0, 0};
+  double bias = 0;
+  constexpr int kNumMaps = 6;
+  for (unsigned seed = 0; seed < kNumMaps; ++seed) {
+    const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(truth, Way::kOrbit, 40 + seed));
+    EXPECT_NEAR(found.camera.fx, truth.fx, 0.003 * truth.fx);
+    bias += (found.camera.fx / truth.fx - 1) / kNumMaps;
+  }
+  EXPECT_LT(std::abs(bias), 0.001);
+}
+
 // 140 degrees across the width.
 CameraModel TrueFisheye() {
   CameraModel camera = {640, 480, 260, 260, 324, 236, {0.03, -0.01, 0.004, -0.0008, 0}};
@@ -229,7 +258,7 @@ TEST(CameraAdjustment, BearsOutliers) {
   EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1.5);
 }
 
-// Seen in the middle alone, k1 = -0.9 fits; towards the corners it folds back.
+// Seen in the middle alone, k1 = -0.9 with k2 = 0 fits; towards the corners it folds back.
 TEST(CameraAdjustment, FindsALensWhereWhatFitsIsNone) {
   CameraModel folding = TrueCamera();
   folding.distortion = {-0.9, 0, 0, 0, 0};
@@ -242,7 +271,7 @@ TEST(CameraAdjustment, FindsALensWhereWhatFitsIsNone) {
     });
   }
   CameraPrior prior = UnknownCamera();
-  prior.distortion_sigma = {1, 0, 0, 0, 0};
+  prior.distortion_sigma = {1, 1, 0, 0, 0};
   const CameraAdjustment fitted = Adjust(prior, map);
   EXPECT_LT(fitted.camera.distortion[0], -0.8);
   EXPECT_THROW(Undistorter(fitted.camera), Error);

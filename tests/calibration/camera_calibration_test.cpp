@@ -10,6 +10,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -102,6 +103,23 @@ TEST_F(Calibration, LearnsAnUnknownCamera) {
   EXPECT_LT(LargestDifference_px(truth, camera), 3);
   EXPECT_GT(found.change_px, 30);
   EXPECT_EQ(found.prior.camera, prior.camera);
+}
+
+TEST_F(Calibration, LooksAtTheWholeOfShortFootage) {
+  std::vector<std::pair<int, int>> parts;
+  const FootageOpener all = Footage(*frames_);
+  const FootageOpener open = [&](const CameraModel& camera, int start, int max_frames) {
+    parts.emplace_back(start, max_frames);
+    return all(camera, start, max_frames);
+  };
+  const CameraPrior prior =
+      DefaultCameraPrior(tracking::SmallCamera().width, tracking::SmallCamera().height);
+  (void)CalibrateCamera(prior, open, {.num_parts = 3, .part_frames = 20, .max_rounds = 4});
+  const std::set<std::pair<int, int>> looked_at(parts.begin() + 1, parts.end());  // 0: its size
+  EXPECT_EQ(looked_at, (std::set<std::pair<int, int>>{{0, 20}, {0, 45}}));
+  parts.clear();
+  (void)CalibrateCamera(prior, open, {.num_parts = 2, .part_frames = 20, .max_rounds = 4});
+  EXPECT_TRUE(std::ranges::count(parts, std::pair(25, 20)) > 0) << "the last part";
 }
 
 // 150 degrees across the width.

@@ -50,12 +50,13 @@ CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const Camera
 }
 
 // A flight along the lines' order stretches the image as pixels do that are not quite square, from
-// resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well?
+// resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well? The
+// rounding is by up to a pixel, as video has even sizes: 0.58 px of the smaller side.
 bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPrior prior,
                          std::span<const SparseModel> maps) {
-  constexpr double kPixelAspectSigma = 0.003;
+  constexpr double kRoundingSigma_px = 0.58;
   constexpr double kDoubtless = 3;  // in sigmas
-  prior.aspect_sigma = kPixelAspectSigma;
+  prior.aspect_sigma = kRoundingSigma_px / std::min(prior.camera.width, prior.camera.height);
   CameraProblem problem(maps, with.camera(), prior);
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;

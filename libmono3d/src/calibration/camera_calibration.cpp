@@ -61,18 +61,27 @@ void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<Sp
   for (const int id : map_ids) maps.push_back(WithCamera(tracker->Sparse(id), camera));
 }
 
-// The first frame of each part.
-std::vector<int> ChooseParts(std::optional<std::int64_t> num_frames,
-                             const CalibrationOptions& options) {
-  std::vector<int> starts = {0};
-  const std::int64_t last = num_frames.value_or(0) - options.part_frames;
-  const int num_parts = last <= 0 ? 1 : options.num_parts;
-  for (int i = 1; i < num_parts; ++i) {
-    const auto start = static_cast<int>(last * i / (num_parts - 1));
-    // Parts that overlap say the same twice.
-    if (start >= starts.back() + options.part_frames) starts.push_back(start);
+// Frames that are tracked without those before and after.
+struct FootagePart {
+  int start = 0;
+  int num_frames = 0;  // 0: to the end
+  bool operator==(const FootagePart&) const = default;
+};
+
+// Where all parts together would make up the footage, it is one.
+std::vector<FootagePart> ChooseParts(std::optional<std::int64_t> num_frames,
+                                     const CalibrationOptions& options) {
+  const std::int64_t num_wanted = std::int64_t{options.num_parts} * options.part_frames;
+  if (!num_frames || options.num_parts == 1 || *num_frames <= options.part_frames) {
+    return {{0, options.part_frames}};
   }
-  return starts;
+  if (*num_frames <= num_wanted) return {{0, static_cast<int>(*num_frames)}};
+  std::vector<FootagePart> parts;
+  for (int i = 0; i < options.num_parts; ++i) {
+    const std::int64_t last = *num_frames - options.part_frames;
+    parts.push_back({static_cast<int>(last * i / (options.num_parts - 1)), options.part_frames});
+  }
+  return parts;
 }
 
 void LogRound(const CameraCalibration& result, double change_px) {
@@ -95,21 +104,24 @@ double ReadoutChange_s(const RollingShutter& a, const RollingShutter& b) {
              : std::max(std::abs(a.readout_s), std::abs(b.readout_s));
 }
 
-using TrackParts = std::function<std::vector<SparseModel>(const CameraModel&, std::size_t)>;
+using TrackParts =
+    std::function<std::vector<SparseModel>(const CameraModel&, const std::vector<FootagePart>&)>;
 
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
-                            std::size_t max_parts, const CalibrationOptions& options) {
+                            const std::vector<FootagePart>& all_parts,
+                            const CalibrationOptions& options) {
   CameraCalibration result;
   result.prior = result.posterior = prior;
   // A calibration that may be wrong must not be drawn on to judge it.
   const bool is_told = prior.source == CameraPriorSource::kCalibration;
   CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
-  std::size_t num_parts = 1;
+  const std::vector<FootagePart> first_part = {{0, options.part_frames}};
+  std::vector<FootagePart> parts = first_part;
   bool lens_agrees = false;  // with what was told
   int num_full_rounds = 0;
   for (int round = 1; round <= options.max_rounds; ++round) {
-    const std::vector<SparseModel> maps = track(camera, num_parts);
+    const std::vector<SparseModel> maps = track(camera, parts);
     CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
@@ -118,8 +130,8 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
       adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
-      if (num_parts == max_parts) break;
-      num_parts = max_parts;  // more may be seen elsewhere
+      if (parts == all_parts) break;
+      parts = all_parts;  // more may be seen elsewhere
       continue;
     }
     const double change_px = LargestDifference_px(camera, adjustment.camera);
@@ -145,16 +157,16 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height) ||
                            change_s > kCoarseReadout_s;
     if (is_coarse && round < kNumCoarseRounds) continue;
-    num_full_rounds += num_parts == max_parts ? 1 : 0;
+    num_full_rounds += parts == all_parts ? 1 : 0;
     // Two rounds choose other keyframes: their difference has more variance than either. The first
     // with all parts was tracked with a camera from one.
-    const bool is_settled = lens_agrees || num_full_rounds > 1 || max_parts == 1;
-    if (num_parts == max_parts && is_settled &&
+    const bool is_settled = lens_agrees || num_full_rounds > 1 || all_parts == first_part;
+    if (parts == all_parts && is_settled &&
         (lens_agrees || change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) &&
         change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s)) {
       break;
     }
-    num_parts = max_parts;
+    parts = all_parts;
   }
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
@@ -196,17 +208,17 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
   // The source may resize images and camera.
   const int width = source->camera().width;
   const int height = source->camera().height;
-  const std::vector<int> starts = ChooseParts(source->num_frames(), options);
-  const auto track = [&](const CameraModel& camera, std::size_t num_parts) {
+  const auto track = [&](const CameraModel& camera, const std::vector<FootagePart>& parts) {
     std::vector<SparseModel> maps;
-    for (std::size_t i = 0; i < num_parts; ++i) {
-      const std::unique_ptr<FrameSource> part =
-          open(camera.Resized(told.width, told.height), starts[i], options.part_frames);
-      TrackFootage(*part, camera, maps);
+    for (const FootagePart& part : parts) {
+      const std::unique_ptr<FrameSource> footage =
+          open(camera.Resized(told.width, told.height), part.start, part.num_frames);
+      TrackFootage(*footage, camera, maps);
     }
     return maps;
   };
-  CameraCalibration result = Calibrate(prior.Resized(width, height), track, starts.size(), options);
+  CameraCalibration result = Calibrate(prior.Resized(width, height), track,
+                                       ChooseParts(source->num_frames(), options), options);
   calibration::BringToSize(prior, result);
   return result;
 }

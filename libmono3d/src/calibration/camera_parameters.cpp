@@ -19,6 +19,7 @@ ParameterVector ToParameters(const CameraModel& camera) {
       camera.distortion[0], camera.distortion[1], camera.distortion[2], camera.distortion[3],
       camera.distortion[4], shutter.reads_columns ? 0 : shutter.readout_s,
       shutter.reads_columns ? shutter.readout_s : 0;
+  if (camera.lens == LensModel::kBrown) parameters[kK2] -= parameters[kK1] * parameters[kK1];
   return parameters;
 }
 
@@ -31,6 +32,7 @@ CameraModel WithParameters(const CameraModel& camera, const ParameterVector& par
   for (std::size_t i = 0; i < result.distortion.size(); ++i) {
     result.distortion[i] = parameters[kK1 + static_cast<int>(i)];
   }
+  if (camera.lens == LensModel::kBrown) result.distortion[1] = SecondRadial(parameters.data());
   const bool reads_columns =
       std::abs(parameters[kReadoutByColumns]) > std::abs(parameters[kReadoutByRows]);
   result.shutter = {parameters[reads_columns ? kReadoutByColumns : kReadoutByRows], reads_columns};

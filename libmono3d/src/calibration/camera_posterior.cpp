@@ -64,6 +64,12 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
     posterior.distortion_sigma[i] = sigmas[parameter];
     result.determines_distortion[i] = is_determined[parameter];
   }
+  if (posterior.camera.lens == LensModel::kBrown) {
+    // Of k2 itself.
+    const Eigen::Vector2d by_parameters(2 * posterior.camera.distortion[0], 1);
+    posterior.distortion_sigma[1] =
+        std::sqrt(by_parameters.dot(adjustment.covariance.block<2, 2>(kK1, kK1) * by_parameters));
+  }
   // Of a global shutter by the lines that the images tell of, if any.
   const bool is_by_columns =
       posterior.camera.shutter.IsGlobal()

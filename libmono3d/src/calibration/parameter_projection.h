@@ -22,7 +22,7 @@ ImagePoint<T> ProjectBrown(const T* camera, const T* p_cam) {
   const T x = p_cam[0] / p_cam[2];
   const T y = p_cam[1] / p_cam[2];
   const T r2 = x * x + y * y;
-  const T radial = T(1) + r2 * (camera[kK1] + r2 * (camera[kK2] + r2 * camera[kK3]));
+  const T radial = T(1) + r2 * (camera[kK1] + r2 * (SecondRadial(camera) + r2 * camera[kK3]));
   const T& p1 = camera[kP1];
   const T& p2 = camera[kP2];
   return {x * radial + T(2) * p1 * x * y + p2 * (r2 + T(2) * x * x),
