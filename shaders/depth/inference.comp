@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// Inverse depth of pixels that were not matched to the end, from the surface around: at full
+// resolution the state is the mean of the four pixels of half the resolution around, weighted by
+// distance and likeness of grey values. It is believed where the plane that won the sweep, though
+// not clearly enough to be an estimate, is near; with a confidence that falls with the distance
+// from that plane, and is never above kMostConfidence. No estimate elsewhere, and in the sky.
+// One pixel an invocation.
+#version 450
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_GOOGLE_include_directive : require
+
+#include "depth/inference.params.h"
+#include "depth/padded_image.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 0, r32f) uniform readonly imageBuffer depth;       // su; 0: was not matched
+layout(binding = 1, r32f) uniform readonly imageBuffer winners;     // fine_winner.comp
+layout(binding = 2, rgba32f) uniform readonly imageBuffer state;    // half resolution
+layout(binding = 3, rgba32ui) uniform readonly uimageBuffer image;  // padded, full resolution
+layout(binding = 4, r32ui) uniform readonly uimageBuffer sky;       // not 0: sky
+layout(binding = 5, std430) writeonly buffer InverseDepth {  // 1/su, also where it was matched
+  float inverse_depth[];
+};
+layout(binding = 6, std430) writeonly buffer Confidence {  // 0 where nothing is inferred
+  float confidence[];
+};
+
+#include "depth/inference.glsl"
+#define WORDS image
+#include "depth/three_words.glsl"
+
+const float kMostConfidence = 0.125;
+const float kLeastConfidence = 0.004;  // a step of 8 bits, as which depth maps may be kept
+
+void main() {
+  const int x = int(gl_GlobalInvocationID.x);
+  const int y = int(gl_GlobalInvocationID.y);
+  if (x >= int(params.width_px) || y >= int(params.height_px)) return;
+  const int pixel = y * int(params.width_px) + x;
+  const int half_width = int(params.width_px + 1u) / 2;
+  const int half_height = int(params.height_px + 1u) / 2;
+  const int word = PaddedWordIndex(int(PaddedWordsPerRow(params.width_px)), x >> 2, y);
+  const float grey =
+      float((CutWord(imageLoad(image, word >> 2), word) >> (8 * (x & 3))) & 0xffu);
+  const int side_x = (x & 1) != 0 ? 1 : -1;
+  const int side_y = (y & 1) != 0 ? 1 : -1;
+  vec3 sums = vec3(0);  // of inverse depths, confidences and weights
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    const int column = clamp((x >> 1) + (i & 1) * side_x, 0, half_width - 1);
+    const int row = clamp((y >> 1) + (i >> 1) * side_y, 0, half_height - 1);
+    const vec4 one = imageLoad(state, row * half_width + column);
+    const float weight = ((i & 1) != 0 ? 0.25 : 0.75) * ((i >> 1) != 0 ? 0.25 : 0.75) *
+                         Conductance(grey, one.z);
+    sums += weight * vec3(one.xy, 1.0);
+  }
+  const float w = sums.x / sums.z;
+  const int level = int(params.winner_level);
+  const float winner =
+      abs(imageLoad(winners, (y >> level) * int(params.winner_width_px) + (x >> level)).x);
+  const float difference = abs(w - winner) / params.inverse_depth_step;
+  const float matched = imageLoad(depth, pixel).x;
+  const bool inferred = matched <= 0.0 && winner > 0.0 && w > 0.0 &&
+                        difference <= params.max_difference &&
+                        imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
+  inverse_depth[pixel] = matched > 0.0 ? 1.0 / matched : (inferred ? w : 0.0);
+  confidence[pixel] = inferred ? clamp(sums.y / sums.z / (1.0 + difference * difference),
+                                       kLeastConfidence, kMostConfidence)
+                               : 0.0;
+}
