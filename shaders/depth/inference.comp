@@ -3,10 +3,10 @@
 
 // Inverse depth of pixels that were not matched to the end, from the surface around: at full
 // resolution the state is the mean of the four pixels of half the resolution around, weighted by
-// distance and likeness of grey values. It is believed where the plane that won the sweep, though
-// not clearly enough to be an estimate, is near; with a confidence that falls with the distance
-// from that plane, and is never above kMostConfidence. No estimate elsewhere, and in the sky.
-// One pixel an invocation.
+// distance and likeness of grey values. It is believed where planes that won the sweep, though not
+// clearly enough to be an estimate, are near: that of the second nearest of five pixels around
+// counts. Confidence falls with the distance from it, and is never above kMostConfidence. No
+// estimate elsewhere, and in the sky. One pixel an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -33,7 +33,29 @@ layout(binding = 6, std430) writeonly buffer Confidence {  // 0 where nothing is
 #include "depth/three_words.glsl"
 
 const float kMostConfidence = 0.125;
+const int kReach = 2;  // px
+const float kNone = 3e38;
 const float kLeastConfidence = 0.004;  // a step of 8 bits, as which depth maps may be kept
+
+// The second least of five; pixels outside the image, and those that no source sees, have none.
+float DifferenceFromWinners(int x, int y, float w) {
+  const int level = int(params.winner_level);
+  const int width = int(params.width_px);
+  const int height = int(params.height_px);
+  float least = kNone;
+  float second = kNone;
+  [[unroll]] for (int i = 0; i < 5; ++i) {
+    const int column = x + (i == 1 ? -kReach : (i == 2 ? kReach : 0));
+    const int row = y + (i == 3 ? -kReach : (i == 4 ? kReach : 0));
+    const bool inside = column >= 0 && column < width && row >= 0 && row < height;
+    const int at = (row >> level) * int(params.winner_width_px) + (column >> level);
+    const float winner = abs(imageLoad(winners, inside ? at : 0).x);
+    const float difference = inside && winner > 0.0 ? abs(w - winner) : kNone;
+    second = min(second, max(least, difference));
+    least = min(least, difference);
+  }
+  return second;
+}
 
 void main() {
   const int x = int(gl_GlobalInvocationID.x);
@@ -57,13 +79,9 @@ void main() {
     sums += weight * vec3(one.xy, 1.0);
   }
   const float w = sums.x / sums.z;
-  const int level = int(params.winner_level);
-  const float winner =
-      abs(imageLoad(winners, (y >> level) * int(params.winner_width_px) + (x >> level)).x);
-  const float difference = abs(w - winner) / params.inverse_depth_step;
+  const float difference = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
   const float matched = imageLoad(depth, pixel).x;
-  const bool inferred = matched <= 0.0 && winner > 0.0 && w > 0.0 &&
-                        difference <= params.max_difference &&
+  const bool inferred = matched <= 0.0 && w > 0.0 && difference <= params.max_difference &&
                         imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
   inverse_depth[pixel] = matched > 0.0 ? 1.0 / matched : (inferred ? w : 0.0);
   confidence[pixel] = inferred ? clamp(sums.y / sums.z / (1.0 + difference * difference),

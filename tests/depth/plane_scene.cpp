@@ -14,11 +14,13 @@ constexpr double kOffset = 2;
 constexpr int kTextureSide = 700;
 constexpr double kTexelsPerUnit = 150;  // about one a pixel
 
-cv::Mat Texture(double contrast) {
+cv::Mat Texture(double contrast, int blank) {
   cv::Mat noise(kTextureSide, kTextureSide, CV_32FC1);
   cv::RNG random(7);
   random.fill(noise, cv::RNG::UNIFORM, -1.f, 1.f);
   cv::GaussianBlur(noise, noise, {}, 1.2);
+  const int first = (kTextureSide - blank) / 2;
+  noise(cv::Rect(first, first, blank, blank)).setTo(0);
   return 128 + contrast * 200 * noise;
 }
 
@@ -60,7 +62,7 @@ cv::Mat PlaneScene::TrueDepth() const {
 }
 
 ImageBundle PlaneScene::Bundle() const {
-  const cv::Mat texture = Texture(contrast);
+  const cv::Mat texture = Texture(contrast, blank_px);
   ImageBundle bundle;
   for (int i = 0; i < num_images; ++i) {
     const double side = i - num_images / 2;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <opencv2/core.hpp>
 
 #include "fusion/fusion_scene.h"
 #include "gpu/test_device.h"
@@ -55,6 +56,32 @@ TEST(SurfelMap, MakesASurfelOfEveryPixelOfTheFirstMap) {
   const PointCloud cloud = map->Export(1);
   EXPECT_EQ(cloud.size(), static_cast<std::size_t>(result.num_surfels));
   EXPECT_TRUE(map->Export(2).empty());
+}
+
+TEST(SurfelMap, ExportsWhatIsInferredOnlyWhenItIsConfirmed) {
+  const auto map = EmptyMap();
+  TrackedMap first = WallMap(0, 1);
+  first.confidence = cv::Mat(first.depth.size(), CV_32FC1, cv::Scalar(0.5));
+  first.inferred = cv::Mat::zeros(first.depth.size(), CV_8UC1);
+  const cv::Rect left(0, 0, kWidth / 2, kHeight);
+  first.confidence(left).setTo(0.1);
+  first.inferred(left).setTo(255);
+  EXPECT_EQ(map->Integrate(first).num_inserted, kWidth * kHeight);
+  const SurfelExportOptions once{.min_observations = 1};
+  EXPECT_LE(map->Export(once).size(), std::size_t{kWidth / 2 * kHeight});
+  EXPECT_GT(static_cast<double>(map->Export(once).size()), 0.95 * kWidth / 2 * kHeight);
+  TrackedMap again = WallMap(0, 2);
+  again.confidence = first.confidence;
+  again.inferred = first.inferred;
+  (void)map->Integrate(again);
+  EXPECT_GT(static_cast<double>(map->Export(once).size()), 0.95 * kWidth * kHeight);
+}
+
+TEST(SurfelMap, RegistersByWhatWasMatchedAlone) {
+  const auto map = EmptyMap();
+  TrackedMap inferred = WallMap(0, 1);
+  inferred.inferred = cv::Mat(inferred.depth.size(), CV_8UC1, cv::Scalar(255));
+  EXPECT_EQ(map->Integrate(inferred).status, FusionStatus::kRejected);
 }
 
 TEST(SurfelMap, MakesOneLayerOfAWallSeenFromTwoPoses) {

@@ -37,6 +37,8 @@ constexpr double kMinMotionPx = 2;
 constexpr double kMinVisibleShare = 0.1;
 // A bundle that does not match keeps a few chance estimates: fewer than this share of the pixels.
 constexpr double kMinDensity = 0.01;
+// Above this what is missing are the edges of surfaces, and inferring them is not worth the time.
+constexpr double kWholeDensity = 0.98;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -151,7 +153,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
     return result;
   }
   result.status = DepthStatus::kEstimated;
-  if (options_.inference.enabled) Infer(plan, map);
+  if (options_.inference.enabled && density < kWholeDensity) Infer(plan, map);
   result.map = std::move(map);
   return result;
 }

@@ -24,16 +24,16 @@ class Inference {
   Inference(std::shared_ptr<Device> device, DepthKernels& kernels, const InferenceOptions& options);
 
   struct Input {
-    LevelSize size;            // full resolution
-    const Buffer& images;      // padded, the reference first
-    const Buffer& halved;      // the same at half the resolution
-    EstimateBuffers matched;   // inverse depth before the texture filter
-    const Buffer& depth;       // after it, su; 0: none
-    const Buffer& winners;     // of the level swept last: inverse depth, negative where not clear
-    LevelSize winner_size;     // of that level
-    int winner_level = 0;      // its halvings
-    double step = 0;           // between its planes, 1/su
-    cv::Mat sky;               // FindSky
+    LevelSize size;           // full resolution
+    const Buffer& images;     // padded, the reference first
+    const Buffer& halved;     // the same at half the resolution
+    EstimateBuffers matched;  // inverse depth before the texture filter
+    const Buffer& depth;      // after it, su; 0: none
+    const Buffer& winners;    // of the level swept last: inverse depth, negative where not clear
+    LevelSize winner_size;    // of that level
+    int winner_level = 0;     // its halvings
+    double step = 0;          // between its planes, 1/su
+    cv::Mat sky;              // FindSky
   };
 
   // The results are there after recorder.Submit().

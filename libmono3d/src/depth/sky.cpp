@@ -16,9 +16,9 @@ constexpr int kCell_px = 4;
 // Grey levels over a window of 5x5 cells of means: clouds and gradients have less, and noise is
 // averaged.
 constexpr int kMaxRange = 12;
-constexpr int kMaxStep = 5;       // from one cell to the next, grey levels
-constexpr int kMinGrey = 110;     // darker is no daylight sky
-constexpr int kMaxRedness = 6;    // red above blue, grey levels
+constexpr int kMaxStep = 5;         // from one cell to the next, grey levels
+constexpr int kMinGrey = 110;       // darker is no daylight sky
+constexpr int kMaxRedness = 6;      // red above blue, grey levels
 constexpr double kMinShare = 0.01;  // of the image
 // Walls have some texture somewhere. Cells at the edge of the region do not count: there the census
 // window gives them the depth of what stands before the sky.
@@ -70,7 +70,8 @@ cv::Mat GrownFromAbove(const cv::Mat& like, const cv::Mat& grey) {
   while (!front.empty()) {
     const cv::Point from = front.back();
     front.pop_back();
-    for (const cv::Point side : {cv::Point(-1, 0), cv::Point(1, 0), cv::Point(0, -1), cv::Point(0, 1)}) {
+    for (const cv::Point side :
+         {cv::Point(-1, 0), cv::Point(1, 0), cv::Point(0, -1), cv::Point(0, 1)}) {
       const cv::Point to = from + side;
       if (!cv::Rect(0, 0, like.cols, like.rows).contains(to)) continue;
       if (like.at<std::uint8_t>(to) == 0 || region.at<std::uint8_t>(to) != 0) continue;

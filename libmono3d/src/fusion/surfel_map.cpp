@@ -71,13 +71,15 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,
                     "model is full: it has the most depth maps it can count");
   }
-  if (!fuser_.Upload(map)) {
+  // What is inferred does not say where the camera was, nor whether the model is right.
+  const DepthMap matched = WithoutInferred(map);
+  if (!fuser_.Upload(matched)) {
     return Rejected(S_tracker_kf, FusionRejection::kNoEstimate, "no estimate in the depth map");
   }
 
   const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
   (void)merger_.MergeNearest({anchor, S_tracker_kf});
-  const Placement placement = placer_.Place(map, S_tracker_kf, fuser_.buffers());
+  const Placement placement = placer_.Place(matched, S_tracker_kf, fuser_.buffers());
   changes_.Changed(merger_.TakeChangedAnchors());
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
@@ -86,6 +88,8 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
     result.registration = registration.evidence;
     return result;
   }
+  const bool has_more = CountEstimates(map) > CountEstimates(matched);
+  if (has_more) (void)fuser_.Upload(map);
   const std::uint32_t radius_px = fuser_.merge_radius_px();
   const auto counts = fuser_.Fuse(map, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());

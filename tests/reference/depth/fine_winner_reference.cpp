@@ -28,10 +28,10 @@ Winners FineWinners(const std::vector<FineVolume>& paths, const FineVolume& cost
       const double curvature = sums[best - 1] - 2.0 * sums[best] + sums[best + 1];
       if (curvature > 0) offset = (sums[best - 1] - sums[best + 1]) / (2 * curvature);
     }
-    double w = params.inverse_depth +
-               (ranges[pixel].first_plane + double(best) + offset) * double(params.inverse_depth_step);
-    const bool valid = costs[pixel][best] <= params.max_cost &&
-                       uniqueness >= double(params.min_uniqueness);
+    double w = params.inverse_depth + (ranges[pixel].first_plane + double(best) + offset) *
+                                          double(params.inverse_depth_step);
+    const bool valid =
+        costs[pixel][best] <= params.max_cost && uniqueness >= double(params.min_uniqueness);
     if (!valid) w = costs[pixel][best] < 255 ? -w : 0;
     winners.inverse_depth.push_back(static_cast<float>(w));
     winners.uniqueness.push_back(w > 0 ? static_cast<float>(uniqueness) : 0.f);
