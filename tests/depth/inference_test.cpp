@@ -13,6 +13,7 @@ namespace mono3d {
 namespace {
 
 using reference::InferenceMap;
+using Texel = InferenceMap::value_type;
 
 // Float against double: a few roundings.
 constexpr float kRelative = 2e-5F;
@@ -37,9 +38,9 @@ InferenceMap RandomMap(LevelSize size, bool is_state, std::mt19937& random) {
   InferenceMap map;
   for (std::size_t i = 0; i < n; ++i) {
     if (is_state) {
-      map.emplace_back(depth[i], confidence[i], grey[i], 0.F);
+      map.push_back({depth[i], confidence[i], grey[i], 0.F});
     } else {
-      map.emplace_back(weight[i] > 0 ? depth[i] : 0.F, weight[i], confidence[i], grey[i]);
+      map.push_back({weight[i] > 0 ? depth[i] : 0.F, weight[i], confidence[i], grey[i]});
     }
   }
   return map;
@@ -48,7 +49,7 @@ InferenceMap RandomMap(LevelSize size, bool is_state, std::mt19937& random) {
 void ExpectNear(const InferenceMap& found, const InferenceMap& expected) {
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
-    for (int j = 0; j < 4; ++j) {
+    for (std::size_t j = 0; j < 4; ++j) {
       ASSERT_NEAR(found[i][j], expected[i][j], kRelative * (1 + std::abs(expected[i][j])))
           << i << " " << j;
     }
@@ -64,12 +65,12 @@ TEST(InferenceData, EqualsReference) {
     const auto confidence = RandomValues(n, 0, 1, 0, random);
     const cv::Mat halved = RandomImage(size.Halved(), random);
     const auto sky = RandomSky(size, random);
-    const Buffer data = MakeBuffer<cv::Vec4f>(size.Halved().num_pixels());
+    const Buffer data = MakeBuffer<Texel>(size.Halved().num_pixels());
     Recorder recorder(TestDevice());
     TestKernels().InferenceData(recorder, size, {ToBuffer(inverse_depth), ToBuffer(confidence)},
                                 ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(sky), data);
     recorder.Submit();
-    ExpectNear(FirstOf<cv::Vec4f>(data, size.Halved().num_pixels()),
+    ExpectNear(FirstOf<Texel>(data, size.Halved().num_pixels()),
                reference::InferenceData(size, depth, {inverse_depth, confidence}, halved, sky));
   }
 }
@@ -78,11 +79,11 @@ TEST(InferenceHalve, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSmallSizes) {
     const InferenceMap fine = RandomMap(size, false, random);
-    const Buffer coarse = MakeBuffer<cv::Vec4f>(size.Halved().num_pixels());
+    const Buffer coarse = MakeBuffer<Texel>(size.Halved().num_pixels());
     Recorder recorder(TestDevice());
     TestKernels().InferenceHalve(recorder, size, ToBuffer(fine), coarse);
     recorder.Submit();
-    ExpectNear(FirstOf<cv::Vec4f>(coarse, size.Halved().num_pixels()),
+    ExpectNear(FirstOf<Texel>(coarse, size.Halved().num_pixels()),
                reference::InferenceHalve(size, fine));
   }
 }
@@ -92,12 +93,12 @@ TEST(InferenceExpand, EqualsReference) {
   for (const LevelSize size : kSmallSizes) {
     const InferenceMap coarse = RandomMap(size.Halved(), true, random);
     const InferenceMap data = RandomMap(size, false, random);
-    const Buffer state = MakeBuffer<cv::Vec4f>(size.num_pixels());
+    const Buffer state = MakeBuffer<Texel>(size.num_pixels());
     Recorder recorder(TestDevice());
     TestKernels().InferenceExpand(recorder, size.Halved(), size, ToBuffer(coarse), ToBuffer(data),
                                   state);
     recorder.Submit();
-    ExpectNear(FirstOf<cv::Vec4f>(state, size.num_pixels()),
+    ExpectNear(FirstOf<Texel>(state, size.num_pixels()),
                reference::InferenceExpand(size.Halved(), size, coarse, data));
   }
 }
@@ -107,11 +108,11 @@ TEST(InferenceRelax, EqualsReference) {
   for (const LevelSize size : kSmallSizes) {
     const InferenceMap data = RandomMap(size, false, random);
     const InferenceMap before = RandomMap(size, true, random);
-    const Buffer after = MakeBuffer<cv::Vec4f>(size.num_pixels());
+    const Buffer after = MakeBuffer<Texel>(size.num_pixels());
     Recorder recorder(TestDevice());
     TestKernels().InferenceRelax(recorder, size, 0.01F, ToBuffer(data), ToBuffer(before), after);
     recorder.Submit();
-    ExpectNear(FirstOf<cv::Vec4f>(after, size.num_pixels()),
+    ExpectNear(FirstOf<Texel>(after, size.num_pixels()),
                reference::InferenceRelax(size, 0.01F, data, before));
   }
 }

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <vector>
@@ -15,7 +16,7 @@ namespace mono3d::reference {
 
 // Inverse depth, weight, confidence, grey value (data), or inverse depth, confidence, grey value
 // (state), of each pixel: shaders/depth/inference.glsl.
-using InferenceMap = std::vector<cv::Vec4f>;
+using InferenceMap = std::vector<std::array<float, 4>>;
 
 // Matched estimates at half the resolution. `depth` is 0 where the texture filter takes them away,
 // `halved` the grey image of half the resolution, `sky` a word for each cell of 4x4 pixels.
