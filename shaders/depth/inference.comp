@@ -5,7 +5,7 @@
 // resolution the state is the mean of the four pixels of half the resolution around, weighted by
 // distance and likeness of grey values. It is believed where planes that won the sweep, though not
 // clearly enough to be an estimate, are near: that of the second nearest of five pixels around
-// counts. Confidence falls with the distance from it, and is never above kMostConfidence. No
+// counts; and where enough sources see it. Confidence falls with the distance from it, and is never above kMostConfidence. No
 // estimate elsewhere, and in the sky. One pixel an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -21,14 +21,17 @@ layout(binding = 1, r32f) uniform readonly imageBuffer winners;     // fine_winn
 layout(binding = 2, rgba32f) uniform readonly imageBuffer state;    // half resolution
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer image;  // padded, full resolution
 layout(binding = 4, r32ui) uniform readonly uimageBuffer sky;       // not 0: sky
-layout(binding = 5, std430) writeonly buffer InverseDepth {  // 1/su, also where it was matched
+layout(binding = 5, rgba32f) uniform readonly imageBuffer projections;  // projections.glsl
+layout(binding = 6, std430) writeonly buffer InverseDepth {  // 1/su, also where it was matched
   float inverse_depth[];
 };
-layout(binding = 6, std430) writeonly buffer Confidence {  // 0 where nothing is inferred
+layout(binding = 7, std430) writeonly buffer Confidence {  // 0 where nothing is inferred
   float confidence[];
 };
 
 #include "depth/inference.glsl"
+#include "depth/projections.glsl"
+#include "depth/sources.glsl"
 #define WORDS image
 #include "depth/three_words.glsl"
 
@@ -57,6 +60,18 @@ float DifferenceFromWinners(int x, int y, float w) {
   return second;
 }
 
+float NumViews(int x, int y, float w) {
+  float num_views = 0.0;
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) {
+    const Projection projection = LoadProjection(s);
+    const vec3 at = projection.A * vec3(x, y, 1) + w * projection.b;
+    const vec2 most = at.z * vec2(params.width_px - 1u, params.height_px - 1u);
+    num_views += at.z > 0.0 && at.x >= 0.0 && at.y >= 0.0 && at.x < most.x && at.y < most.y
+                     ? 1.0 : 0.0;
+  }
+  return num_views;
+}
+
 void main() {
   const int x = int(gl_GlobalInvocationID.x);
   const int y = int(gl_GlobalInvocationID.y);
@@ -82,6 +97,7 @@ void main() {
   const float difference = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
   const float matched = imageLoad(depth, pixel).x;
   const bool inferred = matched <= 0.0 && w > 0.0 && difference <= params.max_difference &&
+                        NumViews(x, y, w) >= params.min_views &&
                         imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
   inverse_depth[pixel] = matched > 0.0 ? 1.0 / matched : (inferred ? w : 0.0);
   confidence[pixel] = inferred ? clamp(sums.y / sums.z / (1.0 + difference * difference),

@@ -12,6 +12,7 @@ uint winner_width_px;      // of the level that was swept last
 uint winner_level;         // its halvings
 float inverse_depth_step;  // between its planes, 1/su
 float max_difference;      // from the winner, planes
+float min_views;           // sources that must see the point
 MONO3D_PARAMS_END
 
 #endif

@@ -46,6 +46,16 @@ InferenceMap RandomMap(LevelSize size, bool is_state, std::mt19937& random) {
   return map;
 }
 
+// Each sees the reference's pixels some pixels farther to the left.
+SourceProjections SourcesToTheRight(std::size_t num_sources) {
+  SourceProjections projections;
+  for (std::size_t i = 0; i < num_sources; ++i) {
+    projections.push_back(
+        {Eigen::Matrix3d::Identity(), Eigen::Vector3d(-2.37 * double(i), 0.21, 0)});
+  }
+  return projections;
+}
+
 void ExpectNear(const InferenceMap& found, const InferenceMap& expected) {
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -123,8 +133,9 @@ TEST(InferenceStage, EqualsReference) {
     for (const std::uint32_t level : {0u, 1u}) {
       const LevelSize of_winners = level == 0 ? size : size.Halved();
       const std::size_t n = size.num_pixels();
-      const InferenceParams params{size.width_px, size.height_px, of_winners.width_px,
-                                   level,         0.1F,           3};
+      const InferenceParams params{
+          size.width_px, size.height_px, of_winners.width_px, level, 0.1F, 3, 2};
+      const SourceProjections projections = SourcesToTheRight(4);
       const auto depth = RandomValues(n, 0.5F, 2, 0.5, random);
       auto winners = RandomValues(of_winners.num_pixels(), 0.5F, 2, 0.2, random);
       for (std::size_t i = 0; i < winners.size(); i += 2) winners[i] = -winners[i];
@@ -134,10 +145,13 @@ TEST(InferenceStage, EqualsReference) {
       const Buffer inverse_depth = MakeBuffer<float>(n);
       const Buffer confidence = MakeBuffer<float>(n);
       Recorder recorder(TestDevice());
-      TestKernels().Inference(recorder, params, ToBuffer(depth), ToBuffer(winners), ToBuffer(state),
-                              ImagesToBuffer({grey}), ToBuffer(sky), {inverse_depth, confidence});
+      TestKernels().Inference(recorder, projections.size(), params, ToBuffer(depth),
+                              ToBuffer(winners), ToBuffer(state), ImagesToBuffer({grey}),
+                              ToBuffer(sky), ToBuffer(Pack(projections)),
+                              {inverse_depth, confidence});
       recorder.Submit();
-      const auto expected = reference::Inference(params, depth, winners, state, grey, sky);
+      const auto expected =
+          reference::Inference(params, depth, winners, state, grey, sky, projections);
       const auto found = FirstOf<float>(inverse_depth, n);
       const auto found_confidence = FirstOf<float>(confidence, n);
       std::size_t num_inferred = 0;
@@ -191,6 +205,8 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky)
                               .winner_size = kSize,
                               .winner_level = 0,
                               .step = 0.02,
+                              .projections = SourcesToTheRight(4),
+                              .min_views = 2,
                               .sky = sky});
   recorder.Submit();
   return {FirstOf<float>(inference.inverse_depth(), plane.size()),

@@ -12,7 +12,8 @@ namespace {
 const Eigen::Vector3d kNormal(-0.3, -0.2, 1);
 constexpr double kOffset = 2;
 constexpr int kTextureSide = 700;
-constexpr double kTexelsPerUnit = 150;  // about one a pixel
+constexpr double kTexelsPerUnit = 150;
+constexpr int kTexelsPerPixel = 2;  // in the middle of the reference
 
 cv::Mat Texture(double contrast, int blank) {
   cv::Mat noise(kTextureSide, kTextureSide, CV_32FC1);
@@ -62,7 +63,7 @@ cv::Mat PlaneScene::TrueDepth() const {
 }
 
 ImageBundle PlaneScene::Bundle() const {
-  const cv::Mat texture = Texture(contrast, blank_px);
+  const cv::Mat texture = Texture(contrast, kTexelsPerPixel * blank_px);
   ImageBundle bundle;
   for (int i = 0; i < num_images; ++i) {
     const double side = i - num_images / 2;

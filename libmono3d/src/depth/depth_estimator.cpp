@@ -71,7 +71,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   void RecordNormals(const CameraModel& camera, double tolerance, const Buffer& inverse_depth);
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
   EstimateBuffers Refined(const SweepPlan& plan) const;
-  void Infer(const SweepPlan& plan, DepthMap& map);
+  void Infer(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map);
 
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions options_;
@@ -153,7 +153,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
     return result;
   }
   result.status = DepthStatus::kEstimated;
-  if (options_.inference.enabled && density < kWholeDensity) Infer(plan, map);
+  if (options_.inference.enabled && density < kWholeDensity) Infer(geometry, plan, map);
   result.map = std::move(map);
   return result;
 }
@@ -180,7 +180,8 @@ void VulkanDepthEstimator::RecordNormals(const CameraModel& camera, double toler
 }
 
 // Adds what is inferred to the map of what was matched, which stays as it is.
-void VulkanDepthEstimator::Infer(const SweepPlan& plan, DepthMap& map) {
+void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan& plan,
+                                 DepthMap& map) {
   inference_.Record(recorder_, {.size = SizeAtLevel(map.camera, 0),
                                 .images = hierarchy_.images(0),
                                 .halved = hierarchy_.images(1),
@@ -190,6 +191,8 @@ void VulkanDepthEstimator::Infer(const SweepPlan& plan, DepthMap& map) {
                                 .winner_size = plan.size,
                                 .winner_level = plan.level,
                                 .step = plan.step,
+                                .projections = geometry.Projections(0),
+                                .min_views = options_.refinement.min_views,
                                 .sky = FindSky(map.bgr, map.depth)});
   RecordNormals(map.camera, plan.step / (1u << static_cast<unsigned>(plan.level)),
                 inference_.inverse_depth());

@@ -71,21 +71,25 @@ void Inference::Record(Recorder& recorder, const Input& input) {
   }
   Reserve(sky_, device_, sizeof(std::uint32_t) * sky.size(), "depth/sky");
   sky_.Upload(std::span<const std::uint32_t>(sky));
+  Reserve(projections_, device_, kMaxProjectionBytes, "depth/inference_projections");
+  const std::vector<float> packed = Pack(input.projections);
+  projections_.Upload(std::span<const float>(packed));
   kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, sky_,
                          levels_.front().data);
   for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
     kernels_.InferenceHalve(recorder, levels_[i].size, levels_[i].data, levels_[i + 1].data);
   }
   RecordSurface(recorder);
-  kernels_.Inference(recorder,
+  kernels_.Inference(recorder, input.projections.size(),
                      {.width_px = input.size.width_px,
                       .height_px = input.size.height_px,
                       .winner_width_px = input.winner_size.width_px,
                       .winner_level = static_cast<std::uint32_t>(input.winner_level),
                       .inverse_depth_step = static_cast<float>(input.step),
-                      .max_difference = static_cast<float>(options_.max_difference)},
+                      .max_difference = static_cast<float>(options_.max_difference),
+                      .min_views = static_cast<float>(input.min_views)},
                      input.depth, input.winners, levels_.front().state, input.images, sky_,
-                     {inverse_depth_, confidence_});
+                     projections_, {inverse_depth_, confidence_});
 }
 
 }  // namespace mono3d

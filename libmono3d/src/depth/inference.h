@@ -9,6 +9,7 @@
 
 #include "depth/kernels.h"
 #include "depth/padded_image.h"
+#include "depth/sweep_geometry.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
 #include "mono3d/depth/depth_estimator.h"
@@ -33,7 +34,9 @@ class Inference {
     LevelSize winner_size;    // of that level
     int winner_level = 0;     // its halvings
     double step = 0;          // between its planes, 1/su
-    cv::Mat sky;              // FindSky
+    SourceProjections projections;  // at full resolution
+    int min_views = 0;              // sources that must see a point
+    cv::Mat sky;                    // FindSky
   };
 
   // The results are there after recorder.Submit().
@@ -58,6 +61,7 @@ class Inference {
   DepthKernels& kernels_;
   InferenceOptions options_;
   std::vector<Level> levels_;
+  Buffer projections_;
   Buffer sky_;
   Buffer inverse_depth_;
   Buffer confidence_;

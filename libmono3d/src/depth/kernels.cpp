@@ -113,10 +113,11 @@ void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
     kernel->With();
   }
   if (options.inference.enabled) {
-    for (KernelVariants* kernel : {&inference_data_, &inference_halve_, &inference_expand_,
-                                   &inference_relax_, &inference_}) {
+    for (KernelVariants* kernel :
+         {&inference_data_, &inference_halve_, &inference_expand_, &inference_relax_}) {
       kernel->With();
     }
+    inference_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
   }
   plane_sweep_.With(ConstantsOf(sources));
   fine_sweep_.With(ConstantsOf(sources));
@@ -352,13 +353,16 @@ void DepthKernels::InferenceRelax(Recorder& recorder, LevelSize size, float leak
                     GridOf(kernel, size.width_px, size.height_px));
 }
 
-void DepthKernels::Inference(Recorder& recorder, const InferenceParams& params, const Buffer& depth,
+void DepthKernels::Inference(Recorder& recorder, std::size_t num_sources,
+                             const InferenceParams& params, const Buffer& depth,
                              const Buffer& winners, const Buffer& state, const Buffer& images,
-                             const Buffer& sky, const EstimateBuffers& inferred) {
-  const Kernel& kernel = inference_.With();
-  recorder.Dispatch(
-      kernel, {depth, winners, state, images, sky, inferred.inverse_depth, inferred.confidence},
-      params, GridOf(kernel, params.width_px, params.height_px));
+                             const Buffer& sky, const Buffer& projections,
+                             const EstimateBuffers& inferred) {
+  const Kernel& kernel = inference_.With({static_cast<std::uint32_t>(num_sources / 2)});
+  recorder.Dispatch(kernel,
+                    {depth, winners, state, images, sky, projections, inferred.inverse_depth,
+                     inferred.confidence},
+                    params, GridOf(kernel, params.width_px, params.height_px));
 }
 
 }  // namespace mono3d

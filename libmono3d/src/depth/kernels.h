@@ -157,9 +157,10 @@ class DepthKernels {
                        const Buffer& coarse, const Buffer& data, const Buffer& state);
   void InferenceRelax(Recorder& recorder, LevelSize size, float leak, const Buffer& data,
                       const Buffer& before, const Buffer& after);
-  void Inference(Recorder& recorder, const InferenceParams& params, const Buffer& depth,
-                 const Buffer& winners, const Buffer& state, const Buffer& images,
-                 const Buffer& sky, const EstimateBuffers& inferred);
+  void Inference(Recorder& recorder, std::size_t num_sources, const InferenceParams& params,
+                 const Buffer& depth, const Buffer& winners, const Buffer& state,
+                 const Buffer& images, const Buffer& sky, const Buffer& projections,
+                 const EstimateBuffers& inferred);
 
  private:
   std::uint32_t num_lanes_;  // of a subgroup

@@ -3,6 +3,7 @@
 
 #include "reference/depth/inference_reference.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -138,7 +139,8 @@ InferenceMap InferenceRelax(LevelSize size, float leak, const InferenceMap& data
 
 FilteredDepth Inference(const InferenceParams& params, const std::vector<float>& depth,
                         const std::vector<float>& winners, const InferenceMap& state,
-                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky) {
+                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky,
+                        const SourceProjections& projections) {
   const LevelSize size{params.width_px, params.height_px};
   const LevelSize half = size.Halved();
   FilteredDepth inferred;
@@ -171,8 +173,16 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
       }
       std::sort(differences.begin(), differences.end());
       const double difference = differences[1];
+      int num_views = 0;
+      for (const SourceProjection& source : projections) {
+        const Eigen::Vector3d at = source.A * Eigen::Vector3d(x, y, 1) + w * source.b;
+        const Eigen::Vector2d u = at.hnormalized();
+        const bool is_visible = at.z() > 0 && u.x() >= 0 && u.y() >= 0 && u.x() < Width(size) - 1 &&
+                                u.y() < Height(size) - 1;
+        num_views += is_visible ? 1 : 0;
+      }
       const bool is_matched = depth[At(size, x, y)] > 0;
-      const bool is_inferred = !is_matched && w > 0 &&
+      const bool is_inferred = !is_matched && num_views >= int(params.min_views) && w > 0 &&
                                difference <= double(params.max_difference) &&
                                !IsSky(sky, size, x, y);
       inferred.inverse_depth.push_back(is_matched    ? 1 / depth[At(size, x, y)]

@@ -10,6 +10,7 @@
 
 #include "depth/inference.params.h"
 #include "depth/padded_image.h"
+#include "depth/sweep_geometry.h"
 #include "reference/depth/median_reference.h"
 
 namespace mono3d::reference {
@@ -30,6 +31,7 @@ InferenceMap InferenceRelax(LevelSize size, float leak, const InferenceMap& data
                             const InferenceMap& before);
 FilteredDepth Inference(const InferenceParams& params, const std::vector<float>& depth,
                         const std::vector<float>& winners, const InferenceMap& state,
-                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky);
+                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky,
+                        const SourceProjections& projections);
 
 }  // namespace mono3d::reference
