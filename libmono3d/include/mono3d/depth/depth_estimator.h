@@ -133,7 +133,7 @@ struct InferenceOptions {
   // near the best match of the pixel, and DepthMap::inferred. Off: they have no depth.
   bool enabled = true;
   // In planes, which are a pixel of motion in the farthest camera. On indoor video (depth by a
-  // time-of-flight sensor) 87 % of what differs by a plane at most is right to 10 %, 71 % of what
+  // time-of-flight sensor) 85 % of what differs by a plane at most is right to 10 %, 71 % of what
   // differs by two to four and 55 % of what differs by more.
   double max_difference = 3;
 
