@@ -27,12 +27,12 @@ bool IsSky(const std::vector<std::uint32_t>& sky, LevelSize size, int x, int y) 
   return sky[static_cast<std::size_t>(y / 4 * ((Width(size) + 3) / 4) + x / 4)] != 0;
 }
 
-std::array<float, 4> Texel(double a, double b, double c, double d) {
+std::array<float, 4> PackTexel(double a, double b, double c, double d) {
   return {static_cast<float>(a), static_cast<float>(b), static_cast<float>(c),
           static_cast<float>(d)};
 }
 
-std::array<double, 4> Read(const std::array<float, 4>& texel) {
+std::array<double, 4> ReadTexel(const std::array<float, 4>& texel) {
   return {double(texel[0]), double(texel[1]), double(texel[2]), double(texel[3])};
 }
 
@@ -63,8 +63,8 @@ InferenceMap InferenceData(LevelSize size, const std::vector<float>& depth,
         confidences += weight * (textured ? confidence : 0.25 * confidence);
       }
       const double share = weights > 0 ? 1 / weights : 0;
-      data.push_back(Texel(share * depths, weights, share * confidences,
-                           double(halved.at<std::uint8_t>(y, x))));
+      data.push_back(PackTexel(share * depths, weights, share * confidences,
+                               double(halved.at<std::uint8_t>(y, x))));
     }
   }
   return data;
@@ -78,7 +78,7 @@ InferenceMap InferenceHalve(LevelSize size, const InferenceMap& fine) {
       double weights = 0, depths = 0, confidences = 0, greys = 0, count = 0;
       for (const auto& [dx, dy] : {std::array{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
         if (!IsIn(size, 2 * x + dx, 2 * y + dy)) continue;
-        const auto one = Read(fine[At(size, 2 * x + dx, 2 * y + dy)]);
+        const auto one = ReadTexel(fine[At(size, 2 * x + dx, 2 * y + dy)]);
         weights += one[1];
         depths += one[1] * one[0];
         confidences += one[1] * one[2];
@@ -86,7 +86,7 @@ InferenceMap InferenceHalve(LevelSize size, const InferenceMap& fine) {
         count += 1;
       }
       const double share = weights > 0 ? 1 / weights : 0;
-      coarse.push_back(Texel(share * depths, weights, share * confidences, greys / count));
+      coarse.push_back(PackTexel(share * depths, weights, share * confidences, greys / count));
     }
   }
   return coarse;
@@ -109,7 +109,7 @@ InferenceMap InferenceExpand(LevelSize coarse_size, LevelSize size, const Infere
           value += weight * cv::Vec2d(one[0], one[1]);
         }
       }
-      state.push_back(Texel(value[0], value[1], double(data[At(size, x, y)][3]), 0));
+      state.push_back(PackTexel(value[0], value[1], double(data[At(size, x, y)][3]), 0));
     }
   }
   return state;
@@ -120,18 +120,18 @@ InferenceMap InferenceRelax(LevelSize size, float leak, const InferenceMap& data
   InferenceMap after;
   for (int y = 0; y < Height(size); ++y) {
     for (int x = 0; x < Width(size); ++x) {
-      const auto own = Read(data[At(size, x, y)]);
+      const auto own = ReadTexel(data[At(size, x, y)]);
       double weights = own[1], depths = own[1] * own[0], confidences = own[1] * own[2];
       for (const auto& [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
         if (!IsIn(size, x + dx, y + dy)) continue;
-        const auto other = Read(before[At(size, x + dx, y + dy)]);
+        const auto other = ReadTexel(before[At(size, x + dx, y + dy)]);
         const double weight = ConductanceOf(own[3], other[2]);
         weights += weight;
         depths += weight * other[0];
         confidences += weight * other[1];
       }
-      after.push_back(Texel(weights > 0 ? depths / weights : 0,
-                            confidences / (weights + double(leak)), own[3], 0));
+      after.push_back(PackTexel(weights > 0 ? depths / weights : 0,
+                                confidences / (weights + double(leak)), own[3], 0));
     }
   }
   return after;
@@ -151,8 +151,8 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
       double weights = 0, depths = 0, confidences = 0;
       for (const int row : {int(std::floor(at_y)), int(std::floor(at_y)) + 1}) {
         for (const int column : {int(std::floor(at_x)), int(std::floor(at_x)) + 1}) {
-          const auto one = Read(state[At(half, std::clamp(column, 0, Width(half) - 1),
-                                         std::clamp(row, 0, Height(half) - 1))]);
+          const auto one = ReadTexel(state[At(half, std::clamp(column, 0, Width(half) - 1),
+                                              std::clamp(row, 0, Height(half) - 1))]);
           const double weight = (1 - std::abs(at_x - column)) * (1 - std::abs(at_y - row)) *
                                 ConductanceOf(double(grey.at<std::uint8_t>(y, x)), one[2]);
           weights += weight;
