@@ -103,8 +103,8 @@ InferenceMap InferenceExpand(LevelSize coarse_size, LevelSize size, const Infere
       for (const int row : {int(std::floor(at_y)), int(std::floor(at_y)) + 1}) {
         for (const int column : {int(std::floor(at_x)), int(std::floor(at_x)) + 1}) {
           const auto one =
-              Read(coarse[At(coarse_size, std::clamp(column, 0, Width(coarse_size) - 1),
-                             std::clamp(row, 0, Height(coarse_size) - 1))]);
+              ReadTexel(coarse[At(coarse_size, std::clamp(column, 0, Width(coarse_size) - 1),
+                                  std::clamp(row, 0, Height(coarse_size) - 1))]);
           const double weight = (1 - std::abs(at_x - column)) * (1 - std::abs(at_y - row));
           value += weight * cv::Vec2d(one[0], one[1]);
         }
