@@ -58,30 +58,14 @@ TEST(SurfelMap, MakesASurfelOfEveryPixelOfTheFirstMap) {
   EXPECT_TRUE(map->Export(2).empty());
 }
 
-TEST(SurfelMap, ExportsWhatIsInferredOnlyWhenItIsConfirmed) {
+TEST(SurfelMap, FusesWhatWasMatchedAlone) {
   const auto map = EmptyMap();
-  TrackedMap first = WallMap(0, 1);
-  first.confidence = cv::Mat(first.depth.size(), CV_32FC1, cv::Scalar(0.5));
-  first.inferred = cv::Mat::zeros(first.depth.size(), CV_8UC1);
-  const cv::Rect left(0, 0, kWidth / 2, kHeight);
-  first.confidence(left).setTo(0.1);
-  first.inferred(left).setTo(255);
-  EXPECT_EQ(map->Integrate(first).num_inserted, kWidth * kHeight);
-  const SurfelExportOptions once{.min_observations = 1};
-  EXPECT_LE(map->Export(once).size(), std::size_t{kWidth / 2 * kHeight});
-  EXPECT_GT(static_cast<double>(map->Export(once).size()), 0.95 * kWidth / 2 * kHeight);
-  TrackedMap again = WallMap(0, 2);
-  again.confidence = first.confidence;
-  again.inferred = first.inferred;
-  (void)map->Integrate(again);
-  EXPECT_GT(static_cast<double>(map->Export(once).size()), 0.95 * kWidth * kHeight);
-}
-
-TEST(SurfelMap, RegistersByWhatWasMatchedAlone) {
-  const auto map = EmptyMap();
-  TrackedMap inferred = WallMap(0, 1);
-  inferred.inferred = cv::Mat(inferred.depth.size(), CV_8UC1, cv::Scalar(255));
-  EXPECT_EQ(map->Integrate(inferred).status, FusionStatus::kRejected);
+  TrackedMap half = WallMap(0, 1);
+  half.inferred = cv::Mat::zeros(half.depth.size(), CV_8UC1);
+  half.inferred.colRange(0, kWidth / 2).setTo(255);
+  EXPECT_EQ(map->Integrate(half).num_inserted, kWidth / 2 * kHeight);
+  half.inferred.setTo(255);
+  EXPECT_EQ(map->Integrate(half).status, FusionStatus::kRejected);
 }
 
 TEST(SurfelMap, MakesOneLayerOfAWallSeenFromTwoPoses) {

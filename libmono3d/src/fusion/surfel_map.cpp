@@ -49,10 +49,13 @@ VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMap
 FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses& poses) {
   const ScopedStageTimer timer(context_.times, "fusion/integrate");
   RequireUsable(map);
-  DepthMap corrected = map;
+  // Later depth maps are registered with the surfels of this one: what is inferred would draw them
+  // to surfaces that nobody has seen.
+  const DepthMap matched = WithoutInferred(map);
+  DepthMap corrected = matched;
   corrected.bgr = vignetting_.Corrected(map.bgr, map.camera);
   FusionResult result = IntegrateCorrected(corrected, poses);
-  if (result.status == FusionStatus::kFused) vignetting_.Add(map, result.S_world_kf);
+  if (result.status == FusionStatus::kFused) vignetting_.Add(matched, result.S_world_kf);
   return result;
 }
 
@@ -71,15 +74,13 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,
                     "model is full: it has the most depth maps it can count");
   }
-  // What is inferred does not say where the camera was, nor whether the model is right.
-  const DepthMap matched = WithoutInferred(map);
-  if (!fuser_.Upload(matched)) {
+  if (!fuser_.Upload(map)) {
     return Rejected(S_tracker_kf, FusionRejection::kNoEstimate, "no estimate in the depth map");
   }
 
   const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
   (void)merger_.MergeNearest({anchor, S_tracker_kf});
-  const Placement placement = placer_.Place(matched, S_tracker_kf, fuser_.buffers());
+  const Placement placement = placer_.Place(map, S_tracker_kf, fuser_.buffers());
   changes_.Changed(merger_.TakeChangedAnchors());
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
@@ -88,8 +89,6 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
     result.registration = registration.evidence;
     return result;
   }
-  const bool has_more = CountEstimates(map) > CountEstimates(matched);
-  if (has_more) (void)fuser_.Upload(map);
   const std::uint32_t radius_px = fuser_.merge_radius_px();
   const auto counts = fuser_.Fuse(map, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());

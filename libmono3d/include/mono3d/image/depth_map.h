@@ -23,7 +23,7 @@ struct DepthMap {
   cv::Mat confidence;  // CV_32FC1, 0 to 1
   cv::Mat bgr;         // CV_8UC3, the reference image
   // CV_8UC1, not 0 where the depth was not matched but inferred from the surface around; it then
-  // has little confidence. May be empty: nothing is.
+  // has little confidence, and is not fused. May be empty.
   cv::Mat inferred = {};
   CameraModel camera;
   std::int64_t keyframe_id = 0;
