@@ -4,7 +4,8 @@
 // Of the 16 planes of each pixel that of the smallest sum over the paths, the first of equals,
 // and between the planes the lowest point of the parabola through its neighbours; at an end of the
 // range the plane itself. No estimate where the plane does not match, and where another one, not
-// next to it, is nearly as good. One pixel an invocation.
+// next to it, is nearly as good: the inverse depth is then negative, for the inference of surfaces,
+// or 0 where no source sees the plane. One pixel an invocation.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,7 +20,7 @@ layout(binding = 0, rgba32ui) uniform readonly uimageBuffer paths;       // four
 layout(binding = 1, rgba32ui) uniform readonly uimageBuffer more_paths;  // the other four
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer costs;       // fine_sweep.comp
 layout(binding = 3, rg32ui) uniform readonly uimageBuffer ranges;         // prior.comp
-layout(binding = 4, std430) writeonly buffer InverseDepth {  // 1/su; 0: no estimate
+layout(binding = 4, std430) writeonly buffer InverseDepth {  // 1/su; 0 or less: no estimate
   float inverse_depth[];
 };
 layout(binding = 5, std430) writeonly buffer Uniqueness {  // 0 to 1: 1 - smallest / runner-up
@@ -29,6 +30,7 @@ layout(binding = 5, std430) writeonly buffer Uniqueness {  // 0 to 1: 1 - smalle
 #include "depth/fine_volume.glsl"
 
 const uint kMax = 0xffffffffu;
+const uint kUnseen = 255u;  // the cost of a plane that no source sees
 
 void main() {
   // In the order of the volumes: eight of them are read at once.
@@ -71,14 +73,13 @@ void main() {
   }
   const uint here = best_key >> 8;
   const float share = second > 0u ? 1.0 - float(here) / float(second) : 0.0;
-  float result = 0.0;
-  if (cost <= params.max_cost && share >= params.min_uniqueness) {
-    const float curvature = float(below) - 2.0 * float(here) + float(above);
-    const bool inside = kSubPlane && best > 0 && best < 15 && curvature > 0.0;
-    const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
-    const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
-    result = params.inverse_depth + plane * params.inverse_depth_step;
-  }
+  const float curvature = float(below) - 2.0 * float(here) + float(above);
+  const bool inside = kSubPlane && best > 0 && best < 15 && curvature > 0.0;
+  const float offset = inside ? 0.5 * (float(below) - float(above)) / curvature : 0.0;
+  const float plane = float((imageLoad(ranges, pixel).x & 0xffffu) + uint(best)) + offset;
+  const float w = params.inverse_depth + plane * params.inverse_depth_step;
+  const bool valid = cost <= params.max_cost && share >= params.min_uniqueness;
+  const float result = valid ? w : (cost < kUnseen ? -w : 0.0);
   const int index = y * int(params.width_px) + x;
   inverse_depth[index] = result;
   uniqueness[index] = result > 0.0 ? share : 0.0;

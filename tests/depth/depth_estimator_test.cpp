@@ -163,6 +163,36 @@ TEST(DepthEstimator, FindsItOnEachLevel) {
   }
 }
 
+TEST(DepthEstimator, InfersASurfaceWithoutTexture) {
+  PlaneScene scene;
+  scene.blank_px = 46;
+  DepthEstimatorOptions off;
+  off.inference.enabled = false;
+  const DepthMap matched = Estimate(scene.Bundle(), off).map;
+  const DepthMap map = Estimate(scene.Bundle()).map;
+  Validate(map);
+  ASSERT_FALSE(map.inferred.empty());
+  // A quarter of the blank square has no window with texture in it.
+  const int num_pixels = int(map.depth.total());
+  EXPECT_LE(CountEstimates(matched), num_pixels - 46 * 46 / 4);
+  EXPECT_GE(CountEstimates(map), int(0.98 * num_pixels));
+  EXPECT_EQ(cv::countNonZero(WithoutInferred(map).depth != matched.depth), 0);
+  const cv::Mat truth = scene.TrueDepth();
+  int num_inferred = 0;
+  int num_near = 0;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (map.inferred.at<std::uint8_t>(y, x) == 0) continue;
+      ++num_inferred;
+      EXPECT_EQ(matched.depth.at<float>(y, x), 0);
+      EXPECT_LE(map.confidence.at<float>(y, x), 0.125F);
+      const float error = std::abs(map.depth.at<float>(y, x) / truth.at<float>(y, x) - 1);
+      num_near += error <= 2 * kDepthTolerance ? 1 : 0;
+    }
+  }
+  EXPECT_GE(num_near, int(0.9 * num_inferred));
+}
+
 TEST(DepthEstimator, DoesNotDependOnScale) {
   PlaneScene scene;
   const DepthResult one = Estimate(scene.Bundle());

@@ -122,7 +122,7 @@ void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, bool s
     // Float against double: a few roundings of values near 1.
     const float between_planes = sub_plane ? 0.f : 0.5f * params.inverse_depth_step;
     ASSERT_NEAR(depth[i], expected.inverse_depth[i], between_planes + 1e-6);
-    const float plane = (depth[i] - params.inverse_depth) / params.inverse_depth_step;
+    const float plane = (std::abs(depth[i]) - params.inverse_depth) / params.inverse_depth_step;
     ASSERT_TRUE(sub_plane || depth[i] == 0 || std::abs(plane - std::round(plane)) < 1e-3f);
     ASSERT_NEAR(share[i], expected.uniqueness[i], 1e-6);
   }

@@ -12,13 +12,16 @@ namespace {
 const Eigen::Vector3d kNormal(-0.3, -0.2, 1);
 constexpr double kOffset = 2;
 constexpr int kTextureSide = 700;
-constexpr double kTexelsPerUnit = 150;  // about one a pixel
+constexpr double kTexelsPerUnit = 150;
+constexpr int kTexelsPerPixel = 2;  // in the middle of the reference
 
-cv::Mat Texture(double contrast) {
+cv::Mat Texture(double contrast, int blank) {
   cv::Mat noise(kTextureSide, kTextureSide, CV_32FC1);
   cv::RNG random(7);
   random.fill(noise, cv::RNG::UNIFORM, -1.f, 1.f);
   cv::GaussianBlur(noise, noise, {}, 1.2);
+  const int first = (kTextureSide - blank) / 2;
+  noise(cv::Rect(first, first, blank, blank)).setTo(0);
   return 128 + contrast * 200 * noise;
 }
 
@@ -60,7 +63,7 @@ cv::Mat PlaneScene::TrueDepth() const {
 }
 
 ImageBundle PlaneScene::Bundle() const {
-  const cv::Mat texture = Texture(contrast);
+  const cv::Mat texture = Texture(contrast, kTexelsPerPixel * blank_px);
   ImageBundle bundle;
   for (int i = 0; i < num_images; ++i) {
     const double side = i - num_images / 2;

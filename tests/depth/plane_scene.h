@@ -17,6 +17,7 @@ struct PlaneScene {
   Eigen::Vector3d direction{1, 0.02, 0};  // of flight, times the baseline
   double contrast = 1;                    // of the texture; 0: none
   int num_images = 5;
+  int blank_px = 0;  // side of a square without texture in the middle of the reference, about
   bool with_sparse_depths = true;
 
   ImageBundle Bundle() const;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <opencv2/core.hpp>
 
 #include "fusion/fusion_scene.h"
 #include "gpu/test_device.h"
@@ -55,6 +56,16 @@ TEST(SurfelMap, MakesASurfelOfEveryPixelOfTheFirstMap) {
   const PointCloud cloud = map->Export(1);
   EXPECT_EQ(cloud.size(), static_cast<std::size_t>(result.num_surfels));
   EXPECT_TRUE(map->Export(2).empty());
+}
+
+TEST(SurfelMap, FusesWhatWasMatchedAlone) {
+  const auto map = EmptyMap();
+  TrackedMap half = WallMap(0, 1);
+  half.inferred = cv::Mat::zeros(half.depth.size(), CV_8UC1);
+  half.inferred.colRange(0, kWidth / 2).setTo(255);
+  EXPECT_EQ(map->Integrate(half).num_inserted, kWidth / 2 * kHeight);
+  half.inferred.setTo(255);
+  EXPECT_EQ(map->Integrate(half).status, FusionStatus::kRejected);
 }
 
 TEST(SurfelMap, MakesOneLayerOfAWallSeenFromTwoPoses) {

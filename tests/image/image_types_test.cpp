@@ -154,6 +154,23 @@ TEST(DepthMap, BecomesAPointCloudInTheWorld) {
   EXPECT_THAT(cloud.confidences, IsEmpty());
 }
 
+TEST(DepthMap, LeavesOutWhatIsInferred) {
+  DepthMap map = TestMap();
+  map.depth = cv::Scalar(3);
+  map.confidence = cv::Mat(4, 6, CV_32FC1, cv::Scalar(0.5));
+  EXPECT_EQ(CountEstimates(WithoutInferred(map)), 24);
+  map.inferred = cv::Mat::zeros(4, 6, CV_8UC1);
+  map.inferred.row(1) = cv::Scalar(255);
+  const DepthMap matched = WithoutInferred(map);
+  EXPECT_EQ(CountEstimates(matched), 18);
+  EXPECT_EQ(cv::countNonZero(matched.confidence), 18);
+  EXPECT_EQ(matched.depth.at<float>(1, 2), 0);
+  EXPECT_TRUE(matched.inferred.empty());
+  EXPECT_EQ(CountEstimates(map), 24);  // which stays as it is
+  map.inferred = cv::Mat::zeros(4, 5, CV_8UC1);
+  EXPECT_THAT([&] { Validate(map); }, ThrowsMessage<Error>(HasSubstr("inferred")));
+}
+
 TEST(DepthMap, RefusesImagesOfAnotherSizeOrType) {
   EXPECT_NO_THROW(Validate(TestMap()));
   DepthMap small = TestMap();

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <string_view>
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
@@ -53,6 +55,20 @@ std::vector<double> Present(const std::vector<std::optional<double>>& values) {
   return present;
 }
 
+// The estimate without what its mask, beside it, says to be inferred; empty without a mask.
+cv::Mat MatchedAlone(const DepthFiles& files, const cv::Mat& estimate) {
+  const std::string_view ending = ".depth.pfm";
+  std::string path = files.estimate.string();
+  if (!path.ends_with(ending)) return {};
+  path.replace(path.size() - ending.size(), ending.size(), ".inferred.png");
+  if (!std::filesystem::exists(path)) return {};
+  const cv::Mat inferred = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  if (inferred.size() != estimate.size()) return {};
+  cv::Mat matched = estimate.clone();
+  matched.setTo(0, inferred);
+  return matched;
+}
+
 DepthMapEvaluation EvaluateDepthMap(const DepthFiles& files, double scale,
                                     const DepthEvaluationOptions& options,
                                     const std::optional<CameraModel>& camera) {
@@ -62,6 +78,10 @@ DepthMapEvaluation EvaluateDepthMap(const DepthFiles& files, double scale,
     DepthMapEvaluation map;
     map.files = files;
     map.error = CompareDepth(estimate, truth, scale, options.max_depth_m);
+    const cv::Mat matched = MatchedAlone(files, estimate);
+    if (!matched.empty()) {
+      map.matched = CompareDepth(matched, truth, scale, options.max_depth_m);
+    }
     if (!files.confidence.empty()) {
       map.confidence =
           CalibrateConfidence(RelativeDepthErrorImage(estimate, truth, scale, options.max_depth_m),
@@ -76,14 +96,20 @@ DepthMapEvaluation EvaluateDepthMap(const DepthFiles& files, double scale,
 
 void ComputeMeans(DepthEvaluation& evaluation) {
   std::vector<DepthError> errors;
+  std::vector<DepthError> matched;
   std::vector<ConfidenceCalibration> confidences;
   std::vector<NormalError> normals;
   for (const DepthMapEvaluation& map : evaluation.maps) {
     errors.push_back(map.error);
+    matched.push_back(map.matched.value_or(map.error));
     if (map.confidence) confidences.push_back(*map.confidence);
     if (map.normals) normals.push_back(*map.normals);
   }
   evaluation.mean = ComputeMeanDepthError(errors);
+  const bool has_matched =
+      std::any_of(evaluation.maps.begin(), evaluation.maps.end(),
+                  [](const DepthMapEvaluation& map) { return map.matched.has_value(); });
+  if (has_matched) evaluation.matched = ComputeMeanDepthError(matched);
   if (!confidences.empty()) evaluation.confidence = MeanCalibration(confidences);
   if (!normals.empty()) evaluation.normals = MeanNormalError(normals);
 }

@@ -40,6 +40,7 @@ struct DepthFiles {
 struct DepthMapEvaluation {
   DepthFiles files;
   DepthError error;
+  std::optional<DepthError> matched;   // of what was not inferred, where the files tell
   std::optional<double> median_scale;  // that would fit this map best
   std::optional<ConfidenceCalibration> confidence;
   std::optional<NormalError> normals;
@@ -49,6 +50,7 @@ struct DepthEvaluation {
   DepthEvaluationOptions options;
   std::vector<DepthMapEvaluation> maps;  // in order of frames
   MeanDepthError mean;
+  std::optional<MeanDepthError> matched;            // where something was inferred
   std::optional<ConfidenceCalibration> confidence;  // means over the maps that have one
   std::optional<NormalError> normals;
   // Standard deviation of the maps' own scales as a share of their median: does the estimate keep

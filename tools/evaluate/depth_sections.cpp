@@ -101,8 +101,14 @@ Table DepthTable(const DepthEvaluation& evaluation, bool every_map) {
   } else {
     table.rows.push_back(
         ErrorCells(std::to_string(evaluation.mean.num_maps_compared), evaluation.mean.mean));
+    if (evaluation.matched) {
+      table.rows.push_back(ErrorCells("matched", evaluation.matched->mean));
+    }
     table.notes = {ScalingNote(evaluation),
                    "Density: share of the pixels with a true depth that have an estimate."};
+    if (evaluation.matched) {
+      table.notes.push_back("Matched: without what is inferred from the surface around.");
+    }
   }
   return table;
 }
@@ -189,6 +195,7 @@ Json ToJson(const DepthEvaluation& evaluation) {
   depth["maps_compared"] = evaluation.mean.num_maps_compared;
   depth["scale_spread"] = evaluation.scale_spread;
   depth["mean"] = ErrorJson(evaluation.mean.mean);
+  if (evaluation.matched) depth["matched"] = ErrorJson(evaluation.matched->mean);
   for (const DepthMapEvaluation& map : evaluation.maps) {
     Json& entry = depth["frames"].emplace_back();
     entry["frame"] = map.files.frame;

@@ -35,6 +35,8 @@ class CoarseLevel {
     return winner_selection_.inverse_depth();
   }  // 1/su; 0: no estimate
   const Buffer& confidence() const { return winner_selection_.confidence(); }  // 0 to 1
+  // Inverse depth before the median, 0 where it is no estimate.
+  const Buffer& winners() const { return winner_selection_.winners().inverse_depth; }
 
  private:
   void RecordSweep(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,

@@ -14,9 +14,11 @@
 #include "depth/bundle_checks.h"
 #include "depth/hierarchy.h"
 #include "depth/image_noise.h"
+#include "depth/inference.h"
 #include "depth/kernels.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
+#include "depth/sky.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "gpu/recorder.h"
@@ -35,6 +37,8 @@ constexpr double kMinMotionPx = 2;
 constexpr double kMinVisibleShare = 0.1;
 // A bundle that does not match keeps a few chance estimates: fewer than this share of the pixels.
 constexpr double kMinDensity = 0.01;
+// Above this what is missing are the edges of surfaces, and inferring them is not worth the time.
+constexpr double kWholeDensity = 0.98;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -64,7 +68,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
 
  private:
   void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
+  void RecordNormals(const CameraModel& camera, double tolerance, const Buffer& inverse_depth);
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
+  EstimateBuffers Refined(const SweepPlan& plan) const;
+  void Infer(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map);
 
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions options_;
@@ -73,6 +80,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   DepthKernels kernels_;
   Hierarchy hierarchy_;
   Refiner refiner_;
+  Inference inference_;
   Buffer upsampled_depth_;  // these at full resolution
   Buffer upsampled_confidence_;
   Buffer normals_;
@@ -90,7 +98,8 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       recorder_(device_),
       kernels_(device_),
       hierarchy_(device_, kernels_, options),
-      refiner_(device_, kernels_, options.refinement) {
+      refiner_(device_, kernels_, options.refinement),
+      inference_(device_, kernels_, options.inference) {
   kernels_.Prepare(options);
 }
 
@@ -144,8 +153,61 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
     return result;
   }
   result.status = DepthStatus::kEstimated;
+  if (options_.inference.enabled && density < kWholeDensity) Infer(geometry, plan, map);
   result.map = std::move(map);
   return result;
+}
+
+// Before the texture filter.
+EstimateBuffers VulkanDepthEstimator::Refined(const SweepPlan& plan) const {
+  if (options_.refinement.iterations > 0) return {refiner_.inverse_depth(), refiner_.confidence()};
+  if (plan.level > 0) return {upsampled_depth_, upsampled_confidence_};
+  return {hierarchy_.inverse_depth(), hierarchy_.confidence()};
+}
+
+void VulkanDepthEstimator::RecordNormals(const CameraModel& camera, double tolerance,
+                                         const Buffer& inverse_depth) {
+  const LevelSize size = SizeAtLevel(camera, 0);
+  kernels_.Normals(recorder_,
+                   {.width_px = size.width_px,
+                    .height_px = size.height_px,
+                    .fx = static_cast<float>(camera.fx),
+                    .fy = static_cast<float>(camera.fy),
+                    .cx = static_cast<float>(camera.cx),
+                    .cy = static_cast<float>(camera.cy),
+                    .tolerance = static_cast<float>(tolerance)},
+                   inverse_depth, normals_);
+}
+
+// Adds what is inferred to the map of what was matched, which stays as it is.
+void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan& plan,
+                                 DepthMap& map) {
+  inference_.Record(recorder_, {.size = SizeAtLevel(map.camera, 0),
+                                .images = hierarchy_.images(0),
+                                .halved = hierarchy_.images(1),
+                                .matched = Refined(plan),
+                                .depth = filtered_depth_,
+                                .winners = hierarchy_.winners(),
+                                .winner_size = plan.size,
+                                .winner_level = plan.level,
+                                .step = plan.step,
+                                .projections = geometry.Projections(0),
+                                .min_views = options_.refinement.min_views,
+                                .sky = FindSky(map.bgr, map.depth)});
+  RecordNormals(map.camera, plan.step / (1u << static_cast<unsigned>(plan.level)),
+                inference_.inverse_depth());
+  recorder_.Submit(times_);
+  cv::Mat inverse_depth(map.depth.size(), CV_32FC1);
+  cv::Mat confidence(map.depth.size(), CV_32FC1);
+  cv::Mat normal(map.depth.size(), CV_32FC3);
+  inference_.inverse_depth().Download(
+      std::span<float>(inverse_depth.ptr<float>(), inverse_depth.total()));
+  inference_.confidence().Download(std::span<float>(confidence.ptr<float>(), confidence.total()));
+  normals_.Download(std::span<float>(normal.ptr<float>(), 3 * normal.total()));
+  map.inferred = confidence > 0;
+  cv::Mat(1 / inverse_depth).copyTo(map.depth, map.inferred);
+  confidence.copyTo(map.confidence, map.inferred);
+  normal.copyTo(map.normal, map.inferred);
 }
 
 void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan) {
@@ -186,15 +248,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
   }
-  kernels_.Normals(recorder_,
-                   {.width_px = size.width_px,
-                    .height_px = size.height_px,
-                    .fx = static_cast<float>(camera.fx),
-                    .fy = static_cast<float>(camera.fy),
-                    .cx = static_cast<float>(camera.cx),
-                    .cy = static_cast<float>(camera.cy),
-                    .tolerance = static_cast<float>(plan.step / factor)},
-                   *inverse_depth, normals_);
+  RecordNormals(camera, plan.step / factor, *inverse_depth);
   kernels_.Dog(recorder_, hierarchy_.images(0), size, response_);
   const double min_sum = MinResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
   kernels_.TextureFilter(recorder_,

@@ -55,6 +55,11 @@ void DogOptions::Visit(OptionVisitor& visit) {
         "texture below this has no depth, grey levels a grey level of noise");
 }
 
+void InferenceOptions::Visit(OptionVisitor& visit) {
+  visit("enabled", enabled, "depth of what was not matched, from the surface around it");
+  visit("max_difference", max_difference, "planes between it and the best match of the pixel");
+}
+
 void DepthEstimatorOptions::Visit(OptionVisitor& visit) {
   visit.Group("pyramid", pyramid);
   visit.Group("plane_sweep", plane_sweep);
@@ -63,6 +68,7 @@ void DepthEstimatorOptions::Visit(OptionVisitor& visit) {
   visit.Group("median", median);
   visit.Group("refinement", refinement);
   visit.Group("dog", dog);
+  visit.Group("inference", inference);
 }
 
 void DepthEstimatorOptions::Validate() const {
@@ -95,6 +101,8 @@ void DepthEstimatorOptions::Validate() const {
               "depth.refinement.min_views");
   RequireOption(dog.min_response >= 0 && dog.min_response <= 255, "depth.dog.min_response",
                 "0 to 255", dog.min_response);
+  RequireOption(inference.max_difference > 0, "depth.inference.max_difference", "above 0",
+                inference.max_difference);
 }
 
 }  // namespace mono3d

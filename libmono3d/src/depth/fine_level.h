@@ -47,6 +47,8 @@ class FineLevel {
   const Buffer& confidence() const {
     return winner_selection_.confidence();
   }  // of the last level, 0 to 1
+  // Inverse depth before the median, negative where it is no estimate; of the last level.
+  const Buffer& winners() const { return winner_selection_.winners().inverse_depth; }
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,

@@ -127,6 +127,7 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
                        levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
   inverse_depth_ = &coarse_level_.inverse_depth();
   confidence_ = &coarse_level_.confidence();
+  winners_ = &coarse_level_.winners();
   while (plan.level > finest) {
     const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
     plan = Finer(plan, camera);
@@ -136,6 +137,7 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
         *inverse_depth_);
     inverse_depth_ = &fine_level_.inverse_depth();
     confidence_ = &fine_level_.confidence();
+    winners_ = &fine_level_.winners();
   }
   return plan;
 }

@@ -45,6 +45,8 @@ class Hierarchy {
   // Of the finest level: inverse depth in 1/su, 0: no estimate; confidence 0 to 1.
   const Buffer& inverse_depth() const { return *inverse_depth_; }
   const Buffer& confidence() const { return *confidence_; }
+  // Inverse depth before the median, 1/su; 0 or less: no estimate.
+  const Buffer& winners() const { return *winners_; }
   // Padded images of a level up to kDetailLevel, the reference and then the sources.
   const Buffer& images(int level) const { return levels_[static_cast<std::size_t>(level)]; }
 
@@ -73,6 +75,7 @@ class Hierarchy {
   Buffer contrast_gains_;
   const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
   const Buffer* confidence_ = nullptr;
+  const Buffer* winners_ = nullptr;
 };
 
 }  // namespace mono3d

@@ -18,6 +18,15 @@
 #include "depth/fine_sweep.spirv.h"
 #include "depth/fine_volume.h"
 #include "depth/fine_winner.spirv.h"
+#include "depth/inference.spirv.h"
+#include "depth/inference_data.params.h"
+#include "depth/inference_data.spirv.h"
+#include "depth/inference_expand.params.h"
+#include "depth/inference_expand.spirv.h"
+#include "depth/inference_halve.params.h"
+#include "depth/inference_halve.spirv.h"
+#include "depth/inference_relax.params.h"
+#include "depth/inference_relax.spirv.h"
 #include "depth/measurement.h"
 #include "depth/median.spirv.h"
 #include "depth/normals.spirv.h"
@@ -89,7 +98,12 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       photometric_(device, {"depth/photometric", depth_photometric_spirv}),
       surface_(device, {"depth/surface", depth_surface_spirv}),
       dog_(device, {"depth/dog", depth_dog_spirv}),
-      texture_filter_(device, {"depth/texture_filter", depth_texture_filter_spirv}) {}
+      texture_filter_(device, {"depth/texture_filter", depth_texture_filter_spirv}),
+      inference_data_(device, {"depth/inference_data", depth_inference_data_spirv}),
+      inference_halve_(device, {"depth/inference_halve", depth_inference_halve_spirv}),
+      inference_expand_(device, {"depth/inference_expand", depth_inference_expand_spirv}),
+      inference_relax_(device, {"depth/inference_relax", depth_inference_relax_spirv}),
+      inference_(device, {"depth/inference", depth_inference_spirv}) {}
 
 void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
   const SweepSources sources{kBundleSize - 1, options.plane_sweep.side_tolerance};
@@ -97,6 +111,13 @@ void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
   for (KernelVariants* kernel : {&pyramid_, &census_, &prior_, &fine_census_, &fine_sgm_, &normals_,
                                  &upsample_, &detail_, &dog_, &texture_filter_}) {
     kernel->With();
+  }
+  if (options.inference.enabled) {
+    for (KernelVariants* kernel :
+         {&inference_data_, &inference_halve_, &inference_expand_, &inference_relax_}) {
+      kernel->With();
+    }
+    inference_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
   }
   plane_sweep_.With(ConstantsOf(sources));
   fine_sweep_.With(ConstantsOf(sources));
@@ -294,6 +315,54 @@ void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& 
   recorder.Dispatch(kernel,
                     {response, estimates.inverse_depth, estimates.confidence, depth, confidence},
                     params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
+}
+
+void DepthKernels::InferenceData(Recorder& recorder, LevelSize size,
+                                 const EstimateBuffers& estimates, const Buffer& depth,
+                                 const Buffer& halved, const Buffer& sky, const Buffer& data) {
+  const Kernel& kernel = inference_data_.With();
+  const LevelSize half = size.Halved();
+  recorder.Dispatch(kernel,
+                    {depth, estimates.inverse_depth, estimates.confidence, halved, sky, data},
+                    InferenceDataParams{size.width_px, size.height_px},
+                    GridOf(kernel, half.width_px, half.height_px));
+}
+
+void DepthKernels::InferenceHalve(Recorder& recorder, LevelSize size, const Buffer& fine,
+                                  const Buffer& coarse) {
+  const Kernel& kernel = inference_halve_.With();
+  const LevelSize half = size.Halved();
+  recorder.Dispatch(kernel, {fine, coarse}, InferenceHalveParams{size.width_px, size.height_px},
+                    GridOf(kernel, half.width_px, half.height_px));
+}
+
+void DepthKernels::InferenceExpand(Recorder& recorder, LevelSize coarse_size, LevelSize size,
+                                   const Buffer& coarse, const Buffer& data, const Buffer& state) {
+  const Kernel& kernel = inference_expand_.With();
+  recorder.Dispatch(kernel, {coarse, data, state},
+                    InferenceExpandParams{coarse_size.width_px, coarse_size.height_px,
+                                          size.width_px, size.height_px},
+                    GridOf(kernel, size.width_px, size.height_px));
+}
+
+void DepthKernels::InferenceRelax(Recorder& recorder, LevelSize size, float leak,
+                                  const Buffer& data, const Buffer& before, const Buffer& after) {
+  const Kernel& kernel = inference_relax_.With();
+  recorder.Dispatch(kernel, {data, before, after},
+                    InferenceRelaxParams{size.width_px, size.height_px, leak},
+                    GridOf(kernel, size.width_px, size.height_px));
+}
+
+void DepthKernels::Inference(Recorder& recorder, std::size_t num_sources,
+                             const InferenceParams& params, const Buffer& depth,
+                             const Buffer& winners, const Buffer& state, const Buffer& images,
+                             const Buffer& sky, const Buffer& projections,
+                             const EstimateBuffers& inferred) {
+  const Kernel& kernel = inference_.With({static_cast<std::uint32_t>(num_sources / 2)});
+  recorder.Dispatch(kernel,
+                    {depth, winners, state, images, sky, projections, inferred.inverse_depth,
+                     inferred.confidence},
+                    params, GridOf(kernel, params.width_px, params.height_px));
 }
 
 }  // namespace mono3d

@@ -10,6 +10,7 @@
 #include "depth/detail.params.h"
 #include "depth/fine_sweep.params.h"
 #include "depth/fine_winner.params.h"
+#include "depth/inference.params.h"
 #include "depth/kernel_variants.h"
 #include "depth/median.params.h"
 #include "depth/normals.params.h"
@@ -144,6 +145,23 @@ class DepthKernels {
                      const EstimateBuffers& estimates, const Buffer& depth,
                      const Buffer& confidence);
 
+  // Surfaces that were not matched. Data and states are maps of four floats a pixel.
+
+  // `depth` is that of TextureFilter, `halved` images of half the resolution, `sky` a word for each
+  // cell of 4x4 pixels.
+  void InferenceData(Recorder& recorder, LevelSize size, const EstimateBuffers& estimates,
+                     const Buffer& depth, const Buffer& halved, const Buffer& sky,
+                     const Buffer& data);
+  void InferenceHalve(Recorder& recorder, LevelSize size, const Buffer& fine, const Buffer& coarse);
+  void InferenceExpand(Recorder& recorder, LevelSize coarse_size, LevelSize size,
+                       const Buffer& coarse, const Buffer& data, const Buffer& state);
+  void InferenceRelax(Recorder& recorder, LevelSize size, float leak, const Buffer& data,
+                      const Buffer& before, const Buffer& after);
+  void Inference(Recorder& recorder, std::size_t num_sources, const InferenceParams& params,
+                 const Buffer& depth, const Buffer& winners, const Buffer& state,
+                 const Buffer& images, const Buffer& sky, const Buffer& projections,
+                 const EstimateBuffers& inferred);
+
  private:
   std::uint32_t num_lanes_;  // of a subgroup
   KernelVariants pyramid_;
@@ -164,6 +182,11 @@ class DepthKernels {
   KernelVariants surface_;
   KernelVariants dog_;
   KernelVariants texture_filter_;
+  KernelVariants inference_data_;
+  KernelVariants inference_halve_;
+  KernelVariants inference_expand_;
+  KernelVariants inference_relax_;
+  KernelVariants inference_;
 };
 
 }  // namespace mono3d

@@ -22,6 +22,7 @@ DepthMap WithoutImages(const DepthMap& map) {
   view.normal.release();
   view.confidence.release();
   view.bgr.release();
+  view.inferred.release();
   return view;
 }
 

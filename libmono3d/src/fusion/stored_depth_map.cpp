@@ -105,7 +105,8 @@ std::size_t StoredDepthMap::num_bytes() const {
   const auto bytes = [](const cv::Mat& image) {
     return image.empty() ? 0 : image.total() * image.elemSize();
   };
-  return bytes(depth_) + bytes(normal_) + bytes(confidence_) + bytes(frame.bgr);
+  return bytes(depth_) + bytes(normal_) + bytes(confidence_) + bytes(frame.bgr) +
+         bytes(frame.inferred);
 }
 
 }  // namespace mono3d

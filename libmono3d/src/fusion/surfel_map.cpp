@@ -49,10 +49,13 @@ VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMap
 FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses& poses) {
   const ScopedStageTimer timer(context_.times, "fusion/integrate");
   RequireUsable(map);
-  DepthMap corrected = map;
+  // Later depth maps are registered with the surfels of this one: what is inferred would draw them
+  // to surfaces that nobody has seen.
+  const DepthMap matched = WithoutInferred(map);
+  DepthMap corrected = matched;
   corrected.bgr = vignetting_.Corrected(map.bgr, map.camera);
   FusionResult result = IntegrateCorrected(corrected, poses);
-  if (result.status == FusionStatus::kFused) vignetting_.Add(map, result.S_world_kf);
+  if (result.status == FusionStatus::kFused) vignetting_.Add(matched, result.S_world_kf);
   return result;
 }
 

@@ -26,6 +26,18 @@ void RequireImage(const cv::Mat& image, int type, const CameraModel& camera, con
 
 std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.depth); }
 
+DepthMap WithoutInferred(const DepthMap& map) {
+  DepthMap matched = map;
+  matched.inferred.release();
+  if (map.inferred.empty() || cv::countNonZero(map.inferred) == 0) return matched;
+  for (cv::Mat* image : {&matched.depth, &matched.normal, &matched.confidence}) {
+    if (image->empty()) continue;
+    *image = image->clone();
+    image->setTo(cv::Scalar::all(0), map.inferred);
+  }
+  return matched;
+}
+
 PointCloud ToPointCloud(const DepthMap& map, const Similarity& S_world_kf) {
   PointCloud cloud;
   const Eigen::Matrix3f R_world_cam = S_world_kf.pose().rotation().toRotationMatrix().cast<float>();
@@ -55,6 +67,7 @@ void Validate(const DepthMap& map) {
   if (!map.normal.empty()) RequireImage(map.normal, CV_32FC3, map.camera, "normal");
   if (!map.confidence.empty()) RequireImage(map.confidence, CV_32FC1, map.camera, "confidence");
   if (!map.bgr.empty()) RequireImage(map.bgr, CV_8UC3, map.camera, "bgr");
+  if (!map.inferred.empty()) RequireImage(map.inferred, CV_8UC1, map.camera, "inferred");
 }
 
 }  // namespace mono3d

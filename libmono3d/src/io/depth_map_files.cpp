@@ -99,6 +99,7 @@ void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
   write("depth", map.depth, DepthPreview);
   write("normal", map.normal, NormalPreview);
   write("confidence", map.confidence, ConfidencePreview);
+  if (!map.inferred.empty()) WritePng(folder / (name + ".inferred.png"), map.inferred);
 }
 
 }  // namespace mono3d

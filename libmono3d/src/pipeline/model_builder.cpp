@@ -16,11 +16,11 @@ namespace {
 DepthQuality QualityOf(const ImageBundle& bundle, const DepthResult& depth) {
   DepthQuality quality;
   quality.reference_id = bundle.reference().id;
-  const cv::Mat& map = depth.map.depth;
+  const DepthMap matched = WithoutInferred(depth.map);
+  const cv::Mat& map = matched.depth;
   if (depth.status != DepthStatus::kEstimated || map.empty()) return quality;
-  quality.density =
-      static_cast<double>(CountEstimates(depth.map)) / static_cast<double>(map.total());
-  const cv::Mat& confidence = depth.map.confidence;
+  quality.density = static_cast<double>(CountEstimates(matched)) / static_cast<double>(map.total());
+  const cv::Mat& confidence = matched.confidence;
   quality.confidence = confidence.empty() ? quality.density : cv::mean(confidence)[0];
   return quality;
 }

@@ -23,16 +23,16 @@ Winners FineWinners(const std::vector<FineVolume>& paths, const FineVolume& cost
       if (std::abs(int(d) - int(best)) > 1) second = std::min(second, sums[d]);
     }
     const double uniqueness = second > 0 ? 1 - double(sums[best]) / second : 0;
-    double w = 0;
-    if (costs[pixel][best] <= params.max_cost && uniqueness >= double(params.min_uniqueness)) {
-      double offset = 0;
-      if (best > 0 && best + 1 < sums.size()) {
-        const double curvature = sums[best - 1] - 2.0 * sums[best] + sums[best + 1];
-        if (curvature > 0) offset = (sums[best - 1] - sums[best + 1]) / (2 * curvature);
-      }
-      w = params.inverse_depth +
-          (ranges[pixel].first_plane + double(best) + offset) * double(params.inverse_depth_step);
+    double offset = 0;
+    if (best > 0 && best + 1 < sums.size()) {
+      const double curvature = sums[best - 1] - 2.0 * sums[best] + sums[best + 1];
+      if (curvature > 0) offset = (sums[best - 1] - sums[best + 1]) / (2 * curvature);
     }
+    double w = params.inverse_depth + (ranges[pixel].first_plane + double(best) + offset) *
+                                          double(params.inverse_depth_step);
+    const bool valid =
+        costs[pixel][best] <= params.max_cost && uniqueness >= double(params.min_uniqueness);
+    if (!valid) w = costs[pixel][best] < 255 ? -w : 0;
     winners.inverse_depth.push_back(static_cast<float>(w));
     winners.uniqueness.push_back(w > 0 ? static_cast<float>(uniqueness) : 0.f);
   }

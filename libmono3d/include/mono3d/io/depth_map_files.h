@@ -23,8 +23,8 @@ cv::Mat ConfidencePreview(const cv::Mat& confidence);
 // Any 8-bit image. Throws Error when it cannot be written.
 void WritePng(const std::filesystem::path& path, const cv::Mat& image);
 
-// Writes <folder>/<name>.depth.pfm, .normal.pfm and .confidence.pfm, and a preview .png of each;
-// images that the map does not have are left out.
+// Writes <folder>/<name>.depth.pfm, .normal.pfm and .confidence.pfm, a preview .png of each, and
+// .inferred.png; images that the map does not have are left out.
 void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
                    const DepthMap& map);
 

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/inference.h"
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "depth/buffers.h"
+
+namespace mono3d {
+namespace {
+
+// Steps on each level. Even: they go from one buffer to the other and back. What is farther than a
+// few pixels from data has been found on a coarser level.
+constexpr int kRelaxations = 8;
+// Of confidence, per pixel of half the resolution; neighbours of one grey value have a conductance
+// of 1, so that it falls to a third over 70 of these pixels, and sooner across edges.
+constexpr float kLeak = 2e-4F;
+constexpr std::size_t kTexelBytes = 16;
+
+}  // namespace
+
+Inference::Inference(std::shared_ptr<Device> device, DepthKernels& kernels,
+                     const InferenceOptions& options)
+    : device_(std::move(device)), kernels_(kernels), options_(options) {}
+
+void Inference::Prepare(LevelSize full) {
+  std::size_t num_levels = 0;
+  LevelSize size = full;
+  do {
+    size = size.Halved();
+    if (levels_.size() <= num_levels) levels_.emplace_back();
+    Level& level = levels_[num_levels++];
+    level.size = size;
+    Reserve(level.data, device_, kTexelBytes * size.num_pixels(), "depth/inference_data");
+    Reserve(level.state, device_, kTexelBytes * size.num_pixels(), "depth/inference_state");
+    Reserve(level.next, device_, kTexelBytes * size.num_pixels(), "depth/inference_next");
+  } while (size.num_pixels() > 1);
+  levels_.resize(num_levels);
+  Reserve(inverse_depth_, device_, sizeof(float) * full.num_pixels(), "depth/inference");
+  Reserve(confidence_, device_, sizeof(float) * full.num_pixels(), "depth/inferred_confidence");
+}
+
+void Inference::RecordSurface(Recorder& recorder) {
+  for (std::size_t i = levels_.size(); i-- > 0;) {
+    Level& level = levels_[i];
+    const float leak = kLeak * std::pow(4.0F, static_cast<float>(i));
+    if (i + 1 == levels_.size()) {
+      // Its one pixel has no neighbours: the state before does not matter.
+      kernels_.InferenceRelax(recorder, level.size, leak, level.data, level.data, level.state);
+      continue;
+    }
+    kernels_.InferenceExpand(recorder, levels_[i + 1].size, level.size, levels_[i + 1].state,
+                             level.data, level.state);
+    for (int step = 0; step < kRelaxations; step += 2) {
+      kernels_.InferenceRelax(recorder, level.size, leak, level.data, level.state, level.next);
+      kernels_.InferenceRelax(recorder, level.size, leak, level.data, level.next, level.state);
+    }
+  }
+}
+
+void Inference::Record(Recorder& recorder, const Input& input) {
+  Prepare(input.size);
+  std::vector<std::uint32_t> sky;
+  for (int y = 0; y < input.sky.rows; ++y) {
+    const auto* row = input.sky.ptr<std::uint8_t>(y);
+    sky.insert(sky.end(), row, row + input.sky.cols);
+  }
+  Reserve(sky_, device_, sizeof(std::uint32_t) * sky.size(), "depth/sky");
+  sky_.Upload(std::span<const std::uint32_t>(sky));
+  Reserve(projections_, device_, kMaxProjectionBytes, "depth/inference_projections");
+  const std::vector<float> packed = Pack(input.projections);
+  projections_.Upload(std::span<const float>(packed));
+  kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, sky_,
+                         levels_.front().data);
+  for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
+    kernels_.InferenceHalve(recorder, levels_[i].size, levels_[i].data, levels_[i + 1].data);
+  }
+  RecordSurface(recorder);
+  kernels_.Inference(recorder, input.projections.size(),
+                     {.width_px = input.size.width_px,
+                      .height_px = input.size.height_px,
+                      .winner_width_px = input.winner_size.width_px,
+                      .winner_level = static_cast<std::uint32_t>(input.winner_level),
+                      .inverse_depth_step = static_cast<float>(input.step),
+                      .max_difference = static_cast<float>(options_.max_difference),
+                      .min_views = static_cast<float>(input.min_views)},
+                     input.depth, input.winners, levels_.front().state, input.images, sky_,
+                     projections_, {inverse_depth_, confidence_});
+}
+
+}  // namespace mono3d

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/sky.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace mono3d {
+namespace {
+
+constexpr int kCell_px = 4;
+// Grey levels over a window of 5x5 cells of means: clouds and gradients have less, and noise is
+// averaged.
+constexpr int kMaxRange = 12;
+constexpr int kMaxStep = 5;         // from one cell to the next, grey levels
+constexpr int kMinGrey = 110;       // darker is no daylight sky
+constexpr int kMaxRedness = 6;      // red above blue, grey levels
+constexpr double kMinShare = 0.01;  // of the image
+// Walls have some texture somewhere. Cells at the edge of the region do not count: there the census
+// window gives them the depth of what stands before the sky.
+constexpr double kMaxMatchedShare = 0.25;
+
+// The means of the cells; the last ones of a row or column may be cut.
+cv::Mat MeansOfCells(const cv::Mat& image) {
+  cv::Mat whole;
+  cv::copyMakeBorder(image, whole, 0, (kCell_px - image.rows % kCell_px) % kCell_px, 0,
+                     (kCell_px - image.cols % kCell_px) % kCell_px, cv::BORDER_REPLICATE);
+  cv::Mat means;
+  cv::resize(whole, means, cv::Size(whole.cols / kCell_px, whole.rows / kCell_px), 0, 0,
+             cv::INTER_AREA);
+  return means;
+}
+
+// 255 where a cell by itself looks like sky.
+cv::Mat SkyLikeCells(const cv::Mat& bgr, const cv::Mat& grey) {
+  cv::Mat least, most;
+  cv::erode(grey, least, cv::Mat::ones(5, 5, CV_8UC1));
+  cv::dilate(grey, most, cv::Mat::ones(5, 5, CV_8UC1));
+  // One cell beyond the smooth ones, to the edge of the region.
+  cv::Mat smooth;
+  cv::dilate((most - least) <= kMaxRange, smooth, cv::Mat::ones(3, 3, CV_8UC1));
+  cv::Mat like(grey.size(), CV_8UC1, cv::Scalar(0));
+  for (int y = 0; y < grey.rows; ++y) {
+    for (int x = 0; x < grey.cols; ++x) {
+      const auto& colour = bgr.at<cv::Vec3b>(y, x);
+      const bool is_like = smooth.at<std::uint8_t>(y, x) != 0 &&
+                           grey.at<std::uint8_t>(y, x) >= kMinGrey &&
+                           colour[2] - colour[0] <= kMaxRedness;
+      if (is_like) like.at<std::uint8_t>(y, x) = 255;
+    }
+  }
+  return like;
+}
+
+// Those of `like` that a path of small steps of grey joins to the first row.
+cv::Mat GrownFromAbove(const cv::Mat& like, const cv::Mat& grey) {
+  cv::Mat region(like.size(), CV_8UC1, cv::Scalar(0));
+  std::vector<cv::Point> front;
+  const auto add = [&](int x, int y) {
+    region.at<std::uint8_t>(y, x) = 255;
+    front.emplace_back(x, y);
+  };
+  for (int x = 0; x < like.cols; ++x) {
+    if (like.at<std::uint8_t>(0, x) != 0) add(x, 0);
+  }
+  while (!front.empty()) {
+    const cv::Point from = front.back();
+    front.pop_back();
+    for (const cv::Point side :
+         {cv::Point(-1, 0), cv::Point(1, 0), cv::Point(0, -1), cv::Point(0, 1)}) {
+      const cv::Point to = from + side;
+      if (!cv::Rect(0, 0, like.cols, like.rows).contains(to)) continue;
+      if (like.at<std::uint8_t>(to) == 0 || region.at<std::uint8_t>(to) != 0) continue;
+      const int step = int(grey.at<std::uint8_t>(to)) - int(grey.at<std::uint8_t>(from));
+      if (std::abs(step) <= kMaxStep) add(to.x, to.y);
+    }
+  }
+  return region;
+}
+
+}  // namespace
+
+cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
+  const cv::Mat colours = MeansOfCells(bgr);
+  cv::Mat grey;
+  cv::cvtColor(colours, grey, cv::COLOR_BGR2GRAY);
+  const cv::Mat sky = GrownFromAbove(SkyLikeCells(colours, grey), grey);
+  cv::Mat labels, stats, centres;
+  const int num = cv::connectedComponentsWithStats(sky, labels, stats, centres, 4, CV_32S);
+  const cv::Mat matched = MeansOfCells((depth > 0) & 255);
+  cv::Mat inner;
+  cv::erode(sky, inner, cv::Mat::ones(5, 5, CV_8UC1), cv::Point(-1, -1), 1, cv::BORDER_REPLICATE);
+  cv::Mat found(sky.size(), CV_8UC1, cv::Scalar(0));
+  for (int i = 1; i < num; ++i) {
+    const cv::Mat part = labels == i;
+    const cv::Mat inside = part & inner;
+    const bool is_large =
+        stats.at<int>(i, cv::CC_STAT_AREA) >= kMinShare * static_cast<double>(sky.total());
+    if (!is_large || cv::countNonZero(inside) == 0) continue;
+    if (cv::mean(matched, inside)[0] <= 255 * kMaxMatchedShare) found |= part;
+  }
+  // Cells that the region's border crosses.
+  cv::dilate(found, found, cv::Mat::ones(3, 3, CV_8UC1));
+  return found;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "depth/inference.h"
+
+#include <cmath>
+
+#include "depth/sky.h"
+#include "depth/stage_testing.h"
+#include "reference/depth/inference_reference.h"
+
+namespace mono3d {
+namespace {
+
+using reference::InferenceMap;
+using Texel = InferenceMap::value_type;
+
+// Float against double: a few roundings.
+constexpr float kRelative = 2e-5F;
+
+std::size_t NumSkyCells(LevelSize size) {
+  return std::size_t{(size.width_px + 3) / 4} * ((size.height_px + 3) / 4);
+}
+
+std::vector<std::uint32_t> RandomSky(LevelSize size, std::mt19937& random) {
+  std::vector<std::uint32_t> sky(NumSkyCells(size));
+  for (auto& cell : sky) cell = random() % 4 == 0 ? 255 : 0;
+  return sky;
+}
+
+// Inverse depth 0.5 to 2, of which some have no weight; and the rest of a texel below 1 or 256.
+InferenceMap RandomMap(LevelSize size, bool is_state, std::mt19937& random) {
+  const std::size_t n = size.num_pixels();
+  const auto depth = RandomValues(n, 0.5F, 2, 0, random);
+  const auto weight = RandomValues(n, 0, 1, is_state ? 0 : 0.5, random);
+  const auto confidence = RandomValues(n, 0, 1, 0, random);
+  const auto grey = RandomValues(n, 0, 60, 0, random);
+  InferenceMap map;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_state) {
+      map.push_back({depth[i], confidence[i], grey[i], 0.F});
+    } else {
+      map.push_back({weight[i] > 0 ? depth[i] : 0.F, weight[i], confidence[i], grey[i]});
+    }
+  }
+  return map;
+}
+
+// Each sees the reference's pixels some pixels farther to the left.
+SourceProjections SourcesToTheRight(std::size_t num_sources) {
+  SourceProjections projections;
+  for (std::size_t i = 0; i < num_sources; ++i) {
+    projections.push_back(
+        {Eigen::Matrix3d::Identity(), Eigen::Vector3d(-2.37 * double(i), 0.21, 0)});
+  }
+  return projections;
+}
+
+void ExpectNear(const InferenceMap& found, const InferenceMap& expected) {
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      ASSERT_NEAR(found[i][j], expected[i][j], kRelative * (1 + std::abs(expected[i][j])))
+          << i << " " << j;
+    }
+  }
+}
+
+TEST(InferenceData, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    const std::size_t n = size.num_pixels();
+    const auto depth = RandomValues(n, 0.5F, 2, 0.5, random);
+    const auto inverse_depth = RandomValues(n, 0.5F, 2, 0.3, random);
+    const auto confidence = RandomValues(n, 0, 1, 0, random);
+    const cv::Mat halved = RandomImage(size.Halved(), random);
+    const auto sky = RandomSky(size, random);
+    const Buffer data = MakeBuffer<Texel>(size.Halved().num_pixels());
+    Recorder recorder(TestDevice());
+    TestKernels().InferenceData(recorder, size, {ToBuffer(inverse_depth), ToBuffer(confidence)},
+                                ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(sky), data);
+    recorder.Submit();
+    ExpectNear(FirstOf<Texel>(data, size.Halved().num_pixels()),
+               reference::InferenceData(size, depth, {inverse_depth, confidence}, halved, sky));
+  }
+}
+
+TEST(InferenceHalve, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    const InferenceMap fine = RandomMap(size, false, random);
+    const Buffer coarse = MakeBuffer<Texel>(size.Halved().num_pixels());
+    Recorder recorder(TestDevice());
+    TestKernels().InferenceHalve(recorder, size, ToBuffer(fine), coarse);
+    recorder.Submit();
+    ExpectNear(FirstOf<Texel>(coarse, size.Halved().num_pixels()),
+               reference::InferenceHalve(size, fine));
+  }
+}
+
+TEST(InferenceExpand, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    const InferenceMap coarse = RandomMap(size.Halved(), true, random);
+    const InferenceMap data = RandomMap(size, false, random);
+    const Buffer state = MakeBuffer<Texel>(size.num_pixels());
+    Recorder recorder(TestDevice());
+    TestKernels().InferenceExpand(recorder, size.Halved(), size, ToBuffer(coarse), ToBuffer(data),
+                                  state);
+    recorder.Submit();
+    ExpectNear(FirstOf<Texel>(state, size.num_pixels()),
+               reference::InferenceExpand(size.Halved(), size, coarse, data));
+  }
+}
+
+TEST(InferenceRelax, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    const InferenceMap data = RandomMap(size, false, random);
+    const InferenceMap before = RandomMap(size, true, random);
+    const Buffer after = MakeBuffer<Texel>(size.num_pixels());
+    Recorder recorder(TestDevice());
+    TestKernels().InferenceRelax(recorder, size, 0.01F, ToBuffer(data), ToBuffer(before), after);
+    recorder.Submit();
+    ExpectNear(FirstOf<Texel>(after, size.num_pixels()),
+               reference::InferenceRelax(size, 0.01F, data, before));
+  }
+}
+
+TEST(InferenceStage, EqualsReference) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : kSmallSizes) {
+    for (const std::uint32_t level : {0u, 1u}) {
+      const LevelSize of_winners = level == 0 ? size : size.Halved();
+      const std::size_t n = size.num_pixels();
+      const InferenceParams params{
+          size.width_px, size.height_px, of_winners.width_px, level, 0.1F, 3, 2};
+      const SourceProjections projections = SourcesToTheRight(4);
+      const auto depth = RandomValues(n, 0.5F, 2, 0.5, random);
+      auto winners = RandomValues(of_winners.num_pixels(), 0.5F, 2, 0.2, random);
+      for (std::size_t i = 0; i < winners.size(); i += 2) winners[i] = -winners[i];
+      const InferenceMap state = RandomMap(size.Halved(), true, random);
+      const cv::Mat grey = RandomImage(size, random);
+      const auto sky = RandomSky(size, random);
+      const Buffer inverse_depth = MakeBuffer<float>(n);
+      const Buffer confidence = MakeBuffer<float>(n);
+      Recorder recorder(TestDevice());
+      TestKernels().Inference(recorder, projections.size(), params, ToBuffer(depth),
+                              ToBuffer(winners), ToBuffer(state), ImagesToBuffer({grey}),
+                              ToBuffer(sky), ToBuffer(Pack(projections)),
+                              {inverse_depth, confidence});
+      recorder.Submit();
+      const auto expected =
+          reference::Inference(params, depth, winners, state, grey, sky, projections);
+      const auto found = FirstOf<float>(inverse_depth, n);
+      const auto found_confidence = FirstOf<float>(confidence, n);
+      std::size_t num_inferred = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        ASSERT_NEAR(found[i], expected.inverse_depth[i], kRelative * 3);
+        ASSERT_NEAR(found_confidence[i], expected.confidence[i], kRelative);
+        num_inferred += expected.confidence[i] > 0 ? 1 : 0;
+      }
+      EXPECT_TRUE(n == 1 || num_inferred > n / 20);
+    }
+  }
+}
+
+constexpr LevelSize kSize{90, 61};
+
+// The inverse depth of a plane, with a hole of 20x20 pixels.
+std::vector<float> PlaneWithAHole(std::vector<float>& plane) {
+  std::vector<float> matched;
+  for (int y = 0; y < 61; ++y) {
+    for (int x = 0; x < 90; ++x) {
+      plane.push_back(1 + 0.004F * float(x) - 0.002F * float(y));
+      matched.push_back(std::abs(x - 45) < 10 && std::abs(y - 30) < 10 ? 0 : plane.back());
+    }
+  }
+  return matched;
+}
+
+// Inverse depth and confidence, with winners that are the plane itself.
+std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky) {
+  std::vector<float> plane;
+  const std::vector<float> matched = PlaneWithAHole(plane);
+  std::vector<float> depth;
+  for (const float w : matched) depth.push_back(w > 0 ? 1 / w : 0);
+  const std::vector<float> confidence(matched.size(), 0.5F);
+  const cv::Mat grey(61, 90, CV_8UC1, cv::Scalar(100));
+  const cv::Mat halved(31, 45, CV_8UC1, cv::Scalar(100));
+  Inference inference(TestDevice(), TestKernels(), {});
+  Recorder recorder(TestDevice());
+  const Buffer images = ImagesToBuffer({grey});
+  const Buffer of_half_size = ImagesToBuffer({halved});
+  const Buffer inverse_depth_buffer = ToBuffer(matched);
+  const Buffer confidence_buffer = ToBuffer(confidence);
+  const Buffer depth_buffer = ToBuffer(depth);
+  const Buffer winners = ToBuffer(plane);
+  inference.Record(recorder, {.size = kSize,
+                              .images = images,
+                              .halved = of_half_size,
+                              .matched = {inverse_depth_buffer, confidence_buffer},
+                              .depth = depth_buffer,
+                              .winners = winners,
+                              .winner_size = kSize,
+                              .winner_level = 0,
+                              .step = 0.02,
+                              .projections = SourcesToTheRight(4),
+                              .min_views = 2,
+                              .sky = sky});
+  recorder.Submit();
+  return {FirstOf<float>(inference.inverse_depth(), plane.size()),
+          FirstOf<float>(inference.confidence(), plane.size())};
+}
+
+TEST(Inference, CompletesAPlane) {
+  std::vector<float> plane;
+  const std::vector<float> matched = PlaneWithAHole(plane);
+  const auto [found, confidence] = InferPlane(cv::Mat::zeros(16, 23, CV_8UC1));
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    ASSERT_NEAR(found[i], plane[i], 0.01F) << i;  // half a plane of the sweep
+    ASSERT_EQ(confidence[i] > 0, matched[i] == 0) << i;
+    ASSERT_LE(confidence[i], 0.125F);
+  }
+}
+
+TEST(Inference, LeavesTheSkyAlone) {
+  cv::Mat sky = cv::Mat::zeros(16, 23, CV_8UC1);
+  sky(cv::Rect(8, 4, 8, 8)).setTo(255);  // the hole, and what was matched around it
+  const auto [found, confidence] = InferPlane(sky);
+  std::vector<float> plane;
+  const std::vector<float> matched = PlaneWithAHole(plane);
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    ASSERT_EQ(confidence[i], 0);
+    ASSERT_EQ(found[i] > 0, matched[i] > 0);
+  }
+}
+
+// Blue above, a textured wall below.
+cv::Mat SkyAboveWall(std::mt19937& random) {
+  cv::Mat image(96, 160, CV_8UC3, cv::Scalar(220, 190, 170));
+  cv::Mat wall = image(cv::Rect(0, 40, 160, 56));
+  for (int y = 0; y < wall.rows; ++y) {
+    for (int x = 0; x < wall.cols; ++x) {
+      wall.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<std::uint8_t>(40 + random() % 60));
+    }
+  }
+  return image;
+}
+
+TEST(FindSky, FindsItAboveAWall) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat sky = FindSky(SkyAboveWall(random), cv::Mat::zeros(96, 160, CV_32FC1));
+  ASSERT_EQ(sky.size(), cv::Size(40, 24));
+  EXPECT_EQ(cv::countNonZero(sky.rowRange(0, 10)), 10 * 40);
+  EXPECT_EQ(cv::countNonZero(sky.rowRange(13, 24)), 0);
+}
+
+TEST(FindSky, FindsNoneWhereDepthWasMatched) {
+  std::mt19937 random = SeededByTestName();
+  cv::Mat depth = cv::Mat::zeros(96, 160, CV_32FC1);
+  depth.colRange(0, 80).setTo(3);
+  EXPECT_EQ(cv::countNonZero(FindSky(SkyAboveWall(random), depth)), 0);
+}
+
+TEST(FindSky, FindsNoneBelowOrInWarmOrDarkColours) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat none = cv::Mat::zeros(96, 160, CV_32FC1);
+  cv::Mat turned;
+  cv::flip(SkyAboveWall(random), turned, 0);
+  EXPECT_EQ(cv::countNonZero(FindSky(turned, none)), 0);
+  for (const cv::Scalar& colour : {cv::Scalar(170, 190, 220), cv::Scalar(90, 80, 70)}) {
+    cv::Mat image = SkyAboveWall(random);
+    image.rowRange(0, 40).setTo(colour);
+    EXPECT_EQ(cv::countNonZero(FindSky(image, none)), 0);
+  }
+}
+
+}  // namespace
+}  // namespace mono3d
