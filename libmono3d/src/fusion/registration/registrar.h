@@ -79,6 +79,8 @@ class Registrar {
   };
   Assessment Assess(const Target& target, const RegistrationProblem& of_tracker,
                     const Similarity& predicted, int& num_evaluations);
+  std::optional<Registration> Tolerate(const Target& target, const RegistrationProblem& of_tracker,
+                                       const Predictions& predictions, int& num_evaluations);
   Evaluation Converge(const Target& target, const RegistrationProblem& problem,
                       int& num_evaluations);
 
