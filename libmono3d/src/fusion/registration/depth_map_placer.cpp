@@ -81,7 +81,7 @@ Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& pr
                           model_.anchors.S_world_surfels(), predictions, options, context_.times);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
-  const bool is_found = registration.evidence.moved && registration.evidence.noise == 1;
+  const bool is_found = registration.evidence.moved && registration.is_tracker_wrong;
   if (!is_found || !registration.rejection.empty()) return registration;
   const auto anchor = MostFrequentAnchor(blocks.numbers(), model_.surfels.anchors());
   if (anchor && model_.anchors.anchor(*anchor).keyframe_id != map.keyframe_id) {

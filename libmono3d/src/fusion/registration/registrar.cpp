@@ -40,6 +40,8 @@ constexpr double kLastStepErrors = 1.5;
 constexpr double kExpectedResidual = 1.5;
 // What is common to the errors of a depth map's pixels is at most as large as they are.
 constexpr double kLargestOwnMisfit = 1;
+// So many times what contradicts nothing is what the tracker is told of: it holds on to it.
+constexpr double kToldMisfits = 2;
 // Half of the variance of the grey values is explained by the model.
 constexpr double kMinCorrelation = 0.7;
 // By how much more than it claims a depth map may err: half as much again at a time, about.
@@ -258,14 +260,18 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   RegistrationEvidence best;
   Matrix7d information = Matrix7d::Zero();
   const Similarity* best_start = nullptr;
+  bool is_tracker_wrong = false;
+  const double told_misfit =
+      std::min(kLargestOwnMisfit, kToldMisfits * options.registration.max_misfit);
   for (const Similarity& predicted : predictions) {
     Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
     RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
+    if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > told_misfit;
     // With hardly any of the model in view there is nothing to say.
     if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
     if (IsConfirmed(evidence, options))
-      return {predicted, evidence, {}, assessment.information, {}};
+      return {predicted, evidence, {}, assessment.information, {}, is_tracker_wrong};
     if (best_start == nullptr || Cost(evidence) < Cost(best)) {
       best = evidence;
       information = assessment.information;
@@ -297,8 +303,12 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
     const auto tolerated = Tolerate(target, of_tracker, predictions, num_evaluations);
     if (tolerated) return *tolerated;
   }
-  return {
-      is_better ? found.S_world_kf : *best_start, evidence, std::move(rejection), information, {}};
+  return {is_better ? found.S_world_kf : *best_start,
+          evidence,
+          std::move(rejection),
+          information,
+          {},
+          is_tracker_wrong};
 }
 
 // A depth map may err more than it claims, by what its pictures do not show: poses that bent it,
