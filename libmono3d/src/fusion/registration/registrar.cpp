@@ -40,8 +40,9 @@ constexpr double kLastStepErrors = 1.5;
 constexpr double kExpectedResidual = 1.5;
 // What is common to the errors of a depth map's pixels is at most as large as they are.
 constexpr double kLargestOwnMisfit = 1;
-// So many times what contradicts nothing is what the tracker is told of: it holds on to it.
-constexpr double kToldMisfits = 2;
+// The tracker holds on to what it is told: it is told where it misses by twice what a depth map's
+// own error can be.
+constexpr double kToldMisfit = 2 * kLargestOwnMisfit;
 // Half of the variance of the grey values is explained by the model.
 constexpr double kMinCorrelation = 0.7;
 // By how much more than it claims a depth map may err: half as much again at a time, about.
@@ -261,13 +262,11 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   Matrix7d information = Matrix7d::Zero();
   const Similarity* best_start = nullptr;
   bool is_tracker_wrong = false;
-  const double told_misfit =
-      std::min(kLargestOwnMisfit, kToldMisfits * options.registration.max_misfit);
   for (const Similarity& predicted : predictions) {
     Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
     RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
-    if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > told_misfit;
+    if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > kToldMisfit;
     // With hardly any of the model in view there is nothing to say.
     if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
     if (IsConfirmed(evidence, options))
@@ -284,6 +283,9 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   RegistrationEvidence evidence =
       EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
   evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
+  // Seen from afar a misfit is underestimated.
+  const bool is_from_tracker = best_start == &predictions.front();
+  is_tracker_wrong = is_tracker_wrong || (is_from_tracker && evidence.tracker_misfit > kToldMisfit);
   const bool is_better =
       evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
   best.tracker_misfit = evidence.tracker_misfit;
