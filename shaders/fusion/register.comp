@@ -42,7 +42,8 @@ struct Accumulator {
   vec4 tail[7];  // tail[k] = sum of J_k * (J.tail | residual)
   vec4 depth;    // weighted sum of squares; agree; stand before; lie behind
   vec4 light;    // weighted sum of squares; number; sum of the image's grey; of the surfels' grey
-  vec4 light2;   // sums of squares of image's and surfels' grey; of the weights of these sums; 0
+  vec4 light2;   // sums of squares of image's and surfels' grey; of the weights of these sums; of
+                 // their products
 };
 
 float HuberWeight(float residual) { return min(1.0, kHuber / max(abs(residual), 1e-12)); }
@@ -91,7 +92,8 @@ bool IsClipped(float value) { return value > 254.0 || value < 1.0; }
 // For gain and bias: what fits them as they are counts.
 void AddExposure(inout Accumulator sums, float of_image, float of_surfel, float weight) {
   sums.light.zw += weight * vec2(of_image, of_surfel);
-  sums.light2.xyz += weight * vec3(of_image * of_image, of_surfel * of_surfel, 1.0);
+  sums.light2 += weight * vec4(of_image * of_image, of_surfel * of_surfel, 1.0,
+                               of_image * of_surfel);
 }
 
 // The grey residual and its weight, 0 where there is none to compare.

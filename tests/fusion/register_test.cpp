@@ -102,6 +102,7 @@ TEST(Register, EqualsReferenceWithNumericalDerivatives) {
     expect_near(c.found.image_grey_sigma, c.expected.image_grey_sigma);
     expect_near(c.found.surfel_grey_mean, c.expected.surfel_grey_mean);
     expect_near(c.found.surfel_grey_sigma, c.expected.surfel_grey_sigma);
+    expect_near(c.found.grey_covariance, c.expected.grey_covariance);
     // Each entry relative to what its two unknowns could give at most (Cauchy and Schwarz).
     const Vector7d size = c.expected.information.diagonal().cwiseSqrt();
     const double residual = std::sqrt(c.expected.depth_cost + c.expected.grey_cost);

@@ -66,7 +66,7 @@ TEST(SurfelMapOptions, ListsEveryField) {
           "registration.with_scale", "registration.with_grey", "registration.max_misfit",
           "registration.prior_px", "registration.prior_scale", "registration.grey_noise",
           "registration.grey_shift_px", "gate.min_overlap", "gate.min_agreement",
-          "gate.max_contradiction", "gate.max_residual", "gate.max_grey_residual",
+          "gate.max_contradiction", "gate.max_residual", "gate.max_grey_residual", "gate.max_noise",
           "gate.max_deviation_px", "gate.max_scale_deviation", "gate.max_join_uncertainty_px",
           "retry.max_waiting", "retry.max_attempts", "retry.num_recent", "health.num_registrations",
           "health.min_registrations", "health.min_accepted_share", "health.good_accepted_share",

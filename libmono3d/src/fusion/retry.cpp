@@ -103,7 +103,7 @@ void RepairingSurfelMap::Repair(const KeyframePoses& poses, FusionResult& result
   std::vector<KeptMap> order;
   while (auto kept = waiting_.TakeOldest()) order.push_back(std::move(*kept));
   std::vector<KeptMap> latest;
-  while (latest.size() < order.size() / 2) {
+  while (latest.size() < (order.size() + 1) / 2) {
     auto kept = recent_.TakeNewest();
     if (!kept) break;
     kept->num_attempts = 0;

@@ -90,7 +90,9 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
     return result;
   }
   const std::uint32_t radius_px = fuser_.merge_radius_px();
-  const auto counts = fuser_.Fuse(map, anchor, registration.S_world_kf, placement.submap);
+  DepthMap weighed = map;
+  weighed.depth_sigma_per_square_depth *= registration.evidence.noise;
+  const auto counts = fuser_.Fuse(weighed, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
   if (!counts) {
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,

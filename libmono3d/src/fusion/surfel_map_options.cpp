@@ -44,6 +44,7 @@ void RegistrationGateOptions::Visit(OptionVisitor& visit) {
   visit("max_contradiction", max_contradiction, "share of them that it may see through");
   visit("max_residual", max_residual, "root mean square distance from the model, in sigmas");
   visit("max_grey_residual", max_grey_residual, "and of grey values");
+  visit("max_noise", max_noise, "errors of a depth map, over those that it claims");
   visit("max_deviation_px", max_deviation_px, "from the tracker's pose, as motion in the image");
   visit("max_scale_deviation", max_scale_deviation, "from the tracker's scale, of its logarithm");
   visit("max_join_uncertainty_px", max_join_uncertainty_px,
@@ -125,6 +126,7 @@ void SurfelMapOptions::Validate() const {
   RequireOption(gate.max_residual > 0, "fusion.gate.max_residual", "> 0", gate.max_residual);
   RequireOption(gate.max_grey_residual > 0, "fusion.gate.max_grey_residual", "> 0",
                 gate.max_grey_residual);
+  RequireOption(gate.max_noise >= 1, "fusion.gate.max_noise", ">= 1", gate.max_noise);
   RequireOption(gate.max_deviation_px > 0, "fusion.gate.max_deviation_px", "> 0",
                 gate.max_deviation_px);
   RequireOption(gate.max_scale_deviation > 0, "fusion.gate.max_scale_deviation", "> 0",

@@ -85,11 +85,12 @@ double GreyOf(std::uint32_t rgb10) {
 }
 
 struct GreySums {
-  double image = 0, surfel = 0, image2 = 0, surfel2 = 0, weight = 0;
+  double image = 0, surfel = 0, image2 = 0, surfel2 = 0, product = 0, weight = 0;
 
   void Add(double of_image, double of_surfel, double by) {
     image += by * of_image, image2 += by * of_image * of_image;
     surfel += by * of_surfel, surfel2 += by * of_surfel * of_surfel;
+    product += by * of_image * of_surfel;
     weight += by;
   }
 };
@@ -170,6 +171,7 @@ RegistrationSystem Register(const RegisterParams& params, const AnchorTransforms
   system.surfel_grey_mean = sums.surfel / count;
   system.image_grey_sigma = std::sqrt(sums.image2 / count - std::pow(system.image_grey_mean, 2));
   system.surfel_grey_sigma = std::sqrt(sums.surfel2 / count - std::pow(system.surfel_grey_mean, 2));
+  system.grey_covariance = sums.product / count - system.image_grey_mean * system.surfel_grey_mean;
   return system;
 }
 

@@ -37,6 +37,7 @@ struct RegistrationGateOptions {
   double max_contradiction = 0.2;    // outlines and moving things
   double max_residual = 2;           // in sigmas; 1 is expected
   double max_grey_residual = 4;      // the same of grey values, which change with the view as well
+  double max_noise = 6;              // times the sigma that the depth map claims
   double max_deviation_px = 40;      // from the tracker's pose, as motion in the image
   double max_scale_deviation = 0.1;  // from the tracker's, of its logarithm
   // One sigma of a pose by which a whole submap of the model is moved to another: it must be known
@@ -51,15 +52,17 @@ struct RegistrationEvidence {
   bool registered = false;  // false: nothing to register with, or not asked for
   bool moved = false;       // the model contradicted the tracker's pose; else that stands
   int num_iterations = 0;
-  double tracker_misfit = 0;   // mean by which the tracker's pose misses the best one, in sigmas
-  double overlap = 0;          // surfels in view per pixel of the depth map, 1 at most
-  double agreement = 0;        // share of them that lie on the depth map's surface
-  double contradiction = 0;    // share of them that the depth map sees through
-  double depth_residual = 0;   // root mean square, in sigmas
-  double grey_residual = 0;    // root mean square, in sigmas
-  double deviation_px = 0;     // from the tracker's pose, as motion in the image
-  double scale_deviation = 0;  // logarithm of the scale over the tracker's
-  double uncertainty_px = 0;   // one sigma of the pose, prior included, as motion in the image
+  double tracker_misfit = 0;    // mean by which the tracker's pose misses the best one, in sigmas
+  double overlap = 0;           // surfels in view per pixel of the depth map, 1 at most
+  double noise = 1;             // errors of the depth map over those that it claims
+  double agreement = 0;         // share of them that lie on the depth map's surface
+  double contradiction = 0;     // share of them that the depth map sees through
+  double depth_residual = 0;    // root mean square, in sigmas
+  double grey_residual = 0;     // root mean square, in sigmas
+  double grey_correlation = 0;  // of the image with the colours of the model; 0 where both are flat
+  double deviation_px = 0;      // from the tracker's pose, as motion in the image
+  double scale_deviation = 0;   // logarithm of the scale over the tracker's
+  double uncertainty_px = 0;    // one sigma of the pose, prior included, as motion in the image
 };
 
 }  // namespace mono3d

@@ -43,10 +43,14 @@ Placement DepthMapPlacer::Place(const DepthMap& map, const Similarity& S_tracker
   } else {
     placement.registration = Register(map, predictions, buffers, visible_);
   }
+  const RegistrationEvidence& evidence = placement.registration.evidence;
+  if (evidence.registered && placement.registration.rejection.empty() && evidence.noise == 1) {
+    misfits_.Add(evidence.tracker_misfit);
+  }
   if (!placement.join && placement.registration.constraint) {
     placement.constraints = {*placement.registration.constraint};
   }
-  if (!placement.registration.evidence.registered && placement.registration.rejection.empty()) {
+  if (!evidence.registered && placement.registration.rejection.empty()) {
     placement.starts_submap = true;
     placement.submap = model_.anchors.NextSubmapId();
   }
@@ -70,12 +74,15 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
 
 Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& predictions,
                                       const DepthMapBuffers& buffers, const BlockList& blocks) {
-  Registration registration = registrar_.Register(context_.recorder, map, buffers, model_.surfels,
-                                                  blocks, model_.anchors.S_world_surfels(),
-                                                  predictions, context_.options, context_.times);
+  SurfelMapOptions options = context_.options;
+  options.registration.max_misfit = misfits_.Limit(options.registration.max_misfit);
+  Registration registration =
+      registrar_.Register(context_.recorder, map, buffers, model_.surfels, blocks,
+                          model_.anchors.S_world_surfels(), predictions, options, context_.times);
   Log(LogLevel::kDebug, "depth map of frame " + std::to_string(map.frame_index) + ": " +
                             Describe(registration.evidence));
-  if (!registration.evidence.moved || !registration.rejection.empty()) return registration;
+  const bool is_found = registration.evidence.moved && registration.is_tracker_wrong;
+  if (!is_found || !registration.rejection.empty()) return registration;
   const auto anchor = MostFrequentAnchor(blocks.numbers(), model_.surfels.anchors());
   if (anchor && model_.anchors.anchor(*anchor).keyframe_id != map.keyframe_id) {
     registration.constraint =
@@ -101,6 +108,8 @@ std::vector<DepthMapPlacer::SubmapRegistration> DepthMapPlacer::RegisterWithSubm
   std::stable_sort(shown.begin(), shown.end(), [](const auto& a, const auto& b) {
     const bool is_a_fit = a.registration.rejection.empty();
     if (is_a_fit != b.registration.rejection.empty()) return is_a_fit;
+    const double noise_a = a.registration.evidence.noise, noise_b = b.registration.evidence.noise;
+    if (noise_a != noise_b) return noise_a < noise_b;
     return a.registration.evidence.overlap > b.registration.evidence.overlap;
   });
   return shown;
@@ -115,7 +124,7 @@ std::optional<SubmapJoin> DepthMapPlacer::JoinSubmaps(
   std::vector<SubmapRegistration> sure;
   std::copy_if(shown.begin(), shown.end(), std::back_inserter(sure), [&](const auto& of) {
     const RegistrationEvidence& evidence = of.registration.evidence;
-    return of.registration.rejection.empty() &&
+    return of.registration.rejection.empty() && evidence.noise == 1 &&
            (!evidence.moved ||
             evidence.uncertainty_px <= context_.options.gate.max_join_uncertainty_px);
   });

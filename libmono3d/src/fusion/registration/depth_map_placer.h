@@ -8,6 +8,7 @@
 
 #include "fusion/fusion_context.h"
 #include "fusion/part_merger.h"
+#include "fusion/registration/misfit_history.h"
 #include "fusion/registration/registrar.h"
 
 namespace mono3d {
@@ -58,6 +59,7 @@ class DepthMapPlacer {
   SurfelModel& model_;
   PartMerger& merger_;
   Registrar registrar_;
+  MisfitHistory misfits_;
   BlockList visible_;
   BlockList of_submap_;
   std::vector<AnchorTable> predicted_anchors_;  // per prediction

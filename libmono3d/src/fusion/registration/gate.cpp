@@ -35,6 +35,8 @@ RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
   if (system.num_grey > 0) {
     evidence.grey_residual = std::sqrt(system.grey_cost / static_cast<double>(system.num_grey));
   }
+  const double contrast = system.image_grey_sigma * system.surfel_grey_sigma;
+  if (contrast > 0) evidence.grey_correlation = system.grey_covariance / contrast;
   const Vector7d deviation = Deviation(problem, S_world_kf);
   evidence.deviation_px = ImageMotion(problem, deviation);
   evidence.scale_deviation = deviation(6);
@@ -71,13 +73,14 @@ std::string RejectionReason(const RegistrationEvidence& evidence,
 std::string Describe(const RegistrationEvidence& evidence) {
   std::array<char, 320> text{};
   std::snprintf(text.data(), text.size(),
-                "overlap %.2f, agreement %.3f, contradiction %.3f, depth %.2f and grey %.2f sigmas "
-                "from the model, "
+                "overlap %.2f, noise %.1f, agreement %.3f, contradiction %.3f, depth %.2f and grey "
+                "%.2f sigmas "
+                "from the model, correlation %.3f, "
                 "%s, misfit of the tracker %.2f sigmas, %.3f px and %.3f %% of scale from it, "
                 "known to %.2f px, "
                 "%d evaluations",
-                evidence.overlap, evidence.agreement, evidence.contradiction,
-                evidence.depth_residual, evidence.grey_residual,
+                evidence.overlap, evidence.noise, evidence.agreement, evidence.contradiction,
+                evidence.depth_residual, evidence.grey_residual, evidence.grey_correlation,
                 evidence.moved ? "moved" : "not moved", evidence.tracker_misfit,
                 evidence.deviation_px, 100 * evidence.scale_deviation, evidence.uncertainty_px,
                 evidence.num_iterations);

@@ -38,6 +38,15 @@ constexpr double kLastStepErrors = 1.5;
 // Root mean square of residuals in sigmas that is no reason for a closer look: 1, half as much
 // again.
 constexpr double kExpectedResidual = 1.5;
+// What is common to the errors of a depth map's pixels is at most as large as they are.
+constexpr double kLargestOwnMisfit = 1;
+// The tracker holds on to what it is told: it is told where it misses by twice what a depth map's
+// own error can be.
+constexpr double kToldMisfit = 2 * kLargestOwnMisfit;
+// Half of the variance of the grey values is explained by the model.
+constexpr double kMinCorrelation = 0.7;
+// By how much more than it claims a depth map may err: half as much again at a time, about.
+constexpr std::array<double, 6> kNoiseFactors = {1, 1.5, 2, 3, 4, 6};
 // Surfels in view per pixel below which a pose that is not well known is so for want of overlap;
 // else for want of anything in the scene that could tell.
 constexpr double kLittleOverlap = 0.25;
@@ -59,6 +68,21 @@ RegistrationGateOptions Strict(const RegistrationGateOptions& gate) {
   strict.max_residual = gate.max_residual / 2;
   strict.max_grey_residual = gate.max_grey_residual / 2;
   return strict;
+}
+
+// Whether a depth map of which too much was believed fits where it is, with what is believed now.
+bool LooksLikeNoise(const RegistrationEvidence& evidence, const SurfelMapOptions& options) {
+  RegistrationGateOptions gate = options.gate;
+  gate.max_contradiction /= 2;  // a wider sigma leaves less to be contradicted by
+  const bool has_picture = options.registration.with_grey && evidence.grey_correlation != 0;
+  return evidence.registered && evidence.depth_residual <= kExpectedResidual &&
+         (!has_picture || evidence.grey_correlation >= kMinCorrelation) &&
+         RejectionReason(evidence, gate).empty();
+}
+
+bool IsSamePose(const Similarity& a, const Similarity& b) {
+  return a.scale() == b.scale() && a.pose().translation() == b.pose().translation() &&
+         a.pose().rotation().coeffs() == b.pose().rotation().coeffs();
 }
 
 // The share of the model that is where the depth map says counts first, then how exactly.
@@ -237,14 +261,16 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   RegistrationEvidence best;
   Matrix7d information = Matrix7d::Zero();
   const Similarity* best_start = nullptr;
+  bool is_tracker_wrong = false;
   for (const Similarity& predicted : predictions) {
     Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
     RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
+    if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > kToldMisfit;
     // With hardly any of the model in view there is nothing to say.
     if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
     if (IsConfirmed(evidence, options))
-      return {predicted, evidence, {}, assessment.information, {}};
+      return {predicted, evidence, {}, assessment.information, {}, is_tracker_wrong};
     if (best_start == nullptr || Cost(evidence) < Cost(best)) {
       best = evidence;
       information = assessment.information;
@@ -257,6 +283,9 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   RegistrationEvidence evidence =
       EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
   evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
+  // Seen from afar a misfit is underestimated.
+  const bool is_from_tracker = best_start == &predictions.front();
+  is_tracker_wrong = is_tracker_wrong || (is_from_tracker && evidence.tracker_misfit > kToldMisfit);
   const bool is_better =
       evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
   best.tracker_misfit = evidence.tracker_misfit;
@@ -272,8 +301,49 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
     evidence.moved = false;
     return {predictions.front(), evidence, {}, {}, {}};
   }
-  return {
-      is_better ? found.S_world_kf : *best_start, evidence, std::move(rejection), information, {}};
+  if (!rejection.empty()) {
+    const auto tolerated = Tolerate(target, of_tracker, predictions, num_evaluations);
+    if (tolerated) return *tolerated;
+  }
+  return {is_better ? found.S_world_kf : *best_start,
+          evidence,
+          std::move(rejection),
+          information,
+          {},
+          is_tracker_wrong};
+}
+
+// A depth map may err more than it claims, by what its pictures do not show: poses that bent it,
+// surfaces of hardly any texture. Where no pose is convincing, that and a tracker that knows the
+// way explain it, if what is left looks like noise: as large as expected once sigma is widened,
+// common to the pixels by no more than the sigma claimed, and of a picture that is the model's. The
+// least such noise is taken.
+std::optional<Registration> Registrar::Tolerate(const Target& target,
+                                                const RegistrationProblem& of_tracker,
+                                                const Predictions& predictions,
+                                                int& num_evaluations) {
+  const double claimed = of_tracker.map.depth_sigma_per_square_depth;
+  DepthMap noisy = of_tracker.map;
+  std::optional<Registration> best;
+  std::vector<Similarity> candidates = predictions;
+  for (const double noise : kNoiseFactors) {
+    if (noise > target.options.gate.max_noise || candidates.empty()) break;
+    noisy.depth_sigma_per_square_depth = noise * claimed;
+    const RegistrationProblem problem = MakeProblem(noisy, target.options, predictions.front());
+    std::erase_if(candidates, [&](const Similarity& predicted) {
+      RegistrationEvidence evidence = Assess(target, problem, predicted, num_evaluations).evidence;
+      evidence.moved = !IsSamePose(predicted, predictions.front());
+      evidence.noise = noise;
+      if (evidence.tracker_misfit > kLargestOwnMisfit) return true;
+      if (LooksLikeNoise(evidence, target.options) &&
+          (!best || Cost(evidence) < Cost(best->evidence))) {
+        best = Registration{predicted, evidence, {}, Matrix7d::Zero(), {}};
+      }
+      return false;
+    });
+    if (best) return best;
+  }
+  return std::nullopt;
 }
 
 }  // namespace mono3d

@@ -36,6 +36,8 @@ struct Registration {
   // Where it was moved: what is known of the pose, see InformationOf, and what the tracker is told.
   Matrix7d information = Matrix7d::Zero();
   std::optional<KeyframeConstraint> constraint;
+  // Whether the depth map's own error cannot explain how far the tracker's pose is off.
+  bool is_tracker_wrong = false;
 };
 
 // The registration of depth maps with the model. A pose of the tracker that the model does not
@@ -79,6 +81,8 @@ class Registrar {
   };
   Assessment Assess(const Target& target, const RegistrationProblem& of_tracker,
                     const Similarity& predicted, int& num_evaluations);
+  std::optional<Registration> Tolerate(const Target& target, const RegistrationProblem& of_tracker,
+                                       const Predictions& predictions, int& num_evaluations);
   Evaluation Converge(const Target& target, const RegistrationProblem& problem,
                       int& num_evaluations);
 

@@ -53,6 +53,8 @@ RegistrationSystem SumRegistrationRows(std::span<const float> rows) {
   system.surfel_grey_mean = sums[kLight + 3] / count;
   system.image_grey_sigma = Sigma(sums[kLight2], system.image_grey_mean, count);
   system.surfel_grey_sigma = Sigma(sums[kLight2 + 1], system.surfel_grey_mean, count);
+  system.grey_covariance =
+      sums[kLight2 + 3] / count - system.image_grey_mean * system.surfel_grey_mean;
   return system;
 }
 

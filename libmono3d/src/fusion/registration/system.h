@@ -33,6 +33,7 @@ struct RegistrationSystem {
   double image_grey_sigma = 0;
   double surfel_grey_mean = 0;
   double surfel_grey_sigma = 0;
+  double grey_covariance = 0;
 };
 
 // Adds up rows in double precision, in their order.

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/registration/misfit_history.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/statistics.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::size_t kMaxMisfits = 16;  // what a tracker does a minute ago tells little of it now
+constexpr std::size_t kMinMisfits = 5;
+// What is common to the pixels of a depth map is at most its own error, one sigma.
+constexpr double kLargestOwn = 1;
+// Of the absolute value of a normal variable: twice its sigma, which 95 % stay below.
+constexpr double kMedians = 3;
+
+}  // namespace
+
+void MisfitHistory::Add(double misfit) {
+  misfits_.push_back(misfit);
+  if (misfits_.size() > kMaxMisfits) misfits_.pop_front();
+}
+
+double MisfitHistory::Limit(double least) const {
+  std::vector<double> own;
+  std::ranges::copy_if(misfits_, std::back_inserter(own),
+                       [](double misfit) { return misfit <= kLargestOwn; });
+  if (own.size() < kMinMisfits || 2 * own.size() < misfits_.size()) return least;
+  return std::max(least, std::min(kLargestOwn, kMedians * UpperMedianOrZero(std::move(own))));
+}
+
+}  // namespace mono3d

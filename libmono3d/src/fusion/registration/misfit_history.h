@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <deque>
+
+namespace mono3d {
+
+// How far the tracker's poses miss the best ones where nothing is wrong. What bends a depth map,
+// errors of the poses behind it or surfaces of hardly any texture, is common to its pixels, and no
+// depth map tells how much of that there is: it is measured by the registrations themselves.
+class MisfitHistory {
+ public:
+  // A depth map was accepted whose expected pose missed the best one by so many sigmas.
+  void Add(double misfit);
+  // Up to here a misfit contradicts nothing; `least` where too little is known, or where most of
+  // the latest misfits are too large to be the depth maps' own.
+  double Limit(double least) const;
+
+ private:
+  std::deque<double> misfits_;
+};
+
+}  // namespace mono3d
