@@ -68,5 +68,6 @@
 #include "mono3d/pipeline/snapshot.h"
 #include "mono3d/pipeline/stages.h"
 #include "mono3d/tracking/image_bundle_poses.h"
+#include "mono3d/tracking/photo_mapper.h"
 #include "mono3d/tracking/place_recognition.h"
 #include "mono3d/tracking/tracker.h"

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/photos/photo_mapping.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "tracking/photos/photo_growth.h"
+#include "tracking/photos/photo_matching.h"
+#include "tracking/photos/photo_scene.h"
+#include "tracking/reason.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// By what they show, so that nothing rests on the order in which they came.
+std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos) {
+  std::vector<std::size_t> order(photos.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t photo) { return photos[photo].digest; });
+  return order;
+}
+
+SparseModel ToSparseModel(const PhotoScene& scene, const std::vector<std::size_t>& original) {
+  SparseModel model;
+  model.camera = scene.camera();
+  std::vector<std::optional<std::size_t>> image_of(scene.num_photos());
+  for (const std::size_t photo : scene.posed()) {
+    image_of[photo] = model.images.size();
+    SparseImage& image = model.images.emplace_back();
+    image.id = static_cast<std::int64_t>(original[photo]);
+    image.T_world_cam = scene.T_cam_world(photo)->Inverse();
+  }
+  for (const PhotoTrack& track : scene.tracks()) {
+    if (!track.p_world) continue;
+    SparsePoint point{*track.p_world};
+    for (const PhotoObservation& seen : track.observations) {
+      if (!seen.fits) continue;
+      const PhotoFeatures& features = scene.features(seen.photo);
+      point.colour = features.colours[seen.feature];
+      model.images[*image_of[seen.photo]].observations.push_back(
+          {features.pixels[seen.feature], model.points.size()});
+    }
+    model.points.push_back(point);
+  }
+  return model;
+}
+
+PhotoMap ToPhotoMap(const PhotoScene& scene, const std::vector<std::size_t>& original) {
+  PhotoMap map;
+  for (const std::size_t photo : scene.posed()) {
+    map.photos.push_back({original[photo], scene.T_cam_world(photo)->Inverse()});
+  }
+  map.sparse = ToSparseModel(scene, original);
+  return map;
+}
+
+// Why a photo is in no map, by its best pair.
+std::string WhyUnplaced(const PhotoScene& scene, std::span<const PhotoPair> pairs,
+                        std::size_t photo, const PhotoMapperOptions& options) {
+  std::size_t most = 0;
+  for (const PhotoPair& pair : pairs) {
+    if (pair.a == photo || pair.b == photo) most = std::max(most, pair.matches.size());
+  }
+  if (static_cast<int>(scene.features(photo).size()) < options.min_matches) {
+    return NeededText(static_cast<int>(scene.features(photo).size()), "features",
+                      options.min_matches);
+  }
+  if (most == 0) return "no other photo shows the same";
+  return "no pose explains what it shares with other photos (" + std::to_string(most) +
+         " matches at most)";
+}
+
+}  // namespace
+
+PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const CameraModel& camera,
+                    const PhotoMapperOptions& options, StageTimes* times) {
+  PhotoMaps result;
+  result.reasons.resize(photos.size());
+  const std::vector<std::size_t> original = OrderOfContent(photos);
+  std::vector<PhotoFeatures> ordered;
+  for (const std::size_t photo : original) ordered.push_back(photos[photo]);
+  std::vector<PhotoPair> pairs;
+  {
+    const ScopedStageTimer timer(times, "tracking/photo_matching");
+    pairs = MatchPhotos(ordered, options);
+  }
+  const ScopedStageTimer timer(times, "tracking/photo_mapping");
+  PhotoScene scene(camera, ordered, pairs, options.min_parallax_deg);
+  std::vector<char> is_free(photos.size(), 1);
+  std::string reason;
+  while (GrowPhotoMap(scene, pairs, is_free, options, reason) > 0) {
+    scene.Normalise(scene.posed().front());
+    result.maps.push_back(ToPhotoMap(scene, original));
+    for (const std::size_t photo : scene.posed()) is_free[photo] = 0;
+  }
+  std::ranges::stable_sort(result.maps, [](const PhotoMap& l, const PhotoMap& r) {
+    return l.photos.size() > r.photos.size();
+  });
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
+    if (is_free[i] == 0) continue;
+    std::string& why = result.reasons[original[i]];
+    why = WhyUnplaced(scene, pairs, i, options);
+    // Of all photos, why there is no start at all.
+    if (result.maps.empty() && !reason.empty()) why = "no two photos make a start: " + reason;
+  }
+  return result;
+}
+
+}  // namespace mono3d::tracking
