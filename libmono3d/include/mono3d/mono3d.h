@@ -61,6 +61,7 @@
 #include "mono3d/io/trajectory_file.h"
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/pipeline/map_file.h"
+#include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/pipeline/run_writer.h"

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <opencv2/core/mat.hpp>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
@@ -41,5 +42,10 @@ struct PhotoMapperOptions {
 // `times`, where given, must outlive it.
 std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {},
                                            StageTimes* times = nullptr);
+
+// How much of one picture the next one shows again: the share of its features that are found there,
+// 0 to 1. Neighbouring frames of a video have 0.6 and more in common, photographs 10 degrees apart
+// 0.4, others less. CV_8UC3.
+double ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr);
 
 }  // namespace mono3d

@@ -9,29 +9,20 @@
 #include <utility>
 
 #include "tracking/photos/photo_growth.h"
-#include "tracking/photos/photo_matching.h"
 #include "tracking/photos/photo_scene.h"
 #include "tracking/reason.h"
 
 namespace mono3d::tracking {
 namespace {
 
-// By what they show, so that nothing rests on the order in which they came.
-std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos) {
-  std::vector<std::size_t> order(photos.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, {}, [&](std::size_t photo) { return photos[photo].digest; });
-  return order;
-}
-
-SparseModel ToSparseModel(const PhotoScene& scene, const std::vector<std::size_t>& original) {
+SparseModel SparseOfScene(const PhotoScene& scene) {
   SparseModel model;
   model.camera = scene.camera();
   std::vector<std::optional<std::size_t>> image_of(scene.num_photos());
   for (const std::size_t photo : scene.posed()) {
     image_of[photo] = model.images.size();
     SparseImage& image = model.images.emplace_back();
-    image.id = static_cast<std::int64_t>(original[photo]);
+    image.id = static_cast<std::int64_t>(photo);
     image.T_world_cam = scene.T_cam_world(photo)->Inverse();
   }
   for (const PhotoTrack& track : scene.tracks()) {
@@ -49,12 +40,12 @@ SparseModel ToSparseModel(const PhotoScene& scene, const std::vector<std::size_t
   return model;
 }
 
-PhotoMap ToPhotoMap(const PhotoScene& scene, const std::vector<std::size_t>& original) {
+PhotoMap ToPhotoMap(const PhotoScene& scene) {
   PhotoMap map;
   for (const std::size_t photo : scene.posed()) {
-    map.photos.push_back({original[photo], scene.T_cam_world(photo)->Inverse()});
+    map.photos.push_back({photo, scene.T_cam_world(photo)->Inverse()});
   }
-  map.sparse = ToSparseModel(scene, original);
+  map.sparse = SparseOfScene(scene);
   return map;
 }
 
@@ -76,33 +67,32 @@ std::string WhyUnplaced(const PhotoScene& scene, std::span<const PhotoPair> pair
 
 }  // namespace
 
-PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const CameraModel& camera,
-                    const PhotoMapperOptions& options, StageTimes* times) {
+std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos) {
+  std::vector<std::size_t> order(photos.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t photo) { return photos[photo].digest; });
+  return order;
+}
+
+PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<PhotoPair>& pairs,
+                    const CameraModel& camera, const PhotoMapperOptions& options,
+                    double tolerance) {
   PhotoMaps result;
-  result.reasons.resize(photos.size());
-  const std::vector<std::size_t> original = OrderOfContent(photos);
-  std::vector<PhotoFeatures> ordered;
-  for (const std::size_t photo : original) ordered.push_back(photos[photo]);
-  std::vector<PhotoPair> pairs;
-  {
-    const ScopedStageTimer timer(times, "tracking/photo_matching");
-    pairs = MatchPhotos(ordered, options);
-  }
-  const ScopedStageTimer timer(times, "tracking/photo_mapping");
-  PhotoScene scene(camera, ordered, pairs, options.min_parallax_deg);
+  PhotoScene scene(camera, photos, pairs, options.min_parallax_deg);
+  scene.SetTolerance(tolerance);
   std::vector<char> is_free(photos.size(), 1);
   std::string reason;
   while (GrowPhotoMap(scene, pairs, is_free, options, reason) > 0) {
     scene.Normalise(scene.posed().front());
-    result.maps.push_back(ToPhotoMap(scene, original));
+    result.maps.push_back(ToPhotoMap(scene));
     for (const std::size_t photo : scene.posed()) is_free[photo] = 0;
   }
   std::ranges::stable_sort(result.maps, [](const PhotoMap& l, const PhotoMap& r) {
     return l.photos.size() > r.photos.size();
   });
-  for (std::size_t i = 0; i < ordered.size(); ++i) {
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    std::string& why = result.reasons.emplace_back();
     if (is_free[i] == 0) continue;
-    std::string& why = result.reasons[original[i]];
     why = WhyUnplaced(scene, pairs, i, options);
     // Of all photos, why there is no start at all.
     if (result.maps.empty() && !reason.empty()) why = "no two photos make a start: " + reason;

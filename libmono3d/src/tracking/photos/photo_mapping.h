@@ -12,6 +12,7 @@
 #include "mono3d/image/sparse_model.h"
 #include "mono3d/tracking/photo_mapper.h"
 #include "tracking/photos/photo_features.h"
+#include "tracking/photos/photo_matching.h"
 
 namespace mono3d::tracking {
 
@@ -34,9 +35,14 @@ struct PhotoMaps {
   std::vector<std::string> reasons;  // of each photo, why it is in none; else empty
 };
 
-// Places photos whose features have the pixels of `camera`, which has no distortion. The same
-// photos in another order make the same maps.
-PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const CameraModel& camera,
-                    const PhotoMapperOptions& options, StageTimes* times);
+// Places photos whose features have the pixels of `camera`, which has no distortion; `pairs` are
+// those of MatchPhotos. `tolerance`: by how much the errors of a camera that is not known exactly
+// exceed those of the features.
+PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<PhotoPair>& pairs,
+                    const CameraModel& camera, const PhotoMapperOptions& options,
+                    double tolerance = 1);
+
+// Sorts photos by what they show, so that nothing rests on the order in which they came.
+std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos);
 
 }  // namespace mono3d::tracking

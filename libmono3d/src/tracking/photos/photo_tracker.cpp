@@ -59,7 +59,18 @@ KeyframePosesPtr PhotoTracker::Poses() const {
 
 std::vector<Keyframe> PhotoTracker::Finish() {
   if (features_.empty()) return {};
-  const PhotoMaps placed = MapPhotos(features_, frames_.front().camera, options_, times_);
+  BringInOrder();
+  const CameraModel& camera = frames_.front().camera;
+  std::vector<PhotoPair> pairs;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_matching");
+    pairs = MatchPhotos(features_, options_);
+  }
+  PhotoMaps placed;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_mapping");
+    placed = MapPhotos(features_, pairs, camera, options_);
+  }
   features_.clear();
   std::vector<KeyframePose> poses;
   std::vector<Keyframe> keyframes;
@@ -77,6 +88,17 @@ std::vector<Keyframe> PhotoTracker::Finish() {
   const std::lock_guard lock(mutex_);
   poses_ = std::move(table);
   return keyframes;
+}
+
+void PhotoTracker::BringInOrder() {
+  std::vector<Frame> frames;
+  std::vector<PhotoFeatures> features;
+  for (const std::size_t photo : OrderOfContent(features_)) {
+    frames.push_back(std::move(frames_[photo]));
+    features.push_back(std::move(features_[photo]));
+  }
+  frames_ = std::move(frames);
+  features_ = std::move(features);
 }
 
 void PhotoTracker::TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,

@@ -29,6 +29,7 @@ class PhotoTracker final : public Tracker {
   SparseModel Sparse(int map_id) const override;
 
  private:
+  void BringInOrder();
   void TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,
                std::vector<Keyframe>& keyframes);
 
