@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
@@ -45,7 +46,7 @@ std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {
 
 // How much of one picture the next one shows again: the share of its features that are found there,
 // 0 to 1. Neighbouring frames of a video have 0.6 and more in common, photographs 10 degrees apart
-// 0.4, others less. CV_8UC3.
-double ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr);
+// 0.4, those of another order of a walk 0.1. Nothing of pictures that show too little. CV_8UC3.
+std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr);
 
 }  // namespace mono3d

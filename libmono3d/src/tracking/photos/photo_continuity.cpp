@@ -2,6 +2,7 @@
 // Copyright the mono3d authors
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -12,12 +13,15 @@
 
 namespace mono3d {
 
-double ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) {
+std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) {
   // Large structures are enough.
   constexpr int kNumFeatures = 600;
   constexpr int kMaxSide_px = 480;
+  constexpr std::size_t kMinFeatures = 50;
   const auto a = tracking::ExtractPhotoFeatures(bgr, kNumFeatures, kMaxSide_px);
   const auto b = tracking::ExtractPhotoFeatures(next_bgr, kNumFeatures, kMaxSide_px);
+  const std::size_t num_features = std::min(a.size(), b.size());
+  if (num_features < kMinFeatures) return std::nullopt;
   std::vector<PointPair> pairs;
   for (const tracking::FeatureMatch& match :
        tracking::MatchPhotoFeatures(a, b, std::numeric_limits<std::size_t>::max())) {
@@ -26,9 +30,7 @@ double ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) {
   TwoViewRansacOptions ransac;
   ransac.sigma_px = std::max(1.0, static_cast<double>(bgr.cols) / kMaxSide_px);
   const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
-  return F ? F->num_inliers /
-                 static_cast<double>(std::max<std::size_t>(1, std::min(a.size(), b.size())))
-           : 0;
+  return F ? F->num_inliers / static_cast<double>(num_features) : 0;
 }
 
 }  // namespace mono3d

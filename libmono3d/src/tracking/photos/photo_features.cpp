@@ -16,6 +16,9 @@ namespace {
 
 // Half of the usual one: walls in the shade have corners too, and the best are kept of too many.
 constexpr double kSiftContrast = 0.02;
+// OpenCV's SIFT looks for features in the doubled image, and does not take into account that pixel
+// x of it is at x / 2 - 1 / 4.
+constexpr double kSiftShift_px = 0.25;
 // Of the finest features; of larger ones it grows with their size (diameter in px).
 constexpr double kFinestSigma_px = 0.5;
 constexpr double kFinestSize_px = 4;
@@ -77,7 +80,7 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
   for (const std::size_t i : BySize(keypoints)) {
     const auto row = static_cast<Eigen::Index>(features.size());
     const cv::KeyPoint& keypoint = keypoints[i];
-    const Eigen::Vector2d shrunk(keypoint.pt.x, keypoint.pt.y);
+    const Eigen::Vector2d shrunk(keypoint.pt.x - kSiftShift_px, keypoint.pt.y - kSiftShift_px);
     features.pixels.emplace_back((shrunk.array() + 0.5) * scale.array() - 0.5);
     features.sigma_px.push_back(kFinestSigma_px * scale.x() *
                                 std::max(1.0, keypoint.size / kFinestSize_px));
