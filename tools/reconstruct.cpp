@@ -14,6 +14,7 @@
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
+#include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/photo_detection.h"

@@ -137,7 +137,8 @@ TEST(PhotoMapper, PlacesPhotosInAnyOrder) {
     EXPECT_LT((fit * found[i] - expected[i]).norm(), 0.001 * std::sqrt(2) * kRadius) << i;
     const Pose pose = fit * placed.T_world_cam.at(static_cast<std::int64_t>(i));
     const double angle = (pose.Inverse() * Houses().T_world_cam[i]).RotationAngle();
-    EXPECT_LT(angle * 180 / std::numbers::pi, 0.1) << i;
+    // That of the positions tilts all of them as well.
+    EXPECT_LT(angle * 180 / std::numbers::pi, 0.2) << i;
   }
 }
 
