@@ -234,8 +234,11 @@ CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const Footag
   const CameraPrior at_size = prior.Resized(source->camera().width, source->camera().height);
   const calibration::PhotoFootage footage(*source, at_size.camera, photos);
   CameraCalibration result = Calibrate(
-      at_size, [&](const CameraModel& camera, std::size_t) { return footage.Map(camera); }, 1,
-      options);
+      at_size,
+      [&](const CameraModel& camera, const std::vector<FootagePart>&) {
+        return footage.Map(camera);
+      },
+      {{0, options.part_frames}}, options);
   calibration::BringToSize(prior, result);
   return result;
 }
