@@ -43,7 +43,7 @@ bool ArePhotos(const std::vector<cv::Mat>& images) {
   });
 }
 
-std::vector<cv::Mat> Film(int num_images) {
+std::vector<cv::Mat> FilmHouses(int num_images) {
   std::vector<cv::Mat> images;
   for (Frame& frame : tracking::FlyOver(tracking::TexturedGround(true), num_images).frames) {
     images.push_back(std::move(frame.bgr));
@@ -51,11 +51,11 @@ std::vector<cv::Mat> Film(int num_images) {
   return images;
 }
 
-TEST(PhotoDetection, AVideoGoesOnFromFrameToFrame) { EXPECT_FALSE(ArePhotos(Film(12))); }
+TEST(PhotoDetection, AVideoGoesOnFromFrameToFrame) { EXPECT_FALSE(ArePhotos(FilmHouses(12))); }
 
 // Three frames a second of the same flight, in another order.
 TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
-  const std::vector<cv::Mat> film = Film(40);
+  const std::vector<cv::Mat> film = FilmHouses(40);
   std::vector<cv::Mat> photos;
   for (const std::size_t i : {20U, 0U, 32U, 8U, 36U, 12U, 28U, 4U, 24U, 39U}) {
     photos.push_back(film[i]);
@@ -65,7 +65,7 @@ TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
 
 TEST(PhotoDetection, WhatShowsNothingIsTakenForAVideo) {
   EXPECT_FALSE(ArePhotos(std::vector<cv::Mat>(12, tracking::BlackFrame(0).bgr)));
-  EXPECT_FALSE(ArePhotos(Film(2)));
+  EXPECT_FALSE(ArePhotos(FilmHouses(2)));
   EXPECT_FALSE(mono3d::ArePhotos(
       12, [](int) -> std::unique_ptr<FrameSource> { throw Error("cannot be read"); }));
 }

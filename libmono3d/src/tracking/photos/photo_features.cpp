@@ -56,7 +56,7 @@ std::uint64_t DigestOf(const cv::Mat& bytes) {
   return digest;
 }
 
-std::array<std::uint8_t, 3> ColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel) {
+std::array<std::uint8_t, 3> PhotoColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel) {
   const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, bgr.cols - 1);
   const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, bgr.rows - 1);
   const auto& colour = bgr.at<cv::Vec3b>(y, x);
@@ -84,7 +84,7 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
     features.pixels.emplace_back((shrunk.array() + 0.5) * scale.array() - 0.5);
     features.sigma_px.push_back(kFinestSigma_px * scale.x() *
                                 std::max(1.0, keypoint.size / kFinestSize_px));
-    features.colours.push_back(ColourAt(bgr, features.pixels.back()));
+    features.colours.push_back(PhotoColourAt(bgr, features.pixels.back()));
     const Eigen::Map<const Eigen::Matrix<float, 1, 128>> sift(
         descriptors.ptr<float>(static_cast<int>(i)));
     const float sum = std::max(sift.sum(), 1.0F);

@@ -14,8 +14,8 @@ namespace mono3d::tracking {
 namespace {
 
 // What the photo shows of the map. Its own unit is the world's.
-Keyframe ToKeyframe(const Frame& frame, std::int64_t id, const SparseImage& image,
-                    const SparseModel& sparse) {
+Keyframe KeyframeOfPhoto(const Frame& frame, std::int64_t id, const SparseImage& image,
+                         const SparseModel& sparse) {
   Keyframe keyframe;
   keyframe.id = id;
   keyframe.frame = frame;
@@ -108,7 +108,7 @@ void PhotoTracker::TakeMap(const PhotoMap& map, int map_id, std::vector<Keyframe
     const Frame& frame = frames_[map.photos[i].photo];
     const Pose& T_world_cam = map.photos[i].T_world_cam;
     const auto id = static_cast<std::int64_t>(keyframes.size());
-    keyframes.push_back(ToKeyframe(frame, id, sparse.images[i], sparse));
+    keyframes.push_back(KeyframeOfPhoto(frame, id, sparse.images[i], sparse));
     poses.push_back({id, map_id, Similarity(1, T_world_cam)});
     trajectory_.push_back({frame.index, frame.timestamp_s, map_id, T_world_cam});
     late_results_.push_back(
