@@ -4,7 +4,9 @@
 #include "calibration/photo_footage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -24,19 +26,46 @@ constexpr double kCalibrationTolerance = 4;
 constexpr int kNumFeaturesOfRun = 2;
 constexpr std::size_t kMaxPoints = 6000;
 
-// The ray at z = 1 that the camera shows at the pixel, by fixed-point iteration.
-Eigen::Vector3d RayOf(const CameraModel& camera, const Eigen::Vector2d& pixel) {
-  constexpr int kMaxSteps = 30;
-  constexpr double kConverged_px = 1e-3;
-  Eigen::Vector3d ray = camera.Unproject(pixel);
-  for (int i = 0; i < kMaxSteps; ++i) {
-    const Eigen::Vector2d error = pixel - ProjectDistorted(camera, ray);
-    ray.x() += error.x() / camera.fx;
-    ray.y() += error.y() / camera.fy;
-    if (error.norm() < kConverged_px) break;
+// The rays at z = 1 that a camera shows at its pixels.
+class PhotoRays {
+ public:
+  explicit PhotoRays(const CameraModel& camera) : camera_(camera) {
+    if (camera.lens == LensModel::kFisheye) angles_.emplace(camera.distortion);
   }
-  return ray;
-}
+
+  Eigen::Vector3d At(const Eigen::Vector2d& pixel) const {
+    return angles_ ? ThroughFisheye(pixel) : ByIteration(pixel);
+  }
+
+ private:
+  // Photos are read with what lies 60 degrees off the axis at most; another camera may show it
+  // farther out.
+  Eigen::Vector3d ThroughFisheye(const Eigen::Vector2d& pixel) const {
+    constexpr double kMaxAngle_rad = 1.4;
+    Eigen::Vector3d ray = camera_.Unproject(pixel);
+    const double radius = ray.head<2>().norm();
+    if (radius == 0) return ray;
+    const double angle = std::min(angles_->At(radius).value_or(kMaxAngle_rad), kMaxAngle_rad);
+    ray.head<2>() *= std::tan(angle) / radius;
+    return ray;
+  }
+
+  Eigen::Vector3d ByIteration(const Eigen::Vector2d& pixel) const {
+    constexpr int kMaxSteps = 30;
+    constexpr double kConverged_px = 1e-3;
+    Eigen::Vector3d ray = camera_.Unproject(pixel);
+    for (int i = 0; i < kMaxSteps; ++i) {
+      const Eigen::Vector2d error = pixel - ProjectDistorted(camera_, ray);
+      ray.x() += error.x() / camera_.fx;
+      ray.y() += error.y() / camera_.fy;
+      if (error.norm() < kConverged_px) break;
+    }
+    return ray;
+  }
+
+  CameraModel camera_;
+  std::optional<FisheyeAngles> angles_;
+};
 
 // The points that most images show, and nothing of the others.
 SparseModel WithFewerPoints(const SparseModel& model) {
@@ -94,8 +123,9 @@ std::vector<SparseModel> PhotoFootage::Map(const CameraModel& camera) const {
   std::vector<tracking::PhotoFeatures> undistorted = photos_;
   const CameraModel pinhole = camera.WithoutDistortion();
   if (camera.HasDistortion()) {
+    const PhotoRays rays(camera);
     for (tracking::PhotoFeatures& photo : undistorted) {
-      for (Eigen::Vector2d& pixel : photo.pixels) pixel = pinhole.Project(RayOf(camera, pixel));
+      for (Eigen::Vector2d& pixel : photo.pixels) pixel = pinhole.Project(rays.At(pixel));
     }
   }
   std::vector<SparseModel> maps;
