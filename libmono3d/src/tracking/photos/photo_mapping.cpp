@@ -15,11 +15,52 @@
 namespace mono3d::tracking {
 namespace {
 
-SparseModel SparseOfScene(const PhotoScene& scene) {
+// The points that each two photos with a pose share.
+std::vector<std::vector<int>> CountShared(const PhotoScene& scene) {
+  std::vector<std::vector<int>> shared(scene.num_photos(), std::vector<int>(scene.num_photos(), 0));
+  for (const PhotoTrack& track : scene.tracks()) {
+    if (!track.p_world) continue;
+    for (const PhotoObservation& a : track.observations) {
+      if (!a.fits) continue;
+      for (const PhotoObservation& b : track.observations) {
+        if (b.fits && a.photo != b.photo) ++shared[a.photo][b.photo];
+      }
+    }
+  }
+  return shared;
+}
+
+// As a walk goes: each is followed by the one left that shares most points with it; where none
+// does, by the one that shares most with any before. Models grow best where they are.
+std::vector<std::size_t> InOrderOfView(const PhotoScene& scene) {
+  const std::vector<std::vector<int>> shared = CountShared(scene);
+  std::vector<std::size_t> left = scene.posed();
+  std::vector<std::size_t> order;
+  std::vector<int> shared_with_any(scene.num_photos(), 0);
+  while (!left.empty()) {
+    const auto with_last = [&](std::size_t photo) {
+      return order.empty() ? 0 : shared[order.back()][photo];
+    };
+    auto next = std::ranges::max_element(left, {}, with_last);
+    if (with_last(*next) == 0) {
+      next = std::ranges::max_element(left, {},
+                                      [&](std::size_t photo) { return shared_with_any[photo]; });
+    }
+    const std::size_t photo = *next;
+    left.erase(next);
+    order.push_back(photo);
+    for (const std::size_t other : left) {
+      shared_with_any[other] = std::max(shared_with_any[other], shared[photo][other]);
+    }
+  }
+  return order;
+}
+
+SparseModel SparseOfScene(const PhotoScene& scene, const std::vector<std::size_t>& photos) {
   SparseModel model;
   model.camera = scene.camera();
   std::vector<std::optional<std::size_t>> image_of(scene.num_photos());
-  for (const std::size_t photo : scene.posed()) {
+  for (const std::size_t photo : photos) {
     image_of[photo] = model.images.size();
     SparseImage& image = model.images.emplace_back();
     image.id = static_cast<std::int64_t>(photo);
@@ -42,10 +83,11 @@ SparseModel SparseOfScene(const PhotoScene& scene) {
 
 PhotoMap ToPhotoMap(const PhotoScene& scene) {
   PhotoMap map;
-  for (const std::size_t photo : scene.posed()) {
+  const std::vector<std::size_t> photos = InOrderOfView(scene);
+  for (const std::size_t photo : photos) {
     map.photos.push_back({photo, scene.T_cam_world(photo)->Inverse()});
   }
-  map.sparse = SparseOfScene(scene);
+  map.sparse = SparseOfScene(scene, photos);
   return map;
 }
 

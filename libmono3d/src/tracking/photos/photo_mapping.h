@@ -25,7 +25,7 @@ struct PlacedPhoto {
 // Photos that hang together. The world is the camera of the first photo, and the median depth there
 // is 1 su.
 struct PhotoMap {
-  std::vector<PlacedPhoto> photos;  // in the order in which they were placed
+  std::vector<PlacedPhoto> photos;  // as a walk would go, next to each other where they can be
   // The points, and the photos in the same order; their ids are positions in the list of photos.
   SparseModel sparse;
 };
