@@ -7,11 +7,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <utility>
-#include <vector>
 
 #include "mono3d/core/error.h"
-#include "mono3d/core/statistics.h"
 #include "mono3d/tracking/photo_mapper.h"
 
 namespace mono3d {
@@ -42,13 +39,16 @@ std::optional<double> ContinuityAt(const PairOpener& open, std::int64_t start) {
 bool ArePhotos(std::int64_t num_images, const PairOpener& open) {
   if (num_images < 3 || num_images > kMaxNumPhotos) return false;
   const std::int64_t num_pairs = std::min(kMaxNumPairs, num_images - 1);
-  std::vector<double> continuities;
+  std::int64_t num_going_on = 0;
+  std::int64_t num_breaks = 0;
   for (std::int64_t i = 0; i < num_pairs; ++i) {
     const std::int64_t start = num_pairs == 1 ? 0 : i * (num_images - 2) / (num_pairs - 1);
-    if (const auto continuity = ContinuityAt(open, start)) continuities.push_back(*continuity);
+    const std::optional<double> continuity = ContinuityAt(open, start);
+    if (!continuity) continue;
+    ++(*continuity < kMinContinuity ? num_breaks : num_going_on);
+    if (2 * std::max(num_going_on, num_breaks) > num_pairs) break;
   }
-  const bool is_known = 2 * static_cast<std::int64_t>(continuities.size()) >= num_pairs;
-  return is_known && UpperMedian(std::move(continuities)) < kMinContinuity;
+  return 2 * num_breaks > num_pairs;
 }
 
 }  // namespace mono3d
