@@ -4,6 +4,9 @@
 // mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
 
 #include <cstdio>
+#include <filesystem>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/camera_choice.h"
@@ -11,8 +14,10 @@
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
+#include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/map_file.h"
+#include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
@@ -28,6 +33,7 @@ struct Arguments {
   std::string output;
   std::string map;       // to go on in; empty: none
   std::string save_map;  // empty: not saved
+  int photos = 0;        // 1: photographs in any order; -1: a video; 0: to be found out
   FrameSourceOptions source;
   PipelineOptions pipeline;
   SelfCalibrationOptions self_calibration;
@@ -58,11 +64,58 @@ void RequireSameCamera(Arguments& arguments) {
   arguments.camera.is_held = true;
 }
 
+// Do the images of the folder not go on from one to the next?
+bool LookLikePhotos(const Arguments& arguments) {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(arguments.input, ignored)) return false;  // a video
+  CameraModel as_taken = FindPrior(arguments.input, arguments.camera).camera;
+  as_taken.distortion = {};
+  as_taken.lens = LensModel::kBrown;
+  as_taken.shutter = {};
+  const auto open = [&](int start, int max_frames) {
+    FrameSourceOptions part = arguments.source;
+    part.start += start * part.stride;
+    if (max_frames > 0) part.max_frames = max_frames;
+    return OpenFrameSource(arguments.input, as_taken, part);
+  };
+  const std::int64_t num_images = open(0, 0)->num_frames().value_or(0);
+  return ArePhotos(num_images, [&](int start) { return open(start, 2); });
+}
+
+// Says on stdout what was found out.
+bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
+  const char* unlike = arguments.pipeline.is_live    ? "--live"
+                       : !arguments.map.empty()      ? "--map"
+                       : !arguments.save_map.empty() ? "--save-map"
+                                                     : nullptr;
+  if (unlike != nullptr && arguments.photos > 0) {
+    throw UsageError(std::string("photographs in any order have no ") + unlike);
+  }
+  if (unlike != nullptr || arguments.photos != 0) return arguments.photos > 0;
+  const ScopedStageTimer timer(&times, "photo_detection");
+  if (!LookLikePhotos(arguments)) return false;
+  std::printf(
+      "the images do not go on from one to the next: they are taken for photographs in any "
+      "order (--video: for a video)\n");
+  return true;
+}
+
+// Photographs of several cameras or zooms are placed as if one had taken them all.
+void SayCameras(const Arguments& arguments) {
+  const std::size_t num_cameras = CountCameras(arguments.input);
+  if (num_cameras < 2) return;
+  std::printf(
+      "the photographs are of %zu cameras or zooms; all are taken for the first one's: "
+      "better one folder for each\n",
+      num_cameras);
+}
+
 // Says on stdout what the images say of their camera.
 CameraModel FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
                        RunRecord& record) {
   const ScopedStageTimer timer(&times, "calibration");
-  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera);
+  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera,
+                                     record.are_photos ? &arguments.pipeline.photos : nullptr);
   if (choice.calibration) {
     const std::string line = CameraLine(*choice.calibration);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -114,17 +167,19 @@ void SaveMap(const Arguments& arguments, const Reconstruction& result, const Tra
 Result RunWithKnownCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
   Result result;
+  PipelineOptions options = arguments.pipeline;
+  options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
+  if (options.are_photos) SayCameras(arguments);
   result.camera = FindCamera(arguments, run.writer, run.times, run.record);
   std::unique_ptr<FrameSource> source =
       OpenFrameSource(arguments.input, result.camera, arguments.source);
   CatchStopSignals();
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
-  PipelineStages stages = CreateStages(arguments.pipeline, run.device, &run.times);
+  PipelineStages stages = CreateStages(options, run.device, &run.times);
   if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
-  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files.BeginRun()),
-                    arguments.pipeline);
-  if (arguments.pipeline.is_live) {
+  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files.BeginRun()), options);
+  if (options.is_live) {
     PushFrames(std::move(source), pipeline, run.record);
   } else {
     ProcessFrames(*source, pipeline, run.times, run.record);
@@ -279,6 +334,8 @@ int main(int argc, char** argv) {
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
                         "file for the map, so that a later run can go on in it");
+  tool.app().add_flag("--photos,!--video", arguments.photos,
+                      "the images are photographs in any order, or a video; else it is found out");
   tool.app().add_flag("--live", arguments.pipeline.is_live,
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted; a camera "

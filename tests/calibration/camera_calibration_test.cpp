@@ -122,6 +122,31 @@ TEST_F(Calibration, LooksAtTheWholeOfShortFootage) {
   EXPECT_TRUE(std::ranges::count(parts, std::pair(25, 20)) > 0) << "the last part";
 }
 
+// Every fifth image of the orbit, seven degrees apart, in another order.
+TEST_F(Calibration, LearnsTheCameraOfPhotographsInAnyOrder) {
+  std::vector<Frame> photos;
+  for (std::size_t i = 0; i < 9; ++i) photos.push_back((*frames_)[(35 * i) % 45]);
+  const CameraModel truth = tracking::SmallCamera();
+  CameraPrior prior = DefaultCameraPrior(truth.width, truth.height);
+  prior.camera.fx = prior.camera.fy = 1.2 * truth.fx;
+  const CameraCalibration found =
+      CalibrateCameraOfPhotos(prior, Footage(photos), {}, {.max_rounds = 5});
+  ASSERT_TRUE(found.is_learned) << found.reason;
+  EXPECT_TRUE(found.determines_focal_length);
+  EXPECT_EQ(found.num_images, 9);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
+  EXPECT_LT(LargestDifference_px(truth, found.posterior.camera), 3);
+}
+
+TEST_F(Calibration, LeavesATrueCameraOfPhotographsAlone) {
+  std::vector<Frame> photos;
+  for (std::size_t i = 0; i < 9; ++i) photos.push_back((*frames_)[(35 * i) % 45]);
+  const CameraCalibration found =
+      CalibrateCameraOfPhotos(CalibratedCameraPrior(tracking::SmallCamera()), Footage(photos));
+  EXPECT_FALSE(found.is_learned);
+  EXPECT_FALSE(found.contradicts_prior);
+}
+
 // 150 degrees across the width.
 CameraModel SmallFisheye() {
   CameraModel camera = tracking::SmallCamera();

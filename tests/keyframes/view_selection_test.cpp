@@ -43,6 +43,24 @@ TEST(ViewSelection, TakesPhotographsInAnyOrder) {
   for (const ImageBundle& bundle : bundles) EXPECT_GE(bundle.keyframes.size(), 3U);
 }
 
+// More photographs than the window of a video holds, neighbours in the picture far apart in the
+// list: bundles are made at the end, each of neighbours in the picture, whatever the order.
+TEST(ViewSelection, ChoosesAmongAllOfUnorderedPhotographs) {
+  constexpr int kNum = 144;
+  KeyframeSelectorOptions options;
+  options.is_unordered = true;
+  TrackedSelector selector(options);
+  for (int i = 0; i < kNum; ++i) {
+    EXPECT_FALSE(selector.Add(MakeOnCircle(i, 2.5 * ((i * 61) % kNum))));
+  }
+  const std::vector<ImageBundle> bundles = selector.Finish();
+  EXPECT_GE(bundles.size(), 30U);
+  for (const ImageBundle& bundle : bundles) {
+    EXPECT_EQ(bundle.keyframes.size(), 5U);
+    for (const Pose& pose : bundle.T_ref_cam) EXPECT_LE(pose.RotationAngle(), 10.1 * kPerDegree);
+  }
+}
+
 // Twenty degrees: one on each side, since those at forty degrees look too different.
 TEST(ViewSelection, MakesBundlesOfThreeOfPhotographsFarApart) {
   std::vector<PosedKeyframe> keyframes;

@@ -186,6 +186,59 @@ TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
   EXPECT_EQ(counts.rejected_depth_maps, (std::map<std::string, std::int64_t>{{"no overlap", 1}}));
 }
 
+// Frames are looked at together, at the end: frame i is keyframe i at x = i, but for 2 and 7.
+class LateTracker final : public Tracker {
+ public:
+  TrackingResult Track(const Frame& frame) override {
+    frames_.push_back(frame);
+    TrackingResult result;
+    result.is_pending = true;
+    return result;
+  }
+  KeyframePosesPtr Poses() const override { return keyframes_.Poses(); }
+  std::vector<Keyframe> Finish() override {
+    std::vector<Keyframe> keyframes;
+    for (const Frame& frame : frames_) {
+      if (frame.index == 2 || frame.index == 7) {
+        late_.push_back({frame.index, std::nullopt, "shows something else"});
+        continue;
+      }
+      const Eigen::Vector3d position_su(static_cast<double>(frame.index), 0, 0);
+      keyframes_.Set(frame.index, 0, Pose(Eigen::Quaterniond::Identity(), position_su));
+      keyframes.push_back({frame.index, frame, {1}});
+      late_.push_back(
+          {frame.index, FramePose{frame.index, frame.timestamp_s, frame.index, Pose()}, {}});
+    }
+    return keyframes;
+  }
+  std::vector<LateResult> LateResults() const override { return late_; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return keyframes_.Entries(0.1); }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return Trajectory(); }
+
+ private:
+  std::vector<Frame> frames_;
+  std::vector<LateResult> late_;
+  KeyframeTable keyframes_;
+};
+
+TEST(Pipeline, TakesFramesThatArePlacedAtTheEnd) {
+  MapLog log;
+  PipelineStages stages = FakeStages(&log);
+  stages.tracker = std::make_unique<LateTracker>();
+  FakeSource source(10);
+  const Reconstruction result = Pipeline(std::move(stages)).Run(source);
+  EXPECT_EQ(result.counts.num_frames, 10);
+  EXPECT_EQ(result.counts.num_tracked, 0);
+  EXPECT_EQ(result.counts.num_recovered, 8);
+  EXPECT_EQ(result.counts.num_keyframes, 8);
+  EXPECT_EQ(result.counts.untracked_frames,
+            (std::map<std::string, std::int64_t>{{"shows something else", 2}}));
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
+  EXPECT_EQ(result.maps[0].online_trajectory.size(), 8U);
+  EXPECT_EQ(result.counts.num_fused, 3);  // 1, 5 and 8; 4 was rejected, 0 3 6 9 have no depth
+}
+
 TEST(Pipeline, TheTrajectoryOfTheModelFollowsItsKeyframes) {
   MapLog log;
   FakeSource source(16);

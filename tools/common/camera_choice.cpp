@@ -78,11 +78,14 @@ FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& sourc
 }
 
 CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
-                          const CameraArguments& arguments) {
+                          const CameraArguments& arguments, const PhotoMapperOptions* photos) {
   const CameraPrior prior = FindPrior(input, arguments);
   if (arguments.is_held && !arguments.file.empty()) return {prior.camera, std::nullopt};
   CameraChoice choice;
-  choice.calibration = CalibrateCamera(prior, OpenerOf(input, source), arguments.calibration);
+  const FootageOpener open = OpenerOf(input, source);
+  choice.calibration = photos != nullptr
+                           ? CalibrateCameraOfPhotos(prior, open, *photos, arguments.calibration)
+                           : CalibrateCamera(prior, open, arguments.calibration);
   choice.camera = choice.calibration->posterior.camera;
   return choice;
 }

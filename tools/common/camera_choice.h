@@ -41,9 +41,11 @@ CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments
 FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source);
 
 // The camera of the file where it is held; else what the images say, beginning with the file, or
-// with what photos or the telemetry of a video say of their camera, or with the default.
+// with what photos or the telemetry of a video say of their camera, or with the default. `photos`:
+// of photographs in any order; null: of a video.
 CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
-                          const CameraArguments& arguments);
+                          const CameraArguments& arguments,
+                          const PhotoMapperOptions* photos = nullptr);
 
 // One line for people: "focal length 1021.3 +- 0.8 px (was 1100.0 from EXIF)". Empty where the
 // images agree with the calibration.

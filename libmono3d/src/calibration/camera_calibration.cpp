@@ -17,6 +17,7 @@
 
 #include "calibration/camera_adjustment.h"
 #include "calibration/camera_posterior.h"
+#include "calibration/photo_footage.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/distortion.h"
@@ -219,6 +220,25 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
   };
   CameraCalibration result = Calibrate(prior.Resized(width, height), track,
                                        ChooseParts(source->num_frames(), options), options);
+  calibration::BringToSize(prior, result);
+  return result;
+}
+
+CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const FootageOpener& open,
+                                          const PhotoMapperOptions& photos,
+                                          const CalibrationOptions& options) {
+  options.Validate();
+  photos.Validate();
+  Validate(prior, "calibration");
+  const std::unique_ptr<FrameSource> source = open(prior.camera, 0, 0);
+  const CameraPrior at_size = prior.Resized(source->camera().width, source->camera().height);
+  const calibration::PhotoFootage footage(*source, at_size.camera, photos);
+  CameraCalibration result = Calibrate(
+      at_size,
+      [&](const CameraModel& camera, const std::vector<FootagePart>&) {
+        return footage.Map(camera);
+      },
+      {{0, options.part_frames}}, options);
   calibration::BringToSize(prior, result);
   return result;
 }

@@ -209,4 +209,9 @@ std::vector<CameraGroup> GroupByCamera(const std::vector<std::string>& images) {
   return groups;
 }
 
+std::size_t CountCameras(const std::string& input) {
+  if (KindOfInput(input) != InputKind::kImages) return 1;
+  return GroupByCamera(ListImages(input)).size();
+}
+
 }  // namespace mono3d

@@ -53,8 +53,9 @@ class ViewSelector final : public KeyframeSelector {
     if (!AddsNothing(view, poses)) {
       NoteFindings(view, poses);
       window_.push_back({std::move(view)});
-      Trim();
+      if (!options_.is_unordered) Trim();
     }
+    if (options_.is_unordered) return std::nullopt;
     if (auto bundle = TakeSettled(poses)) return bundle;
     return TakePassed(poses);
   }

@@ -121,6 +121,7 @@ bool Chain::FeedBack() {
 }
 
 void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
+  if (tracking.is_pending) return;
   if (tracking.T_world_cam) {
     ++counts_.num_tracked;
     online_trajectory_.push_back(
@@ -133,6 +134,21 @@ void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
   const std::vector<TrajectoryEntry> recovered =
       EntriesInWorld(tracking.recovered, *tracker_->Poses());
   online_trajectory_.insert(online_trajectory_.end(), recovered.begin(), recovered.end());
+}
+
+// What became of the frames that were pending.
+void Chain::TakeLateResults() {
+  std::vector<FramePose> placed;
+  for (const LateResult& late : tracker_->LateResults()) {
+    if (late.pose) {
+      placed.push_back(*late.pose);
+    } else {
+      ++counts_.untracked_frames[ReasonClass(late.reason)];
+    }
+  }
+  counts_.num_recovered += static_cast<std::int64_t>(placed.size());
+  const std::vector<TrajectoryEntry> entries = EntriesInWorld(placed, *tracker_->Poses());
+  online_trajectory_.insert(online_trajectory_.end(), entries.begin(), entries.end());
 }
 
 // What follows keyframes goes where the tracker has them now.
@@ -170,6 +186,7 @@ void Chain::ProcessLast() {
   (void)FeedBack();
   tracker_->WaitForMapping();
   const std::vector<Keyframe> last_keyframes = tracker_->Finish();
+  TakeLateResults();
   Update();
   if (!has_thrown_) {
     for (const Keyframe& keyframe : last_keyframes) {

@@ -43,6 +43,7 @@ class Chain {
  private:
   bool FeedBack();
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
+  void TakeLateResults();
   void TakeCounts();
   void Publish(const Frame& frame, const TrackingResult& tracking);
   void Update();

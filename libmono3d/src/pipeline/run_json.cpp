@@ -274,6 +274,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("end", ToString(record.end));
   if (!record.error.empty()) json.Set("error", record.error);
   json.Set("input", record.input);
+  json.Set("photos", record.are_photos);
   json.Set("camera", record.camera);
   if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
   json.Set("device", DeviceJson(record.device));

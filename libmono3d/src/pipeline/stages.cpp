@@ -3,6 +3,7 @@
 
 #include "mono3d/pipeline/stages.h"
 
+#include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
 
 namespace mono3d {
@@ -16,6 +17,7 @@ void LiveOptions::Visit(OptionVisitor& visit) {
 void PipelineOptions::Visit(OptionVisitor& visit) {
   visit.Group("live", live);
   visit.Group("tracking", tracking);
+  visit.Group("photos", photos);
   visit.Group("keyframes", keyframes);
   visit.Group("depth", depth);
   visit.Group("fusion", fusion);
@@ -25,7 +27,11 @@ void PipelineOptions::Visit(OptionVisitor& visit) {
 void PipelineOptions::Validate() const {
   RequireOption(live.max_delay_s >= 0, "live.max_delay_s", "0 or more", live.max_delay_s);
   RequireOption(live.max_waiting_mb > 0, "live.max_waiting_mb", "more than 0", live.max_waiting_mb);
+  if (is_live && are_photos) {
+    throw UsageError("photographs are placed together at the end, so not at the pace of a camera");
+  }
   tracking.Validate();
+  photos.Validate();
   keyframes.Validate();
   depth.Validate();
   fusion.Validate();
@@ -38,8 +44,14 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
   PipelineStages stages;
   TrackerOptions tracking = options.tracking;
   if (options.is_live) tracking.mode = "live";
-  stages.tracker = CreateTracker(tracking, times);
-  stages.keyframe_selector = CreateKeyframeSelector(options.keyframes);
+  KeyframeSelectorOptions keyframes = options.keyframes;
+  if (options.are_photos) {
+    stages.tracker = CreatePhotoMapper(options.photos, times);
+    keyframes.is_unordered = true;
+  } else {
+    stages.tracker = CreateTracker(tracking, times);
+  }
+  stages.keyframe_selector = CreateKeyframeSelector(keyframes);
   stages.depth_estimator = CreateDepthEstimator(device, options.depth, times);
   stages.create_surfel_map = [device, fusion = options.fusion, times] {
     return CreateSurfelMap(device, fusion, times);

@@ -15,6 +15,7 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/camera_prior.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/tracking/photo_mapper.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -74,6 +75,12 @@ using FootageOpener = std::function<std::unique_ptr<FrameSource>(const CameraMod
 // 768x448.
 CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
                                   const CalibrationOptions& options = {});
+
+// The same of photographs in any order: they are matched once, and placed with the camera known so
+// far (CreatePhotoMapper). Takes as long as placing them.
+CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const FootageOpener& open,
+                                          const PhotoMapperOptions& photos = {},
+                                          const CalibrationOptions& options = {});
 
 // The largest distance in px, over the image, between where two cameras of one size show the same
 // ray: how wrong the one is if the other is right.

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -48,5 +49,8 @@ struct CameraGroup {
 // their size, or make one. Files that cannot be read are left out with a warning in the log. Takes
 // O(images * groups).
 std::vector<CameraGroup> GroupByCamera(const std::vector<std::string>& images);
+
+// The number of groups of the images of an input; 1 of a video.
+std::size_t CountCameras(const std::string& input);
 
 }  // namespace mono3d

@@ -74,6 +74,9 @@ struct KeyframeSelectorOptions {
   double min_reference_baseline_ratio = 0.0875;
   // Share of the picture that such new surface takes.
   double min_new_share = 0.25;
+  // Photographs: any of them may be the best view of any other, so that all are kept, and bundles
+  // are made in Finish. Not among the listed options: PipelineOptions::are_photos sets it.
+  bool is_unordered = false;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -82,7 +85,7 @@ struct KeyframeSelectorOptions {
 // The best views of each reference among the latest keyframes, 40 or as many as have images of
 // 256 MB together, but at least three bundles: by the points that they share with it, the angles
 // under which they see them, and likeness of size and upright direction; on both sides of the
-// reference where there are any.
+// reference where there are any. Of unordered ones, among all.
 std::unique_ptr<KeyframeSelector> CreateKeyframeSelector(
     const KeyframeSelectorOptions& options = {});
 

@@ -23,7 +23,7 @@ struct PipelineCounts {
   std::int64_t num_frames = 0;
   std::int64_t num_dropped_frames = 0;           // besides: pushed, but waited for too long
   std::int64_t num_tracked = 0;                  // when they came
-  std::int64_t num_recovered = 0;                // later: before a start, or during a loss
+  std::int64_t num_recovered = 0;                // later: before a start, during a loss, or a photo
   std::int64_t num_keyframes = 0;                // finalised ones
   std::int64_t num_keyframes_without_image = 0;  // they came to nothing; see Tracker
   std::int64_t num_bundles = 0;

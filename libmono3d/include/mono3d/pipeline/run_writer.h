@@ -34,7 +34,8 @@ struct RunRecord {
   std::string input;
   std::string camera;  // the file; empty: none was given
   std::optional<CameraCalibration>
-      calibration;  // what the images said of it, where they were asked
+      calibration;          // what the images said of it, where they were asked
+  bool are_photos = false;  // in any order, and no video
   DeviceInfo device;
   std::vector<OptionField> options;
   std::vector<StageTime> stages;

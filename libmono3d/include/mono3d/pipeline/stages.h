@@ -13,6 +13,7 @@
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/keyframes/keyframe_selector.h"
+#include "mono3d/tracking/photo_mapper.h"
 #include "mono3d/tracking/tracker.h"
 
 namespace MONO3D_EXPORT mono3d {
@@ -33,8 +34,13 @@ struct PipelineOptions {
   // is counted as dropped (paper, section 3.1). Else everything is processed in the order of the
   // frames, and the same input with the same options gives the same result, if the tracker does.
   bool is_live = false;  // not among the listed options: tools have --live for it
+  // Photographs in any order instead of a video: CreatePhotoMapper instead of the tracker, and the
+  // views of a depth map are chosen among all of them, in Finish. Not with is_live. Not among the
+  // listed options either.
+  bool are_photos = false;
   LiveOptions live;
   TrackerOptions tracking;
+  PhotoMapperOptions photos;
   KeyframeSelectorOptions keyframes;
   DepthEstimatorOptions depth;
   SurfelMapOptions fusion;

@@ -43,6 +43,8 @@ struct TrackingResult {
   // Counts the starts; poses of different maps have nothing in common. When the camera sees what
   // another map holds, its own goes into that one, and the number of its own is no more.
   int map_id = 0;
+  // The frame is looked at with all others, in Finish; LateResults say what became of it.
+  bool is_pending = false;
   std::optional<FramePose> pose;    // of this frame
   std::optional<Pose> T_world_cam;  // the same in the world of its map, as known now
   bool is_keyframe = false;
@@ -57,6 +59,13 @@ struct TrackingResult {
   // Keyframes that are final since the last call: their poses have been through local bundle
   // adjustment and will hardly move any more. In the order of flight.
   std::vector<Keyframe> finalised_keyframes;
+};
+
+// What became of a frame that was pending.
+struct LateResult {
+  std::int64_t frame_index = 0;
+  std::optional<FramePose> pose;
+  std::string reason;  // why there is none
 };
 
 // Camera poses from a video, frame by frame (paper, section 3.1). The scale of each map is free:
@@ -90,6 +99,9 @@ class Tracker {
   // No more frames will come: returns the keyframes that were not final yet. After
   // WaitForMapping, or what it changes may be missed.
   [[nodiscard]] virtual std::vector<Keyframe> Finish() = 0;
+
+  // After Finish: of all frames that were pending.
+  virtual std::vector<LateResult> LateResults() const { return {}; }
 
   // Keyframes that were finalised so far but could not be handed out, as their images were no
   // longer kept.

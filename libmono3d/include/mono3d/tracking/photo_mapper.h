@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+#include "mono3d/core/export.h"
+#include "mono3d/core/options.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/tracking/tracker.h"
+
+namespace MONO3D_EXPORT mono3d {
+
+struct PhotoMapperOptions {
+  int num_features = 2500;  // SIFT features per photo
+  // Larger photos are matched on smaller ones with a longer side of so many pixels.
+  int max_side_px = 1600;
+  // Up to so many photos each is matched with each; of more, each with those that look most alike.
+  int max_exhaustive = 60;
+  int num_partners = 24;          // of each photo, where not all are matched
+  int min_matches = 20;           // of a pair of photos that the epipolar geometry agrees with
+  int min_inliers = 20;           // scene points that the pose of a photo must rest on
+  double min_parallax_deg = 1.5;  // of a scene point, between two of the photos that show it
+  int max_starts = 6;             // pairs of photos that are tried as the start of a map
+  int seed = 1;                   // of RANSAC
+
+  void Visit(OptionVisitor& visit);
+  void Validate() const;  // throws UsageError
+};
+
+// Photographs of one scene in any order, none of them near the one before: SIFT features, matched
+// with all other photos or with those that look alike, checked by the epipolar geometry; a start
+// from two of them, every further one by the scene points that it shows (P3P within RANSAC), and
+// bundle adjustment over all; photos that end with too few points are placed again or taken out.
+// Parts that have nothing in common become maps of their own, of three photos or more.
+//
+// Track only looks at the photo; Finish places them all (TrackingResult::is_pending), and hands out
+// every one that has a pose as a keyframe. The result depends neither on the order of the photos,
+// nor on their names and times. Keeps the images of all photos until then. Constraints are ignored.
+// `times`, where given, must outlive it.
+std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {},
+                                           StageTimes* times = nullptr);
+
+// How much of one picture the next one shows again: the share of its features that are found there,
+// 0 to 1. Neighbouring frames of a video have 0.6 and more in common, photographs 10 degrees apart
+// 0.4, those of another order of a walk 0.1. Nothing of pictures that show too little. CV_8UC3.
+std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr);
+
+}  // namespace mono3d

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/photo_detection.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "mono3d/core/error.h"
+#include "mono3d/tracking/photo_mapper.h"
+
+namespace mono3d {
+namespace {
+
+// Medians over ten pairs: rendered and real videos 0.64 to 0.79, an indoor one of few and blurred
+// frames 0.30, photographs of a walk around a building 0.18, of a strip from the air 0.08, and in
+// another order less. Photographs 10 degrees apart, 0.36 to 0.39, can be followed as well.
+constexpr double kMinContinuity = 0.25;
+// Time grows with the square of their number.
+constexpr std::int64_t kMaxNumPhotos = 400;
+constexpr std::int64_t kMaxNumPairs = 10;
+
+std::optional<double> ContinuityAt(const PairOpener& open, std::int64_t start) {
+  try {
+    const std::unique_ptr<FrameSource> source = open(static_cast<int>(start));
+    const std::optional<Frame> first = source->Next();
+    const std::optional<Frame> second = source->Next();
+    if (first && second) return ContinuityOf(first->bgr, second->bgr);
+  } catch (const Error&) {
+    // Who reads all of them will meet it again.
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool ArePhotos(std::int64_t num_images, const PairOpener& open) {
+  if (num_images < 3 || num_images > kMaxNumPhotos) return false;
+  const std::int64_t num_pairs = std::min(kMaxNumPairs, num_images - 1);
+  std::int64_t num_going_on = 0;
+  std::int64_t num_breaks = 0;
+  for (std::int64_t i = 0; i < num_pairs; ++i) {
+    const std::int64_t start = num_pairs == 1 ? 0 : i * (num_images - 2) / (num_pairs - 1);
+    const std::optional<double> continuity = ContinuityAt(open, start);
+    if (!continuity) continue;
+    ++(*continuity < kMinContinuity ? num_breaks : num_going_on);
+    if (2 * std::max(num_going_on, num_breaks) > num_pairs) break;
+  }
+  return 2 * num_breaks > num_pairs;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/photos/photo_features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "mono3d/image/frame.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Half of the usual one: walls in the shade have corners too, and the best are kept of too many.
+constexpr double kSiftContrast = 0.02;
+// OpenCV's SIFT looks for features in the doubled image, and does not take into account that pixel
+// x of it is at x / 2 - 1 / 4.
+constexpr double kSiftShift_px = 0.25;
+// Of the finest features; of larger ones it grows with their size (diameter in px).
+constexpr double kFinestSigma_px = 0.5;
+constexpr double kFinestSize_px = 4;
+
+cv::Mat ShrunkGrey(const cv::Mat& bgr, int max_side_px) {
+  const cv::Mat grey = ToGrey(bgr);
+  const int side = std::max(grey.cols, grey.rows);
+  if (side <= max_side_px) return grey;
+  const double scale = static_cast<double>(max_side_px) / side;
+  cv::Mat small;
+  cv::resize(grey, small,
+             cv::Size(std::max(1, static_cast<int>(std::lround(scale * grey.cols))),
+                      std::max(1, static_cast<int>(std::lround(scale * grey.rows)))),
+             0, 0, cv::INTER_AREA);
+  return small;
+}
+
+// The largest first; SIFT's own order where they are alike.
+std::vector<std::size_t> BySize(const std::vector<cv::KeyPoint>& keypoints) {
+  std::vector<std::size_t> order(keypoints.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return keypoints[a].size > keypoints[b].size; });
+  return order;
+}
+
+// FNV-1a over the bytes.
+std::uint64_t DigestOf(const cv::Mat& bytes) {
+  std::uint64_t digest = 0xcbf29ce484222325ULL;
+  for (int y = 0; y < bytes.rows; ++y) {
+    const auto* row = bytes.ptr<std::uint8_t>(y);
+    const std::size_t size = static_cast<std::size_t>(bytes.cols) * bytes.elemSize();
+    for (std::size_t i = 0; i < size; ++i) digest = (digest ^ row[i]) * 0x100000001b3ULL;
+  }
+  return digest;
+}
+
+std::array<std::uint8_t, 3> PhotoColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel) {
+  const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, bgr.cols - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, bgr.rows - 1);
+  const auto& colour = bgr.at<cv::Vec3b>(y, x);
+  return {colour[2], colour[1], colour[0]};
+}
+
+}  // namespace
+
+PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max_side_px) {
+  const cv::Mat grey = ShrunkGrey(bgr, max_side_px);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  cv::SIFT::create(num_features, 3, kSiftContrast)
+      ->detectAndCompute(grey, cv::noArray(), keypoints, descriptors);
+  PhotoFeatures features;
+  if (keypoints.empty()) return features;
+  features.digest = DigestOf(descriptors);
+  features.descriptors.resize(static_cast<Eigen::Index>(keypoints.size()), 128);
+  const Eigen::Vector2d scale(static_cast<double>(bgr.cols) / grey.cols,
+                              static_cast<double>(bgr.rows) / grey.rows);
+  for (const std::size_t i : BySize(keypoints)) {
+    const auto row = static_cast<Eigen::Index>(features.size());
+    const cv::KeyPoint& keypoint = keypoints[i];
+    const Eigen::Vector2d shrunk(keypoint.pt.x - kSiftShift_px, keypoint.pt.y - kSiftShift_px);
+    features.pixels.emplace_back((shrunk.array() + 0.5) * scale.array() - 0.5);
+    features.sigma_px.push_back(kFinestSigma_px * scale.x() *
+                                std::max(1.0, keypoint.size / kFinestSize_px));
+    features.colours.push_back(PhotoColourAt(bgr, features.pixels.back()));
+    const Eigen::Map<const Eigen::Matrix<float, 1, 128>> sift(
+        descriptors.ptr<float>(static_cast<int>(i)));
+    const float sum = std::max(sift.sum(), 1.0F);
+    features.descriptors.row(row) = (sift / sum).cwiseSqrt();
+  }
+  return features;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/photos/photo_growth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "mono3d/geometry/triangulation.h"
+#include "tracking/start/two_view_start.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// While photos come: the next adjustment moves all again.
+constexpr double kGrowingMinGain = 1e-3;
+constexpr double kFinalMinGain = 1e-5;
+// Photos that are placed before the next adjustment: an equal share of those that were there, and
+// of the candidates those that show nearly as much as the best.
+constexpr double kMaxNewShare = 0.25;
+constexpr double kMinOfBestShare = 0.7;
+// Pairs with most matches that are looked at for a start.
+constexpr std::size_t kMaxStartPairs = 200;
+// Rounds of taking photos out and placing them again.
+constexpr int kMaxRounds = 4;
+
+struct PhotoStart {
+  std::size_t a = 0;
+  std::size_t b = 0;
+  TwoViewStart motion;
+  bool is_clear = true;  // the only motion that the two leave open
+  double score = 0;
+};
+
+// Many points under large parallax; beyond fifteen degrees more of it does not help.
+double ScoreOfPhotoStart(const TwoViewStart& motion) {
+  constexpr double kEnough = 15 * std::numbers::pi / 180;
+  const Eigen::Vector3d centre_b = motion.T_b_a.Inverse().translation();
+  double score = 0;
+  for (const Eigen::Vector3d& p_a : motion.p_a) {
+    const double cosine = CosParallax(p_a, Eigen::Vector3d::Zero(), centre_b);
+    score += std::min(std::acos(std::clamp(cosine, -1.0, 1.0)), kEnough);
+  }
+  return score;
+}
+
+// The matched features alone.
+View ViewOfMatches(const PhotoFeatures& photo, const PhotoPair& pair, bool is_a) {
+  View view;
+  for (const FeatureMatch& match : pair.matches) {
+    Feature feature;
+    feature.pixel = photo.pixels[is_a ? match.feature_a : match.feature_b];
+    view.features.push_back(feature);
+  }
+  return view;
+}
+
+StartAttempt TryPhotoPair(const PhotoScene& scene, const PhotoPair& pair,
+                          const PhotoMapperOptions& options) {
+  InitialisationOptions start;
+  start.min_matches = options.min_matches;
+  start.min_points = options.min_matches;
+  start.min_parallax_deg = options.min_parallax_deg;
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) matches.push_back({i, i});
+  return StartFromTwoViews(ViewOfMatches(scene.features(pair.a), pair, true),
+                           ViewOfMatches(scene.features(pair.b), pair, false), matches,
+                           scene.camera(), start, options.seed);
+}
+
+// Clear ones first, the best in front.
+std::vector<PhotoStart> FindPhotoStarts(const PhotoScene& scene, std::span<const PhotoPair> pairs,
+                                        const std::vector<char>& is_free,
+                                        const PhotoMapperOptions& options, std::string& reason) {
+  std::vector<const PhotoPair*> ranked;
+  for (const PhotoPair& pair : pairs) {
+    if (is_free[pair.a] != 0 && is_free[pair.b] != 0) ranked.push_back(&pair);
+  }
+  if (ranked.empty()) reason = "no other photo shows the same";
+  std::ranges::stable_sort(ranked, [](const PhotoPair* l, const PhotoPair* r) {
+    return l->matches.size() > r->matches.size();
+  });
+  if (ranked.size() > kMaxStartPairs) ranked.resize(kMaxStartPairs);
+  std::vector<PhotoStart> starts;
+  for (const PhotoPair* pair : ranked) {
+    StartAttempt attempt = TryPhotoPair(scene, *pair, options);
+    if (attempt.candidates.empty()) reason = attempt.reason;
+    const bool is_clear = attempt.candidates.size() == 1;
+    for (TwoViewStart& motion : attempt.candidates) {
+      const double score = ScoreOfPhotoStart(motion);
+      starts.push_back({pair->a, pair->b, std::move(motion), is_clear, score});
+    }
+  }
+  std::ranges::stable_sort(starts, [](const PhotoStart& l, const PhotoStart& r) {
+    return l.is_clear != r.is_clear ? l.is_clear : l.score > r.score;
+  });
+  return starts;
+}
+
+// One map of the free photos that grows.
+class PhotoGrowth {
+ public:
+  PhotoGrowth(PhotoScene& scene, const std::vector<char>& is_free,
+              const PhotoMapperOptions& options)
+      : scene_(scene), is_free_(is_free), options_(options) {}
+
+  int GrowFrom(const PhotoStart& start) {
+    scene_.Clear();
+    failed_at_.assign(scene_.num_photos(), 0);
+    scene_.SetPose(start.a, Pose());
+    scene_.SetPose(start.b, start.motion.T_b_a);
+    // Depths of about 1 keep the numbers of the solvers in range.
+    scene_.Triangulate();
+    scene_.Normalise(start.a);
+    Settle(kGrowingMinGain);
+    while (PlaceNext()) Settle(kGrowingMinGain);
+    for (int round = 0; round < kMaxRounds; ++round) {
+      Settle(kFinalMinGain);
+      const bool has_removed = RemoveWeak();
+      failed_at_.assign(scene_.num_photos(), 0);
+      bool has_placed = false;
+      while (PlaceNext()) {
+        has_placed = true;
+        Settle(kGrowingMinGain);
+      }
+      if (!has_removed && !has_placed) break;
+    }
+    RemoveWeak();
+    Settle(kFinalMinGain);
+    return static_cast<int>(scene_.posed().size());
+  }
+
+ private:
+  // Points of all that is placed, then all adjusted; what fits only then makes more points.
+  void Settle(double min_gain) {
+    scene_.Triangulate();
+    scene_.Adjust(min_gain);
+    scene_.Triangulate();
+  }
+
+  // The next photos, those that show most points of the map. False where there are none.
+  bool PlaceNext() {
+    std::vector<std::pair<int, std::size_t>> candidates;  // points, photo
+    for (std::size_t photo = 0; photo < scene_.num_photos(); ++photo) {
+      if (is_free_[photo] == 0 || scene_.T_cam_world(photo)) continue;
+      const int num_points = scene_.NumPointsFor(photo);
+      // One that could not be placed is tried again once it shows more.
+      if (num_points < options_.min_inliers || num_points <= failed_at_[photo]) continue;
+      candidates.emplace_back(num_points, photo);
+    }
+    std::ranges::stable_sort(candidates,
+                             [](const auto& l, const auto& r) { return l.first > r.first; });
+    const auto max_new = std::max<std::size_t>(
+        1, static_cast<std::size_t>(kMaxNewShare * static_cast<double>(scene_.posed().size())));
+    std::size_t num_new = 0;
+    int most = 0;
+    for (const auto& [num_points, photo] : candidates) {
+      if (num_new == max_new || num_points < kMinOfBestShare * most) break;
+      const std::optional<Pose> pose = scene_.FindPose(photo, options_.min_inliers, options_.seed);
+      if (!pose) {
+        failed_at_[photo] = num_points + num_points / 10;
+        continue;
+      }
+      scene_.SetPose(photo, *pose);
+      most = std::max(most, num_points);
+      ++num_new;
+    }
+    return num_new > 0;
+  }
+
+  // Photos that too few points agree with after the adjustment.
+  bool RemoveWeak() {
+    std::vector<std::size_t> weak;
+    for (const std::size_t photo : scene_.posed()) {
+      if (scene_.NumFitting(photo) < options_.min_inliers) weak.push_back(photo);
+    }
+    for (const std::size_t photo : weak) scene_.RemovePose(photo);
+    if (!weak.empty()) scene_.Triangulate();
+    return !weak.empty();
+  }
+
+  PhotoScene& scene_;
+  const std::vector<char>& is_free_;
+  const PhotoMapperOptions& options_;
+  std::vector<int> failed_at_;  // points that each photo had when it could not be placed
+};
+
+int NumFittingInAll(const PhotoScene& scene) {
+  int sum = 0;
+  for (const std::size_t photo : scene.posed()) sum += scene.NumFitting(photo);
+  return sum;
+}
+
+}  // namespace
+
+int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
+                 const std::vector<char>& is_free, const PhotoMapperOptions& options,
+                 std::string& reason) {
+  constexpr int kMinPhotos = 3;
+  const std::vector<PhotoStart> starts = FindPhotoStarts(scene, pairs, is_free, options, reason);
+  const auto num_free = std::ranges::count(is_free, 1);
+  PhotoGrowth growth(scene, is_free, options);
+  std::vector<char> is_placed(scene.num_photos(), 0);  // from a start before
+  std::optional<std::size_t> best;
+  int most = 0;
+  int num_tried = 0;
+  for (std::size_t i = 0; i < starts.size() && num_tried < options.max_starts; ++i) {
+    const PhotoStart& start = starts[i];
+    if (start.is_clear && is_placed[start.a] != 0 && is_placed[start.b] != 0) continue;
+    ++num_tried;
+    const int num_placed = growth.GrowFrom(start);
+    if (num_placed < kMinPhotos) continue;
+    if (start.is_clear && 2 * num_placed > num_free) return num_placed;
+    for (const std::size_t photo : scene.posed()) is_placed[photo] = 1;
+    // Also of motions that two photos cannot tell apart: what more of the others agree with.
+    const int num_fitting = NumFittingInAll(scene);
+    if (num_fitting <= most) continue;
+    most = num_fitting;
+    best = i;
+  }
+  if (best) return growth.GrowFrom(starts[*best]);
+  scene.Clear();
+  if (!starts.empty()) reason = "no third photo shows what two others show";
+  return 0;
+}
+
+}  // namespace mono3d::tracking

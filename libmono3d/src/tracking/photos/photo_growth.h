@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mono3d/tracking/photo_mapper.h"
+#include "tracking/photos/photo_scene.h"
+
+namespace mono3d::tracking {
+
+// Places as many of the photos for which `is_free` holds as hang together, from the best pair of
+// them on. How many it has placed, 0 where there is no start; `scene` holds them. `reason`: of no
+// start, why.
+int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
+                 const std::vector<char>& is_free, const PhotoMapperOptions& options,
+                 std::string& reason);
+
+}  // namespace mono3d::tracking

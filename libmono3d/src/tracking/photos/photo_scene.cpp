@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/photos/photo_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+#include <utility>
+
+#include "mono3d/core/statistics.h"
+#include "mono3d/geometry/similarity.h"
+#include "mono3d/geometry/triangulation.h"
+#include "tracking/optimisation/bundle_adjustment.h"
+#include "tracking/optimisation/chi2.h"
+#include "tracking/optimisation/pose_optimisation.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// Of P3P, which has the errors of a camera that is not known exactly: 0.5 % of the width.
+constexpr double kMaxP3pErrorShare = 0.005;
+// Of the points that a photo should show, so many agree with its pose by chance.
+constexpr double kMinP3pShare = 0.2;
+
+cv::UsacParams P3pParams(double threshold_px, int seed) {
+  cv::UsacParams params;
+  params.confidence = 0.9999;
+  params.isParallel = false;
+  params.loIterations = 5;
+  params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
+  params.loSampleSize = 14;
+  params.maxIterations = 5000;
+  params.randomGeneratorState = seed;
+  params.sampler = cv::SAMPLING_UNIFORM;
+  params.score = cv::SCORE_METHOD_MSAC;
+  params.threshold = threshold_px;
+  return params;
+}
+
+// Nothing where too few agree on one.
+std::optional<Pose> SolveP3p(const CameraModel& camera,
+                             const std::vector<PointMeasurement>& measurements, int seed) {
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> pixels;
+  for (const PointMeasurement& measurement : measurements) {
+    points.emplace_back(measurement.p_world.x(), measurement.p_world.y(), measurement.p_world.z());
+    pixels.emplace_back(measurement.pixel.x(), measurement.pixel.y());
+  }
+  cv::Mat K;
+  cv::eigen2cv(camera.Matrix(), K);
+  cv::Mat rotation;
+  cv::Mat translation;
+  cv::Mat inliers;
+  const bool is_found =
+      cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation, translation, inliers,
+                         P3pParams(kMaxP3pErrorShare * camera.width, seed));
+  if (!is_found || rotation.total() != 3 || translation.total() != 3) return std::nullopt;
+  Eigen::Vector3d omega;
+  Eigen::Vector3d t;
+  cv::cv2eigen(rotation.reshape(1, 3), omega);
+  cv::cv2eigen(translation.reshape(1, 3), t);
+  if (!omega.allFinite() || !t.allFinite()) return std::nullopt;
+  return Pose(RotationExp(omega), t);
+}
+
+}  // namespace
+
+PhotoScene::PhotoScene(const CameraModel& camera, const std::vector<PhotoFeatures>& photos,
+                       std::span<const PhotoPair> pairs, double min_parallax_deg)
+    : camera_(camera),
+      photos_(photos),
+      max_cosine_(std::cos(min_parallax_deg * std::numbers::pi / 180)),
+      tracks_(JoinPhotoMatches(photos, pairs)),
+      seen_(photos.size()),
+      T_cam_world_(photos.size()),
+      centre_(photos.size(), Eigen::Vector3d::Zero()) {
+  for (std::size_t track = 0; track < tracks_.size(); ++track) {
+    const auto& observations = tracks_[track].observations;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      seen_[observations[i].photo].push_back({track, i});
+    }
+  }
+}
+
+void PhotoScene::Clear() {
+  while (!posed_.empty()) RemovePose(posed_.back());
+  for (PhotoTrack& track : tracks_) track.p_world.reset();
+}
+
+void PhotoScene::SetPose(std::size_t photo, const Pose& T_cam_world) {
+  if (!T_cam_world_[photo]) posed_.push_back(photo);
+  T_cam_world_[photo] = T_cam_world;
+  centre_[photo] = T_cam_world.Inverse().translation();
+}
+
+void PhotoScene::RemovePose(std::size_t photo) {
+  T_cam_world_[photo].reset();
+  std::erase(posed_, photo);
+  for (const Seen& seen : seen_[photo]) {
+    tracks_[seen.track].observations[seen.observation].fits = false;
+  }
+}
+
+int PhotoScene::NumPointsFor(std::size_t photo) const {
+  return static_cast<int>(std::ranges::count_if(
+      seen_[photo], [&](const Seen& seen) { return tracks_[seen.track].p_world.has_value(); }));
+}
+
+int PhotoScene::NumFitting(std::size_t photo) const {
+  return static_cast<int>(std::ranges::count_if(seen_[photo], [&](const Seen& seen) {
+    return tracks_[seen.track].p_world.has_value() && At(seen).fits;
+  }));
+}
+
+std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int seed) const {
+  std::vector<PointMeasurement> measurements;
+  for (const Seen& seen : seen_[photo]) {
+    const PhotoTrack& track = tracks_[seen.track];
+    if (!track.p_world) continue;
+    measurements.push_back({*track.p_world, Pixel(At(seen)), Sigma_px(At(seen))});
+  }
+  if (static_cast<int>(measurements.size()) < std::max(min_inliers, kMinPoseInliers)) {
+    return std::nullopt;
+  }
+  const std::optional<Pose> start = SolveP3p(camera_, measurements, seed);
+  if (!start) return std::nullopt;
+  // Wide gates first: they are to find the place, not to judge the points.
+  const PoseEstimate estimate = OptimisePose(camera_, *start, measurements);
+  if (estimate.num_inliers < min_inliers ||
+      estimate.num_inliers < kMinP3pShare * static_cast<double>(measurements.size())) {
+    return std::nullopt;
+  }
+  return estimate.T_cam_world;
+}
+
+bool PhotoScene::Fits(const PhotoObservation& observation, const Eigen::Vector3d& p_world) const {
+  const std::optional<Pose>& T_cam_world = T_cam_world_[observation.photo];
+  if (!T_cam_world) return false;
+  const Eigen::Vector3d p_cam = *T_cam_world * p_world;
+  if (!(p_cam.z() > 0)) return false;
+  const double error = (camera_.Project(p_cam) - Pixel(observation)).norm();
+  return error <= std::sqrt(kChi2TwoDof) * Sigma_px(observation);
+}
+
+bool PhotoScene::HasParallax(const PhotoTrack& track, const Eigen::Vector3d& p_world) const {
+  const auto& all = track.observations;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].fits) continue;
+    for (std::size_t k = i + 1; k < all.size(); ++k) {
+      if (!all[k].fits) continue;
+      if (CosParallax(p_world, centre_[all[i].photo], centre_[all[k].photo]) < max_cosine_) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool PhotoScene::MarkFitting(PhotoTrack& track) const {
+  if (!track.p_world) return false;
+  int num_fitting = 0;
+  for (PhotoObservation& observation : track.observations) {
+    observation.fits = Fits(observation, *track.p_world);
+    num_fitting += observation.fits ? 1 : 0;
+  }
+  if (num_fitting >= 2 && HasParallax(track, *track.p_world)) return true;
+  track.p_world.reset();
+  for (PhotoObservation& observation : track.observations) observation.fits = false;
+  return false;
+}
+
+// By the pairs of its photos: the point that most of them agree with.
+void PhotoScene::TriangulateTrack(PhotoTrack& track) const {
+  constexpr std::size_t kMaxPairs = 30;
+  std::vector<std::size_t> posed;
+  for (std::size_t i = 0; i < track.observations.size(); ++i) {
+    if (T_cam_world_[track.observations[i].photo]) posed.push_back(i);
+  }
+  if (posed.size() < 2) return;
+  std::optional<Eigen::Vector3d> best;
+  int best_count = 1;
+  double best_cosine = max_cosine_;
+  std::size_t num_pairs = 0;
+  // Pairs far apart in the list first, so that long tracks are not judged by a few photos alone.
+  for (std::size_t step = posed.size() - 1; step >= 1 && num_pairs < kMaxPairs; --step) {
+    for (std::size_t i = 0; i + step < posed.size() && num_pairs < kMaxPairs; ++i, ++num_pairs) {
+      const PhotoObservation& a = track.observations[posed[i]];
+      const PhotoObservation& b = track.observations[posed[i + step]];
+      const Pose T_world_a = T_cam_world_[a.photo]->Inverse();
+      const auto p_a = mono3d::Triangulate(camera_.Unproject(Pixel(a)), camera_.Unproject(Pixel(b)),
+                                           *T_cam_world_[b.photo] * T_world_a);
+      if (!p_a) continue;
+      const Eigen::Vector3d p_world = T_world_a * *p_a;
+      const double cosine = CosParallax(p_world, centre_[a.photo], centre_[b.photo]);
+      if (cosine > max_cosine_) continue;
+      const int count = static_cast<int>(std::ranges::count_if(
+          track.observations, [&](const PhotoObservation& seen) { return Fits(seen, p_world); }));
+      if (count < best_count || (count == best_count && cosine >= best_cosine)) continue;
+      best = p_world;
+      best_count = count;
+      best_cosine = cosine;
+    }
+  }
+  if (best_count < 2) return;
+  track.p_world = best;
+  MarkFitting(track);
+}
+
+void PhotoScene::Triangulate() {
+  for (PhotoTrack& track : tracks_) {
+    if (!MarkFitting(track)) TriangulateTrack(track);
+  }
+}
+
+void PhotoScene::Adjust(double min_gain) {
+  BundleAdjustmentProblem problem;
+  problem.camera = camera_;
+  std::vector<std::size_t> view_of(photos_.size(), 0);
+  for (const std::size_t photo : posed_) {
+    view_of[photo] = problem.T_cam_world.size();
+    problem.is_fixed.push_back(problem.T_cam_world.empty() ? 1 : 0);
+    problem.T_cam_world.push_back(*T_cam_world_[photo]);
+  }
+  std::vector<std::size_t> adjusted;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    const PhotoTrack& track = tracks_[i];
+    if (!track.p_world) continue;
+    for (const PhotoObservation& observation : track.observations) {
+      if (!observation.fits) continue;
+      problem.observations.push_back(
+          {view_of[observation.photo], adjusted.size(), Pixel(observation), Sigma_px(observation)});
+    }
+    problem.p_world.push_back(*track.p_world);
+    adjusted.push_back(i);
+  }
+  BundleAdjustmentOptions options;
+  options.num_steps = 20;
+  options.min_gain = min_gain;
+  (void)SolveBundleAdjustment(problem, options);
+  for (const std::size_t photo : posed_) SetPose(photo, problem.T_cam_world[view_of[photo]]);
+  for (std::size_t i = 0; i < adjusted.size(); ++i) {
+    PhotoTrack& track = tracks_[adjusted[i]];
+    track.p_world = problem.p_world[i];
+    MarkFitting(track);
+  }
+}
+
+void PhotoScene::Normalise(std::size_t photo) {
+  std::vector<double> depths;
+  for (const Seen& seen : seen_[photo]) {
+    const PhotoTrack& track = tracks_[seen.track];
+    if (track.p_world && At(seen).fits) {
+      depths.push_back((*T_cam_world_[photo] * *track.p_world).z());
+    }
+  }
+  if (depths.empty()) return;
+  const Similarity S_cam_world =
+      Similarity(1 / UpperMedian(std::move(depths)), Pose()) * Similarity(1, *T_cam_world_[photo]);
+  for (PhotoTrack& track : tracks_) {
+    if (track.p_world) track.p_world = S_cam_world * *track.p_world;
+  }
+  for (const std::size_t posed : posed_) {
+    SetPose(posed, (S_cam_world * T_cam_world_[posed]->Inverse()).Inverse());
+  }
+}
+
+}  // namespace mono3d::tracking

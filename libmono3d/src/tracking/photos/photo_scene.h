@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+#include "tracking/photos/photo_tracks.h"
+
+namespace mono3d::tracking {
+
+// Photos, what they show of each other, and what is known so far of where both are. All pixels are
+// those of one camera without distortion; photos of another one are brought to it by their rays.
+class PhotoScene {
+ public:
+  PhotoScene(const CameraModel& camera, const std::vector<PhotoFeatures>& photos,
+             std::span<const PhotoPair> pairs, double min_parallax_deg);
+
+  const CameraModel& camera() const { return camera_; }
+  const PhotoFeatures& features(std::size_t photo) const { return photos_[photo]; }
+  std::size_t num_photos() const { return photos_.size(); }
+  const std::vector<PhotoTrack>& tracks() const { return tracks_; }
+  const std::optional<Pose>& T_cam_world(std::size_t photo) const { return T_cam_world_[photo]; }
+  // With a pose, in the order in which they got it.
+  const std::vector<std::size_t>& posed() const { return posed_; }
+
+  // Forgets all poses and points.
+  void Clear();
+  // Multiplies the standard deviations of all features: poses and a camera that are not right yet
+  // make larger errors than the features.
+  void SetTolerance(double tolerance) { tolerance_ = tolerance; }
+  void SetPose(std::size_t photo, const Pose& T_cam_world);
+  void RemovePose(std::size_t photo);
+
+  // Points found so far that the photo should show.
+  int NumPointsFor(std::size_t photo) const;
+  // Points that it does show, by its pose.
+  int NumFitting(std::size_t photo) const;
+  // The pose that most of the points it should show agree on, by P3P within RANSAC; nothing with
+  // fewer than `min_inliers`.
+  std::optional<Pose> FindPose(std::size_t photo, int min_inliers, int seed) const;
+
+  // Finds points where the photos with a pose agree on one; those found stay.
+  void Triangulate();
+  // Bundle adjustment of all photos with a pose but the first of them, and of all points; then
+  // marks what fits, and gives up points that two photos do not confirm.
+  void Adjust(double min_gain);
+  // Moves and scales all so that `photo` is at the origin and the median depth of its points is 1.
+  void Normalise(std::size_t photo);
+
+ private:
+  struct Seen {
+    std::size_t track = 0;
+    std::size_t observation = 0;
+  };
+
+  const PhotoObservation& At(const Seen& seen) const {
+    return tracks_[seen.track].observations[seen.observation];
+  }
+  const Eigen::Vector2d& Pixel(const PhotoObservation& observation) const {
+    return photos_[observation.photo].pixels[observation.feature];
+  }
+  double Sigma_px(const PhotoObservation& observation) const {
+    return tolerance_ * photos_[observation.photo].sigma_px[observation.feature];
+  }
+  bool Fits(const PhotoObservation& observation, const Eigen::Vector3d& p_world) const;
+  // Marks the observations; false, and no point, where they are too few or see it from one place.
+  bool MarkFitting(PhotoTrack& track) const;
+  void TriangulateTrack(PhotoTrack& track) const;
+  bool HasParallax(const PhotoTrack& track, const Eigen::Vector3d& p_world) const;
+
+  CameraModel camera_;
+  const std::vector<PhotoFeatures>& photos_;
+  double max_cosine_ = 1;
+  std::vector<PhotoTrack> tracks_;
+  std::vector<std::vector<Seen>> seen_;  // by each photo
+  std::vector<std::optional<Pose>> T_cam_world_;
+  std::vector<Eigen::Vector3d> centre_;  // of those with a pose, in the world
+  std::vector<std::size_t> posed_;
+  double tolerance_ = 1;
+};
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/photos/photo_tracker.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// What the photo shows of the map. Its own unit is the world's.
+Keyframe KeyframeOfPhoto(const Frame& frame, std::int64_t id, const SparseImage& image,
+                         const SparseModel& sparse) {
+  Keyframe keyframe;
+  keyframe.id = id;
+  keyframe.frame = frame;
+  const Pose T_cam_world = image.T_world_cam.Inverse();
+  for (const SparseObservation& seen : image.observations) {
+    const double z = (T_cam_world * sparse.points[*seen.point].p_world).z();
+    keyframe.sparse_depths_su.push_back(static_cast<float>(z));
+    keyframe.sparse_pixels.emplace_back(seen.pixel.cast<float>());
+  }
+  return keyframe;
+}
+
+}  // namespace
+
+PhotoTracker::PhotoTracker(const PhotoMapperOptions& options, StageTimes* times)
+    : options_(options), times_(times) {
+  options_.Validate();
+}
+
+TrackingResult PhotoTracker::Track(const Frame& frame) {
+  Validate(frame);
+  if (!frames_.empty() && !(frames_.front().camera == frame.camera)) {
+    throw Error(ErrorParts{.what = "camera differs from the first photo's",
+                           .where = frame.name,
+                           .expected = "one camera for all photos",
+                           .found = {}});
+  }
+  const ScopedStageTimer timer(times_, "tracking/photo_features");
+  features_.push_back(ExtractPhotoFeatures(frame.bgr, options_.num_features, options_.max_side_px));
+  frames_.push_back(frame);
+  TrackingResult result;
+  result.is_pending = true;
+  result.reason = "photos are placed together, at the end";
+  return result;
+}
+
+KeyframePosesPtr PhotoTracker::Poses() const {
+  const std::lock_guard lock(mutex_);
+  return poses_;
+}
+
+std::vector<Keyframe> PhotoTracker::Finish() {
+  if (features_.empty()) return {};
+  BringInOrder();
+  const CameraModel& camera = frames_.front().camera;
+  std::vector<PhotoPair> pairs;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_matching");
+    pairs = MatchPhotos(features_, options_);
+  }
+  PhotoMaps placed;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_mapping");
+    placed = MapPhotos(features_, pairs, camera, options_);
+  }
+  features_.clear();
+  std::vector<KeyframePose> poses;
+  std::vector<Keyframe> keyframes;
+  for (std::size_t i = 0; i < placed.maps.size(); ++i) {
+    TakeMap(placed.maps[i], static_cast<int>(i), poses, keyframes);
+  }
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    if (placed.reasons[i].empty()) continue;
+    Log(LogLevel::kWarning, frames_[i].name + " has no pose: " + placed.reasons[i]);
+    late_results_.push_back({frames_[i].index, std::nullopt, placed.reasons[i]});
+  }
+  frames_.clear();
+  std::ranges::sort(trajectory_, {}, &TrajectoryEntry::frame_index);
+  auto table = std::make_shared<const KeyframePoses>(1, std::move(poses));
+  const std::lock_guard lock(mutex_);
+  poses_ = std::move(table);
+  return keyframes;
+}
+
+void PhotoTracker::BringInOrder() {
+  std::vector<Frame> frames;
+  std::vector<PhotoFeatures> features;
+  for (const std::size_t photo : OrderOfContent(features_)) {
+    frames.push_back(std::move(frames_[photo]));
+    features.push_back(std::move(features_[photo]));
+  }
+  frames_ = std::move(frames);
+  features_ = std::move(features);
+}
+
+void PhotoTracker::TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,
+                           std::vector<Keyframe>& keyframes) {
+  SparseModel sparse = map.sparse;
+  for (std::size_t i = 0; i < map.photos.size(); ++i) {
+    const Frame& frame = frames_[map.photos[i].photo];
+    const Pose& T_world_cam = map.photos[i].T_world_cam;
+    const auto id = static_cast<std::int64_t>(keyframes.size());
+    keyframes.push_back(KeyframeOfPhoto(frame, id, sparse.images[i], sparse));
+    poses.push_back({id, map_id, Similarity(1, T_world_cam)});
+    trajectory_.push_back({frame.index, frame.timestamp_s, map_id, T_world_cam});
+    late_results_.push_back(
+        {frame.index, FramePose{frame.index, frame.timestamp_s, id, Pose()}, {}});
+    sparse.images[i].id = frame.index;
+    sparse.images[i].name = frame.name;
+  }
+  std::ranges::sort(sparse.images, {}, &SparseImage::id);
+  sparse_.push_back(std::move(sparse));
+}
+
+SparseModel PhotoTracker::Sparse(int map_id) const {
+  const bool is_known = map_id >= 0 && static_cast<std::size_t>(map_id) < sparse_.size();
+  return is_known ? sparse_[static_cast<std::size_t>(map_id)] : SparseModel{};
+}
+
+}  // namespace mono3d::tracking
+
+namespace mono3d {
+
+void PhotoMapperOptions::Visit(OptionVisitor& visit) {
+  visit("num_features", num_features, "SIFT features per photo");
+  visit("max_side_px", max_side_px,
+        "larger photos are matched on smaller ones of this longer side");
+  visit("max_exhaustive", max_exhaustive, "up to so many photos each is matched with each");
+  visit("num_partners", num_partners, "of more, those that each is matched with");
+  visit("min_matches", min_matches, "matches of two photos that one epipolar geometry explains");
+  visit("min_inliers", min_inliers, "scene points that the pose of a photo must rest on");
+  visit("min_parallax_deg", min_parallax_deg, "largest angle at which photos see a scene point");
+  visit("max_starts", max_starts, "pairs of photos that are tried as the start of a map");
+  visit("seed", seed, "seed of RANSAC");
+}
+
+void PhotoMapperOptions::Validate() const {
+  RequireOption(num_features >= 100, "photos.num_features", "100 or more", num_features);
+  RequireOption(max_side_px >= 64, "photos.max_side_px", "64 or more", max_side_px);
+  RequireOption(max_exhaustive >= 0, "photos.max_exhaustive", "0 or more", max_exhaustive);
+  RequireOption(num_partners >= 1, "photos.num_partners", "1 or more", num_partners);
+  RequireOption(min_matches >= 8, "photos.min_matches", "8 or more", min_matches);
+  RequireOption(min_inliers >= 10, "photos.min_inliers", "10 or more", min_inliers);
+  RequireOption(min_parallax_deg > 0 && min_parallax_deg < 90, "photos.min_parallax_deg",
+                "more than 0, less than 90", min_parallax_deg);
+  RequireOption(max_starts >= 1, "photos.max_starts", "1 or more", max_starts);
+}
+
+std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options, StageTimes* times) {
+  return std::make_unique<tracking::PhotoTracker>(options, times);
+}
+
+}  // namespace mono3d

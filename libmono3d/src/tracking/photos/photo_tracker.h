@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "mono3d/tracking/photo_mapper.h"
+#include "tracking/photos/photo_features.h"
+#include "tracking/photos/photo_mapping.h"
+
+namespace mono3d::tracking {
+
+// See CreatePhotoMapper.
+class PhotoTracker final : public Tracker {
+ public:
+  PhotoTracker(const PhotoMapperOptions& options, StageTimes* times);
+
+  TrackingResult Track(const Frame& frame) override;
+  KeyframePosesPtr Poses() const override;
+  std::vector<Keyframe> Finish() override;
+  std::vector<LateResult> LateResults() const override { return late_results_; }
+  std::vector<TrajectoryEntry> Trajectory() const override { return trajectory_; }
+  std::vector<TrajectoryEntry> KeyframeTrajectory() const override { return trajectory_; }
+  SparseModel Sparse(int map_id) const override;
+
+ private:
+  void BringInOrder();
+  void TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,
+               std::vector<Keyframe>& keyframes);
+
+  PhotoMapperOptions options_;
+  StageTimes* times_;
+  std::vector<Frame> frames_;
+  std::vector<PhotoFeatures> features_;  // of each
+  mutable std::mutex mutex_;             // of poses_
+  KeyframePosesPtr poses_ = std::make_shared<const KeyframePoses>();
+  std::vector<TrajectoryEntry> trajectory_;  // by frame
+  std::vector<LateResult> late_results_;
+  std::vector<SparseModel> sparse_;  // of each map
+};
+
+}  // namespace mono3d::tracking
