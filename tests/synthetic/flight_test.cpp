@@ -144,6 +144,38 @@ TEST(Flight, StopAndTurnTurnsInPlace) {
   EXPECT_GT(from.x() * to.y() - from.y() * to.x(), 0);  // to the left
 }
 
+TEST(Flight, StopAndTurnMayBeginSidewaysHoverAndClimb) {
+  FlightOptions options = OfKind("stop_and_turn");
+  options.sideways_s = 10;
+  options.hover_s = 4;
+  options.climb_deg = 30;
+  const Flight flight(options);
+  EXPECT_NEAR(flight.duration_s(), 90, 1e-6);
+  const Pose start = flight.PoseAt(0);
+  const Pose stop = flight.PoseAt(10);
+  const Eigen::Vector3d right = start.rotation() * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d aside = stop.translation() - start.translation();
+  EXPECT_LT((aside - (10 - 3) * 1.4 * right).norm(), 1e-6);
+  const Pose hovering = flight.PoseAt(13.9);
+  EXPECT_LT((stop.Inverse() * hovering).RotationAngle(), 1e-9);
+  const double turned_s = 10 + 4 + 60.0 / 8 + 3;
+  EXPECT_LT((flight.PoseAt(turned_s).translation() - stop.translation()).norm(), 1e-6);
+  const Eigen::Vector3d on = flight.PoseAt(90).translation() - stop.translation();
+  EXPECT_NEAR(on.z() / on.norm(), 0.5, 1e-6);
+  const Eigen::Vector2d ahead = Ahead(flight.PoseAt(90)).head<2>().normalized();
+  EXPECT_NEAR(on.head<2>().normalized().dot(ahead), 1, 1e-6);
+}
+
+TEST(Flight, ArmMovesTheCameraAboutTheAxisOfYaw) {
+  FlightOptions options = OfKind("stop_and_turn");
+  options.sideways_s = 10;
+  options.arm_m = 0.1;
+  const Flight flight(options);
+  const Pose stop = flight.PoseAt(10);
+  const Pose turned = flight.PoseAt(10 + 60.0 / 8 + 3);
+  EXPECT_NEAR((turned.translation() - stop.translation()).norm(), 0.1, 1e-6);  // 2 sin 30 degrees
+}
+
 TEST(Unsteadiness, HasItsAmplitudeAndFollowsItsSeed) {
   FlightOptions steady = OfKind("cruise");
   FlightOptions options = steady;

@@ -14,7 +14,7 @@
 namespace mono3d::synthetic {
 namespace {
 
-using Eigen::Vector2d;
+using Eigen::Vector3d;
 using std::numbers::pi;
 
 double SmoothStep(double x) { return x * x * (3 - 2 * x); }
@@ -45,14 +45,17 @@ Leg Orbit(const FlightOptions& options) {
   return {way.duration_s(), aim};
 }
 
-// Straight on from `from`, where it looks, for a time; the view may be turned against the flight.
-Leg Straight(const FlightOptions& options, const Aim& from, double duration_s, double view_rad) {
+// Straight on from `from`, for a time; `course_rad` is the path against where it looks, left
+// positive, `climb_rad` the path above the horizon.
+Leg Straight(const FlightOptions& options, const Aim& from, double duration_s,
+             double course_rad = 0, double climb_rad = 0) {
   const SmoothWay way = WayOf(DistanceIn(duration_s, options), options);
+  const double course = from.yaw_rad + course_rad;
+  const Vector3d path(std::cos(climb_rad) * std::cos(course),
+                      std::cos(climb_rad) * std::sin(course), std::sin(climb_rad));
   const auto aim = [=](double t_s) {
     Aim now = from;
-    now.eye.x() += way.At(t_s) * std::cos(from.yaw_rad);
-    now.eye.y() += way.At(t_s) * std::sin(from.yaw_rad);
-    now.yaw_rad += view_rad;
+    now.eye += way.At(t_s) * path;
     return now;
   };
   return {way.duration_s(), aim};
@@ -84,9 +87,10 @@ Leg Lawnmower(const FlightOptions& options) {
   return {way.duration_s(), aim};
 }
 
+// Along x; the view may be turned against the flight.
 Legs StraightFlight(const FlightOptions& options, double view_rad) {
-  const Aim start{{0, 0, options.height_m}, 0, Radians(options.pitch_deg)};
-  return {Straight(options, start, options.duration_s, view_rad)};
+  const Aim start{{0, 0, options.height_m}, view_rad, Radians(options.pitch_deg)};
+  return {Straight(options, start, options.duration_s, -view_rad)};
 }
 
 // A climb, then a cruise for what is left of the time.
@@ -103,7 +107,7 @@ Legs TakeOff(const FlightOptions& options) {
   Legs legs = {{way.duration_s(), climb}};
   const double rest_s = options.duration_s - way.duration_s();
   if (rest_s > 2 * options.ramp_s) {
-    legs.push_back(Straight(options, climb(way.duration_s()), rest_s, 0));
+    legs.push_back(Straight(options, climb(way.duration_s()), rest_s));
   }
   return legs;
 }
@@ -111,16 +115,25 @@ Legs TakeOff(const FlightOptions& options) {
 Legs StopAndTurn(const FlightOptions& options) {
   const double turn_rad = Radians(options.turn_deg);
   const SmoothWay turn(std::abs(turn_rad), Radians(options.turn_deg_per_s), options.ramp_s);
-  const double cruise_s = (options.duration_s - turn.duration_s()) / 2;
+  const double cruise_s = (options.duration_s - turn.duration_s() - options.hover_s) / 2;
+  const bool is_sideways = options.sideways_s > 0;
+  const double first_s = is_sideways ? options.sideways_s : cruise_s;
   const Aim start{{0, 0, options.height_m}, 0, Radians(options.pitch_deg)};
-  Legs legs = {Straight(options, start, cruise_s, 0)};
-  const Aim stop = legs[0].aim(cruise_s);
+  Legs legs = {Straight(options, start, first_s, is_sideways ? -pi / 2 : 0)};
+  const Aim stop = legs[0].aim(first_s);
+  const double hover_s = options.hover_s;
   const double sign = turn_rad < 0 ? -1 : 1;
+  const double arm_m = options.arm_m;
   const auto aim = [=](double t_s) {
-    return Aim{stop.eye, stop.yaw_rad + sign * turn.At(t_s), stop.pitch_rad};
+    const double yaw = stop.yaw_rad + sign * turn.At(std::max(t_s - hover_s, 0.0));
+    const Vector3d arm(std::cos(yaw) - std::cos(stop.yaw_rad),
+                       std::sin(yaw) - std::sin(stop.yaw_rad), 0);
+    return Aim{stop.eye + arm_m * arm, yaw, stop.pitch_rad};
   };
-  legs.push_back({turn.duration_s(), aim});
-  legs.push_back(Straight(options, aim(turn.duration_s()), cruise_s, 0));
+  const double standing_s = hover_s + turn.duration_s();
+  legs.push_back({standing_s, aim});
+  legs.push_back(Straight(options, aim(standing_s), options.duration_s - first_s - standing_s, 0,
+                          Radians(options.climb_deg)));
   return legs;
 }
 

@@ -68,6 +68,10 @@ void FlightOptions::Visit(OptionVisitor& visit) {
   visit("take_off_height_m", take_off_height_m, "take_off: where the climb begins, metres");
   visit("turn_deg", turn_deg, "stop_and_turn: turn in place, left positive, degrees");
   visit("turn_deg_per_s", turn_deg_per_s, "stop_and_turn: yaw rate, degrees per second");
+  visit("sideways_s", sideways_s, "stop_and_turn: begin with so long a flight to the right");
+  visit("arm_m", arm_m, "stop_and_turn: from the axis of yaw to the camera ahead, metres");
+  visit("hover_s", hover_s, "stop_and_turn: standstill before the turn, seconds");
+  visit("climb_deg", climb_deg, "stop_and_turn: climb of the path after the turn, degrees");
   visit.Group("unsteadiness", unsteadiness);
 }
 
@@ -91,10 +95,16 @@ void FlightOptions::Validate() const {
                 "below height_m", take_off_height_m);
   RequireFinite("flight.turn_deg", turn_deg);
   RequireAboveZero("flight.turn_deg_per_s", turn_deg_per_s);
+  RequireAtLeastZero("flight.arm_m", arm_m);
+  RequireAtLeastZero("flight.hover_s", hover_s);
+  RequireOption(sideways_s == 0 || sideways_s > ramp_s, "flight.sideways_s", "0 or above ramp_s",
+                sideways_s);
+  RequireOption(std::abs(climb_deg) <= 90, "flight.climb_deg", "-90 to 90", climb_deg);
   unsteadiness.Validate();
   if (kind != "stop_and_turn") return;
   const double turn_s = SmoothWay(std::abs(turn_deg), turn_deg_per_s, ramp_s).duration_s();
-  RequireOption(duration_s > turn_s + 4 * ramp_s, "flight.duration_s",
+  const double first_s = sideways_s > 0 ? sideways_s + ramp_s : 3 * ramp_s;
+  RequireOption(duration_s > first_s + hover_s + turn_s + ramp_s, "flight.duration_s",
                 "long enough for the turn and two cruises", duration_s);
 }
 

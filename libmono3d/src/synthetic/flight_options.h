@@ -31,8 +31,9 @@ struct UnsteadinessOptions {
 //   take_off       straight up over the target from take_off_height_m to height_m, the view
 //   pitching
 //                  down from the horizon to pitch_deg on the way; then a cruise, if time is left
-//   stop_and_turn  a cruise that stops in the middle, yaws in place by turn_deg and flies on where
-//                  it looks then
+//   stop_and_turn  a cruise that stops in the middle, hovers, yaws in place by turn_deg and flies
+//   on
+//                  where it looks then; with sideways_s it begins to the right instead of ahead
 inline constexpr std::array<const char*, 6> kFlightKinds = {
     "orbit", "lawnmower", "cruise", "lateral", "take_off", "stop_and_turn"};
 
@@ -56,6 +57,10 @@ struct FlightOptions {
   double take_off_height_m = 5;  // above the ground
   double turn_deg = 60;          // stop_and_turn, left positive
   double turn_deg_per_s = 8;     // stop_and_turn: yaw rate
+  double sideways_s = 0;         // stop_and_turn: of a flight to the right, in place of the cruise
+  double arm_m = 0;              // stop_and_turn: the camera is so far ahead of the axis of yaw
+  double hover_s = 0;            // stop_and_turn: standstill before the turn
+  double climb_deg = 0;          // stop_and_turn: of the path after the turn, above the horizon
   UnsteadinessOptions unsteadiness;
 
   void Visit(OptionVisitor& visit);
