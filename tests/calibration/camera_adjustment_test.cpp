@@ -258,6 +258,37 @@ TEST(CameraAdjustment, BearsOutliers) {
   EXPECT_LT(LargestDifference_px(TrueCamera(), found.camera), 1.5);
 }
 
+// Stabilised by moving the section of the sensor's image that is kept, or zoomed in and out.
+TEST(CameraAdjustment, TellsWhetherTheCameraChanges) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 60 + seed);
+    const IntrinsicsVariation steady = Adjust(UnknownCamera(), map).variation;
+    EXPECT_EQ(steady.principal_point_px, 0);
+    EXPECT_EQ(steady.focal_share, 0);
+
+    std::mt19937 random(seed);
+    SparseModel moving = map;
+    SparseModel zooming = map;
+    for (std::size_t i = 0; i < map.images.size(); ++i) {
+      const Eigen::Vector2d shift(Normal(random, 5), Normal(random, 5));
+      const double zoom = std::exp(Normal(random, 0.03));
+      const Eigen::Vector2d centre(TrueCamera().cx, TrueCamera().cy);
+      for (std::size_t k = 0; k < map.images[i].observations.size(); ++k) {
+        moving.images[i].observations[k].pixel += shift;
+        Eigen::Vector2d& pixel = zooming.images[i].observations[k].pixel;
+        pixel = centre + zoom * (pixel - centre);
+      }
+    }
+    const IntrinsicsVariation moved = Adjust(UnknownCamera(), moving).variation;
+    EXPECT_GT(moved.principal_point_px, 2.5);
+    EXPECT_LT(moved.principal_point_px, 10);
+    EXPECT_EQ(moved.focal_share, 0);
+    const IntrinsicsVariation zoomed = Adjust(UnknownCamera(), zooming).variation;
+    EXPECT_GT(zoomed.focal_share, 0.01);
+    EXPECT_LT(zoomed.focal_share, 0.06);
+  }
+}
+
 // Seen in the middle alone, k1 = -0.9 with k2 = 0 fits; towards the corners it folds back.
 TEST(CameraAdjustment, FindsALensWhereWhatFitsIsNone) {
   CameraModel folding = TrueCamera();

@@ -62,8 +62,9 @@ FootageOpener Footage(const std::vector<Frame>& frames) {
   };
 }
 
-// A part of an orbit over houses, looking down obliquely, the camera swaying a little.
-std::vector<Frame> FlyAnOrbit(const CameraModel& camera) {
+// A part of an orbit over houses, looking down obliquely, the camera swaying a little. The section
+// of the sensor's image that is kept moves by up to `crop_motion_px`.
+std::vector<Frame> FlyAnOrbit(const CameraModel& camera, double crop_motion_px = 0) {
   const tracking::TexturedGround ground(true);
   std::vector<Frame> frames;
   for (int i = 0; i < 45; ++i) {
@@ -71,8 +72,11 @@ std::vector<Frame> FlyAnOrbit(const CameraModel& camera) {
     const Pose T_world_cam =
         tracking::LookAt({10 * std::sin(angle), -10 * std::cos(angle), 10},
                          {0.8 * std::sin(0.2 * i), 0.8 * std::cos(0.13 * i), 0});
+    CameraModel of_frame = camera;
+    of_frame.cx += crop_motion_px * std::sin(0.9 * i);
+    of_frame.cy += crop_motion_px * std::sin(1.3 * i);
     frames.push_back(
-        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(camera, T_world_cam), camera});
+        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(of_frame, T_world_cam), camera});
   }
   return frames;
 }
@@ -145,6 +149,17 @@ TEST_F(Calibration, LeavesATrueCameraOfPhotographsAlone) {
       CalibrateCameraOfPhotos(CalibratedCameraPrior(tracking::SmallCamera()), Footage(photos));
   EXPECT_FALSE(found.is_learned);
   EXPECT_FALSE(found.contradicts_prior);
+}
+
+TEST_F(Calibration, TellsOfAStabilisedImage) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraPrior prior = DefaultCameraPrior(truth.width, truth.height);
+  prior.camera.fx = prior.camera.fy = truth.fx;
+  const CameraCalibration steady = CalibrateCamera(prior, Footage(*frames_), {.max_rounds = 2});
+  EXPECT_EQ(steady.variation.principal_point_px, 0);
+  const std::vector<Frame> moving = FlyAnOrbit(truth, 4);
+  const CameraCalibration found = CalibrateCamera(prior, Footage(moving), {.max_rounds = 2});
+  EXPECT_GT(found.variation.principal_point_px, 1);
 }
 
 // 150 degrees across the width.

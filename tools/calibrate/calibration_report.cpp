@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "common/camera_choice.h"
 #include "drawing/residual_picture.h"
 #include "mono3d/io/output_file.h"
 
@@ -155,6 +156,8 @@ std::string CalibrationText(const CameraCalibration& calibration) {
                    std::to_string(calibration.residuals.size()) + " observations in " +
                    std::to_string(calibration.num_images) + " images",
                true);
+  const std::string variation = VariationText(calibration.variation);
+  if (!variation.empty()) text += variation + "\n";
   if (!calibration.reason.empty()) text += calibration.reason + "\n";
   if (calibration.contradicts_prior) {
     text += "the images contradict what was known of the camera before\n";
@@ -177,6 +180,8 @@ nlohmann::json CalibrationJson(const CameraCalibration& calibration) {
   json["change_px"] = calibration.change_px;
   json["uncertainty_px"] = calibration.uncertainty_px;
   json["sigma_px"] = calibration.sigma_px;
+  json["principal_point_variation_px"] = calibration.variation.principal_point_px;
+  json["focal_variation"] = calibration.variation.focal_share;
   json["rms_px"] = RootMeanSquare_px(calibration.residuals);
   json["rounds"] = calibration.num_rounds;
   json["images"] = calibration.num_images;

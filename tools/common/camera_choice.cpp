@@ -90,7 +90,10 @@ CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& so
   return choice;
 }
 
-std::string CameraLine(const CameraCalibration& calibration) {
+namespace {
+
+// Of the one camera for all images.
+std::string CameraOfAllLine(const CameraCalibration& calibration) {
   const CameraPrior& prior = calibration.prior;
   const bool is_told = prior.source == CameraPriorSource::kCalibration;
   if (!calibration.is_learned) {
@@ -116,6 +119,29 @@ std::string CameraLine(const CameraCalibration& calibration) {
   }
   if (!camera.shutter.IsGlobal()) line += "; " + ShutterText(calibration.posterior);
   return line;
+}
+
+}  // namespace
+
+std::string VariationText(const IntrinsicsVariation& variation) {
+  const auto& [principal_point_px, focal_share] = variation;
+  std::string what;
+  if (principal_point_px > 0) {
+    what = "the principal point moves by " + Fixed(principal_point_px, 1) +
+           " px from image to image, as with image stabilisation";
+  }
+  if (focal_share > 0) {
+    what += (what.empty() ? "" : "; ") + std::string("the focal length changes by ") +
+            Fixed(100 * focal_share, 1) + " % from image to image, as with zoom";
+  }
+  if (what.empty()) return {};
+  return what + ": one camera for all images is not exact, nor is what comes of it";
+}
+
+std::string CameraLine(const CameraCalibration& calibration) {
+  const std::string line = CameraOfAllLine(calibration);
+  const std::string variation = VariationText(calibration.variation);
+  return line + (line.empty() || variation.empty() ? "" : "; ") + variation;
 }
 
 std::string CameraLine(const SelfCalibration& self_calibration) {

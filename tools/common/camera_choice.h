@@ -51,7 +51,10 @@ CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& so
 // images agree with the calibration.
 std::string CameraLine(const CameraCalibration& calibration);
 
-// The same of a live run: "..., adopted at frame 214", or why it was not.
+// For people, where the camera is not the same in all images; else empty.
+std::string VariationText(const IntrinsicsVariation& variation);
+
+// CameraLine of a live run: "..., adopted at frame 214", or why it was not.
 std::string CameraLine(const SelfCalibration& self_calibration);
 
 }  // namespace mono3d::tools

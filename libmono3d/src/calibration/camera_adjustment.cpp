@@ -10,6 +10,7 @@
 
 #include "calibration/camera_covariance.h"
 #include "calibration/camera_problem.h"
+#include "calibration/intrinsics_variation.h"
 #include "calibration/parameter_choice.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
@@ -161,6 +162,7 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   result.num_images = problem.num_images();
   result.num_points = problem.num_points();
   result.num_observations = problem.observations().size();
+  result.variation = MeasureIntrinsicsVariation(problem);
   result.residuals = problem.Residuals();
   return result;
 }

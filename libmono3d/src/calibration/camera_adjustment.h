@@ -25,6 +25,7 @@ struct CameraAdjustment {
   std::size_t num_images = 0;
   std::size_t num_points = 0;
   std::size_t num_observations = 0;  // 0: nothing was adjusted
+  IntrinsicsVariation variation;
   std::vector<CalibrationResidual> residuals;
 };
 

@@ -86,6 +86,7 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
   result.sigma_px = adjustment.sigma_px;
   result.num_images = static_cast<int>(adjustment.num_images);
   result.num_points = static_cast<int>(adjustment.num_points);
+  result.variation = adjustment.variation;
   result.residuals = adjustment.residuals;
 }
 
@@ -97,6 +98,7 @@ void BringToSize(const CameraPrior& told, CameraCalibration& result) {
   result.change_px *= scale;
   result.uncertainty_px *= scale;
   result.sigma_px *= scale;
+  result.variation.principal_point_px *= scale;
   for (CalibrationResidual& residual : result.residuals) {
     residual.pixel = scale * (residual.pixel.array() + 0.5) - 0.5;
     residual.error_px *= scale;

@@ -296,6 +296,7 @@ CameraProblem::Linearised CameraProblem::Linearise(const Observation& observatio
   result.by_camera *= weight;
   result.by_pose *= weight;
   result.by_point *= weight;
+  result.weight = weight;
   for (int i = 0; i < kNumParameters; ++i) {
     if (is_fixed_[i]) result.by_camera.col(i).setZero();
   }

@@ -38,6 +38,7 @@ class CameraProblem {
     Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
     Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera;
     Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+    double weight = 0;  // of the robust loss, in all of them
   };
 
   // One coordinate of an image's pose that is not varied.

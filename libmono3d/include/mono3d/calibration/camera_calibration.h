@@ -37,6 +37,14 @@ struct CalibrationResidual {
   Eigen::Vector2d error_px;  // observed less computed
 };
 
+// How a camera differs from image to image, a robust standard deviation; 0: by no more than chance.
+// Image stabilisation that moves the section of the sensor's image, and lenses that are stabilised,
+// move the principal point; zoom and focus change the focal length.
+struct IntrinsicsVariation {
+  double principal_point_px = 0;
+  double focal_share = 0;  // of the focal length
+};
+
 // What the images say of their camera.
 struct CameraCalibration {
   CameraPrior prior;  // what was known before
@@ -60,6 +68,8 @@ struct CameraCalibration {
   int num_rounds = 0;
   int num_images = 0;  // keyframes of the last round
   int num_points = 0;
+  // One camera for all images is exact only without any.
+  IntrinsicsVariation variation;
   std::vector<CalibrationResidual> residuals;  // of the last adjustment
 };
 

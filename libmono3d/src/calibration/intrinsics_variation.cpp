@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "calibration/intrinsics_variation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "mono3d/core/statistics.h"
+
+namespace mono3d::calibration {
+namespace {
+
+// The pose of an image, then its log f, cx and cy.
+constexpr int kNumOfImage = 9;
+using ImageMatrix = Eigen::Matrix<double, kNumOfImage, kNumOfImage>;
+using ImageVector = Eigen::Matrix<double, kNumOfImage, 1>;
+// Several for each of the nine.
+constexpr int kMinObservationsOfImage = 30;
+constexpr std::size_t kMinImagesThatVary = 5;
+
+// The normal equations of one image's pose and intrinsics.
+struct ImageEquations {
+  ImageMatrix information = ImageMatrix::Zero();
+  ImageVector gradient = ImageVector::Zero();
+  double squares = 0;  // of the residuals
+  int num_observations = 0;
+
+  // The derivatives of the pixel by log f, cx and cy, in standard deviations.
+  void Add(const CameraProblem::Linearised& row, const Eigen::Matrix<double, 2, 3>& by_intrinsics) {
+    Eigen::Matrix<double, 2, kNumOfImage> J;
+    J << row.by_pose, row.weight * by_intrinsics;
+    information += J.transpose() * J;
+    gradient += J.transpose() * row.residual;
+    squares += row.residual.squaredNorm();
+    ++num_observations;
+  }
+};
+
+// What the images' own values differ by from the common ones, and their standard deviations as if
+// all errors were independent.
+struct Differences {
+  std::vector<double> absolute;
+  std::vector<double> sigma;
+
+  // 0 where it is within chance or `tolerance`.
+  double Spread(double tolerance) const {
+    // The errors of the points in one image are not independent: standard deviations are too small
+    // by 2 to 4.
+    constexpr double kCorrelated = 4;
+    constexpr double kMedianToSigma = 1.4826;
+    const double spread = kMedianToSigma * UpperMedianOrZero(absolute);
+    return spread > std::max(tolerance, kCorrelated * UpperMedianOrZero(sigma)) ? spread : 0;
+  }
+};
+
+}  // namespace
+
+IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem) {
+  // Of the larger side, and of the focal length: what good calibrations of one camera differ by.
+  constexpr double kSteadyPrincipalPoint = 0.001;
+  constexpr double kSteadyFocal = 0.003;
+  const CameraModel camera = problem.camera();
+  std::vector<ImageEquations> images(problem.num_images());
+  for (const CameraProblem::Observation& observation : problem.observations()) {
+    const CameraProblem::Linearised row = problem.Linearise(observation);
+    Eigen::Matrix<double, 2, 3> by_intrinsics;
+    by_intrinsics << observation.pixel - Eigen::Vector2d(camera.cx, camera.cy),
+        Eigen::Matrix2d::Identity();
+    images[observation.image].Add(row, by_intrinsics / problem.sigma_px());
+  }
+  Differences focal;
+  Differences centre;
+  for (const ImageEquations& image : images) {
+    if (image.num_observations < kMinObservationsOfImage) continue;
+    const Eigen::LDLT<ImageMatrix> solver(image.information);
+    const ImageVector difference = -solver.solve(image.gradient);
+    // Of what is left then: the residuals before are larger for the variation itself.
+    const double squares_left = image.squares + image.gradient.dot(difference);
+    const double variance = squares_left / (2 * image.num_observations - kNumOfImage);
+    const ImageMatrix covariance = variance * solver.solve(ImageMatrix::Identity());
+    if (!covariance.allFinite() || covariance.diagonal().minCoeff() <= 0) continue;
+    focal.absolute.push_back(std::abs(difference[6]));
+    focal.sigma.push_back(std::sqrt(covariance(6, 6)));
+    for (const int i : {7, 8}) {
+      centre.absolute.push_back(std::abs(difference[i]));
+      centre.sigma.push_back(std::sqrt(covariance(i, i)));
+    }
+  }
+  if (focal.absolute.size() < kMinImagesThatVary) return {};
+  return {centre.Spread(kSteadyPrincipalPoint * std::max(camera.width, camera.height)),
+          focal.Spread(kSteadyFocal)};
+}
+
+}  // namespace mono3d::calibration
