@@ -3,6 +3,7 @@
 
 #include "common/tool.h"
 
+#include <glog/logging.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -32,6 +33,8 @@ void OnStopSignal(int signal) {
 
 // The library's messages go to stderr, so that stdout holds the result alone.
 void SendLogToStderr(const std::string& name, bool verbose) {
+  // Ceres would tell of each step that it tries again shorter.
+  FLAGS_minloglevel = verbose ? google::GLOG_WARNING : google::GLOG_ERROR;
   auto logger = spdlog::get(name);
   if (!logger) logger = spdlog::stderr_color_st(name);
   logger->set_pattern("%n: %l: %v");
