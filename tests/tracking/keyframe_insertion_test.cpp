@@ -91,6 +91,33 @@ TEST(NeedsKeyframe, CloserByWhenTrackingNeedsPoints) {
   EXPECT_TRUE(NeedsKeyframe(evidence, {}));
 }
 
+TEST(NeedsKeyframe, WaitsWithABlurredImageForASharperOne) {
+  InsertionEvidence evidence = Still();
+  evidence.T_current_previous = InsertionTurn(0.5);
+  evidence.T_current_last = InsertionTurn(4);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  evidence.is_blurred = true;
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+  evidence.T_current_last = InsertionTurn(5.6);  // 6.1 with the next frame
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  evidence = Still();
+  evidence.is_blurred = true;
+  evidence.num_inliers = 40;  // tracking does not wait
+  evidence.T_current_last = Shift(0.011);
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+}
+
+TEST(NeedsKeyframe, TakesASharpImageAmongBlurredOnesEarly) {
+  InsertionEvidence evidence = Still();
+  evidence.T_current_previous = Shift(0.001);
+  evidence.T_current_last = Shift(0.06);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+  evidence.is_sharp = true;
+  EXPECT_TRUE(NeedsKeyframe(evidence, {}));
+  evidence.T_current_last = Shift(0.04);
+  EXPECT_FALSE(NeedsKeyframe(evidence, {}));
+}
+
 TEST(NeedsKeyframe, NeverOnTooFewPoints) {
   InsertionEvidence evidence = Still();
   evidence.num_inliers = 14;

@@ -10,6 +10,7 @@
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/octaves.h"
 #include "tracking/alignment/patch_tracking.h"
+#include "tracking/alignment/sharpness.h"
 #include "tracking/features/feature_extraction.h"
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/feature_tracking.h"
@@ -23,6 +24,7 @@ View FrameTracker::MakeView(const Frame& frame) const {
   View view;
   view.frame = frame;
   view.octaves = BuildOctaves(ToGrey(frame.bgr));
+  view.log_sharpness = LogSharpness(view.octaves);
   return view;
 }
 
@@ -184,6 +186,8 @@ void FrameTracker::Remember(View view, std::optional<KeyframeId> keyframe) {
   if (is_next) state_.earlier = std::move(state_.previous);
   state_.earlier_frame = state_.previous_frame;
   state_.previous_keyframe = keyframe;
+  if (keyframe) state_.sharpness.Clear();
+  state_.sharpness.Add(view.log_sharpness);
   state_.previous_frame = atlas_->AddFrame(view, state_.reference);
   refiner_.Add(state_.previous_frame, view);
   view.frame.bgr.release();
@@ -202,6 +206,8 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
   evidence.num_inliers = pose.num_inliers;
   constexpr std::size_t kYoung = 5;  // keyframes: before, the points rest on few views
   evidence.is_young = map.keyframes().size() < kYoung;
+  evidence.is_blurred = state_.sharpness.IsBlurred(view.log_sharpness);
+  evidence.is_sharp = state_.sharpness.IsSharp(view.log_sharpness);
   evidence.num_reference_points = CountTrackable(map, map.keyframe(state_.reference).view);
   return evidence;
 }
@@ -234,6 +240,7 @@ void FrameTracker::Reset() {
   state_.previous_keyframe.reset();
   state_.keyframe_before.reset();
   state_.motion.Reset();
+  state_.sharpness.Clear();
   lost_since_s_.reset();
 }
 

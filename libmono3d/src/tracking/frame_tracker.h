@@ -8,6 +8,7 @@
 
 #include "mono3d/core/timing.h"
 #include "mono3d/tracking/tracker.h"
+#include "tracking/alignment/sharpness.h"
 #include "tracking/atlas.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/map/map.h"
@@ -33,6 +34,7 @@ class FrameTracker {
     std::optional<KeyframeId> keyframe_before;    // the same of the frame before it
     KeyframeId reference = 0;                     // the keyframe that shares most points with it
     MotionModel motion;
+    SharpnessHistory sharpness;  // of the frames from the newest keyframe on
   };
 
   // All must outlive it, but for `options`; `times` may be null.

@@ -48,6 +48,7 @@ struct View {
   std::vector<Feature> features;
   FeatureGrid grid;
   Octaves octaves;                             // empty where they are no longer needed
+  double log_sharpness = 0;                    // LogSharpness
   std::vector<std::optional<PointId>> points;  // of each feature
   Pose T_cam_world;                            // at the middle line of a rolling shutter
   ShutterMotion shutter;                       // in the unit of T_cam_world

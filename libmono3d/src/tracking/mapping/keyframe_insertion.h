@@ -17,9 +17,13 @@ struct InsertionEvidence {
   int num_reference_points = 0;   // of the reference keyframe
   bool is_last_previous = false;  // the newest keyframe is the frame before
   bool is_young = false;          // the map has too few keyframes to rely on its points
+  // Among the frames from the newest keyframe on (SharpnessHistory).
+  bool is_blurred = false;
+  bool is_sharp = false;
 };
 
-// Does the current frame bear enough new content to become a keyframe?
+// Does the current frame bear enough new content to become a keyframe? A blurred one waits for a
+// sharper one as long as the distance allows, a sharp one among blurred ones becomes one early.
 bool NeedsKeyframe(const InsertionEvidence& evidence, const KeyframeInsertionOptions& options);
 
 }  // namespace mono3d::tracking
