@@ -41,6 +41,21 @@ void ExpectEqual(const PointCloud& a, const PointCloud& b) {
   EXPECT_EQ(a.radii, b.radii);
   EXPECT_EQ(a.confidences, b.confidences);
   EXPECT_EQ(a.observations, b.observations);
+  EXPECT_EQ(a.inferred, b.inferred);
+}
+
+TEST_F(PlyFile, TellsWhatIsInferred) {
+  PointCloud cloud = FullCloud(5);
+  cloud.inferred = {0, 0, 1, 0, 1};
+  WritePly(folder_ / "a.ply", cloud);
+  EXPECT_THAT(ReadText(folder_ / "a.ply"),
+              HasSubstr("property uint observations\nproperty uchar inferred\nend_header\n"));
+  const PointCloud read = ReadPly(folder_ / "a.ply");
+  ExpectEqual(read, cloud);
+  EXPECT_EQ(InferredPoints(read).size(), 2U);
+  EXPECT_EQ(InferredPoints(read).radii[1], cloud.radii[4]);
+  EXPECT_EQ(MatchedPoints(read).observations[2], cloud.observations[3]);
+  EXPECT_TRUE(MatchedPoints(read).inferred.empty());
 }
 
 TEST_F(PlyFile, HasTheHeaderOfItsDescription) {

@@ -26,6 +26,7 @@ struct Sums {
   float radius = 0;
   float confidence = 0;
   std::uint32_t observations = 0;
+  std::uint8_t inferred = 1;  // where all of its points are
 };
 
 void RequireCloudAndVoxel(const PointCloud& cloud, double voxel_su) {
@@ -35,8 +36,9 @@ void RequireCloudAndVoxel(const PointCloud& cloud, double voxel_su) {
                            .expected = "more than 0",
                            .found = std::to_string(voxel_su)});
   }
-  for (const std::size_t size : {cloud.normals.size(), cloud.colours.size(), cloud.radii.size(),
-                                 cloud.confidences.size(), cloud.observations.size()}) {
+  for (const std::size_t size :
+       {cloud.normals.size(), cloud.colours.size(), cloud.radii.size(), cloud.confidences.size(),
+        cloud.observations.size(), cloud.inferred.size()}) {
     if (size == 0 || size == cloud.size()) continue;
     throw Error(ErrorParts{.what = "lists of a cloud differ in length",
                            .where = "voxel grid",
@@ -71,6 +73,7 @@ void Add(Sums& sums, const PointCloud& cloud, std::size_t i) {
   if (!cloud.observations.empty()) {
     sums.observations = std::max(sums.observations, cloud.observations[i]);
   }
+  if (!IsInferred(cloud, i)) sums.inferred = 0;
 }
 
 }  // namespace
@@ -104,6 +107,7 @@ PointCloud ThinToVoxels(const PointCloud& cloud, double voxel_su) {
     if (!cloud.radii.empty()) thin.radii.push_back(std::max(sums.radius, closing_radius));
     if (!cloud.confidences.empty()) thin.confidences.push_back(sums.confidence);
     if (!cloud.observations.empty()) thin.observations.push_back(sums.observations);
+    if (!cloud.inferred.empty()) thin.inferred.push_back(sums.inferred);
   }
   return thin;
 }

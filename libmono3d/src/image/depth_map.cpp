@@ -38,6 +38,20 @@ DepthMap WithoutInferred(const DepthMap& map) {
   return matched;
 }
 
+DepthMap OnlyInferred(const DepthMap& map) {
+  DepthMap inferred = map;
+  if (map.inferred.empty() || cv::countNonZero(map.inferred) == 0) {
+    inferred.depth.release();
+    return inferred;
+  }
+  for (cv::Mat* image : {&inferred.depth, &inferred.normal, &inferred.confidence}) {
+    if (image->empty()) continue;
+    *image = image->clone();
+    image->setTo(cv::Scalar::all(0), map.inferred == 0);
+  }
+  return inferred;
+}
+
 PointCloud ToPointCloud(const DepthMap& map, const Similarity& S_world_kf) {
   PointCloud cloud;
   const Eigen::Matrix3f R_world_cam = S_world_kf.pose().rotation().toRotationMatrix().cast<float>();

@@ -32,6 +32,7 @@ void RequireEqualLengths(const std::filesystem::path& path, const PointCloud& cl
   require("radii", cloud.radii.size());
   require("confidences", cloud.confidences.size());
   require("observations", cloud.observations.size());
+  require("inferred", cloud.inferred.size());
 }
 
 std::string HeaderOf(const PointCloud& cloud) {
@@ -47,6 +48,7 @@ std::string HeaderOf(const PointCloud& cloud) {
   if (!cloud.radii.empty()) header += "property float radius\n";
   if (!cloud.confidences.empty()) header += "property float confidence\n";
   if (!cloud.observations.empty()) header += "property uint observations\n";
+  if (!cloud.inferred.empty()) header += "property uchar inferred\n";
   return header + "end_header\n";
 }
 
@@ -57,6 +59,7 @@ void AppendVertex(std::string& bytes, const PointCloud& cloud, std::size_t i) {
   if (!cloud.radii.empty()) AppendBytes(bytes, &cloud.radii[i], 1);
   if (!cloud.confidences.empty()) AppendBytes(bytes, &cloud.confidences[i], 1);
   if (!cloud.observations.empty()) AppendBytes(bytes, &cloud.observations[i], 1);
+  if (!cloud.inferred.empty()) AppendBytes(bytes, &cloud.inferred[i], 1);
 }
 
 // Where the values of one vertex go: `values` is in the order of the header's properties.
@@ -69,7 +72,8 @@ class VertexSink {
         colour_{header.Find("red"), header.Find("green"), header.Find("blue")},
         radius_(header.Find("radius")),
         confidence_(header.Find("confidence")),
-        observations_(header.Find("observations")) {}
+        observations_(header.Find("observations")),
+        inferred_(header.Find("inferred")) {}
 
   bool HasPosition() const { return Has(position_); }
 
@@ -86,6 +90,7 @@ class VertexSink {
     if (observations_) {
       cloud_.observations.push_back(ToUnsigned<std::uint32_t>(values[*observations_]));
     }
+    if (inferred_) cloud_.inferred.push_back(ToUnsigned<std::uint8_t>(values[*inferred_]));
   }
 
  private:
@@ -112,6 +117,7 @@ class VertexSink {
   Index radius_;
   Index confidence_;
   Index observations_;
+  Index inferred_;
 };
 
 }  // namespace

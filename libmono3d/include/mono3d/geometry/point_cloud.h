@@ -22,6 +22,8 @@ struct PointCloud {
   std::vector<float> radii;                          // su
   std::vector<float> confidences;                    // 0 to 1
   std::vector<std::uint32_t> observations;           // depth maps that saw the point
+  // 1 where nobody matched the point, but inferred it from the surface around. Empty: no point.
+  std::vector<std::uint8_t> inferred = {};
 
   std::size_t size() const { return points.size(); }
   bool empty() const { return points.empty(); }
@@ -30,6 +32,11 @@ struct PointCloud {
 // Throws Error, with `name` as the place, when the cloud is empty, holds a coordinate or a normal
 // that is not finite, or lists of differing lengths.
 void CheckCloud(const PointCloud& cloud, const std::string& name);
+
+bool IsInferred(const PointCloud& cloud, std::size_t i);
+// With the inferred points alone, or without them, in their order.
+PointCloud InferredPoints(const PointCloud& cloud);
+PointCloud MatchedPoints(const PointCloud& cloud);
 
 // The points in double precision.
 std::vector<Eigen::Vector3d> CloudPoints(const PointCloud& cloud);

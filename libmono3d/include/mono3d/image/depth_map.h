@@ -23,7 +23,7 @@ struct DepthMap {
   cv::Mat confidence;  // CV_32FC1, 0 to 1
   cv::Mat bgr;         // CV_8UC3, the reference image
   // CV_8UC1, not 0 where the depth was not matched but inferred from the surface around; it then
-  // has little confidence, and is not fused. May be empty.
+  // has little confidence, and is fused apart from what is matched. May be empty.
   cv::Mat inferred = {};
   CameraModel camera;
   std::int64_t keyframe_id = 0;
@@ -43,6 +43,9 @@ std::int64_t CountEstimates(const DepthMap& map);
 
 // The map without the estimates that are inferred. Shares its images where there are none.
 DepthMap WithoutInferred(const DepthMap& map);
+
+// The map with the estimates that are inferred alone. `depth` is empty where there are none.
+DepthMap OnlyInferred(const DepthMap& map);
 
 // The points of the map in the world, with colour, and normal where the map has normals. The
 // default is the frame of the reference image's camera.
