@@ -11,12 +11,13 @@ namespace mono3d {
 namespace {
 
 std::shared_ptr<const PointCloud> DownloadChunk(const SurfelModel& model, std::uint32_t anchor) {
-  const SurfelStorage& storage = model.surfels;
-  const Surfels surfels =
-      storage.Download(storage.FirstSlotOf(anchor), storage.FirstSlotOf(anchor + 1));
+  const auto download = [&](const SurfelStorage& storage) {
+    return storage.Download(storage.FirstSlotOf(anchor), storage.FirstSlotOf(anchor + 1));
+  };
   const std::vector<Similarity> in_own_frame(anchor + 1);
   const SurfelExportOptions all{.min_observations = 1, .min_confidence = 0};
-  return std::make_shared<const PointCloud>(ToPointCloud(surfels, in_own_frame, all));
+  return std::make_shared<const PointCloud>(
+      ToPointCloud(download(model.surfels), download(model.inferred), in_own_frame, all));
 }
 
 }  // namespace

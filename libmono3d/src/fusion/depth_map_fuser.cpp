@@ -43,7 +43,9 @@ bool DepthMapFuser::Upload(const DepthMap& map) {
   return true;
 }
 
-std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, const Anchor& anchor,
+std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map,
+                                                         const DepthMap& inferred,
+                                                         const Anchor& anchor,
                                                          const Similarity& S_world_kf, int submap) {
   SurfelStorage& surfels = model_.surfels;
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
@@ -59,6 +61,7 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, co
   Counts counts;
   counts.exposure = CorrectColours(map);
   counts.num_removed = ChangeSurfels(map, number);
+  counts.num_inferred = FuseInferred(map, inferred, number, submap);
   past_views_.Push(context_.device, map, number, buffers_);
   surfels.EndInsert(number, num_new_, static_cast<std::uint32_t>(counts.num_removed));
   counts.num_merged = num_candidates_ - num_new_;
@@ -75,7 +78,8 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   context_.culler.FindVisible(context_.recorder, {&view, 1}, kFuseMargin_px, model_.surfels,
                               visible_, context_.times);
   if (model_.anchors.num_submaps() > 1) {
-    visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_, submap));
+    visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_.surfels.anchors(),
+                                                 model_.anchors, submap));
   }
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
@@ -93,6 +97,7 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
 // The colours of the model are those of its first image's exposure: what is uploaded comes to it,
 // as far as the depth map shows what is there already.
 Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
+  colours_.clear();
   if (map.bgr.empty()) return {};
   const ViewParams params = Params(map);
   if (params.num_surfels == 0) latest_exposure_ = {};
@@ -104,8 +109,8 @@ Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
   Log(LogLevel::kDebug, "image of frame " + std::to_string(map.frame_index) + ": exposure gain " +
                             std::to_string(latest_exposure_.gain) + ", offset " +
                             std::to_string(latest_exposure_.offset));
-  const std::vector<std::uint32_t> colours = CorrectedColours(map.bgr, latest_exposure_);
-  buffers_.colour.Upload(std::span(colours));
+  colours_ = CorrectedColours(map.bgr, latest_exposure_);
+  buffers_.colour.Upload(std::span<const std::uint32_t>(colours_));
   return latest_exposure_;
 }
 
@@ -127,6 +132,16 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   recorder.Submit(context_.times);
   NoteChanges();
   return buffers_.num_removed.Download<std::uint32_t>().front();
+}
+
+std::int64_t DepthMapFuser::FuseInferred(const DepthMap& map, const DepthMap& inferred,
+                                         std::uint32_t number, int submap) {
+  const InferredFuser::View view{Params(map), anchors_, buffers_, visible_, number, submap};
+  inferred_.GiveWay(view);
+  const auto& changed = inferred_.changed_anchors();
+  changed_anchors_.insert(changed_anchors_.end(), changed.begin(), changed.end());
+  if (inferred.depth.empty()) return 0;
+  return inferred_.Fuse(view, inferred, colours_, past_views_);
 }
 
 void DepthMapFuser::NoteChanges() {
@@ -175,7 +190,10 @@ bool DepthMapFuser::Coarsen() {
   merge_radius_px_ *= 2;
   SurfelStorage& surfels = model_.surfels;
   const std::uint32_t before = surfels.num_surfels();
-  surfels.Upload(InWholeBlocks(Coarsened(surfels.Download(), model_.anchors.S_world_surfels())));
+  for (SurfelStorage* storage : {&surfels, &model_.inferred}) {
+    storage->Upload(
+        InWholeBlocks(Coarsened(storage->Download(), model_.anchors.S_world_surfels())));
+  }
   Log(LogLevel::kWarning, "the model is full with " + std::to_string(before) +
                               " surfels: made coarser, " + std::to_string(surfels.num_surfels()) +
                               " remain, new ones are " + std::to_string(merge_radius_px_) +
@@ -185,6 +203,7 @@ bool DepthMapFuser::Coarsen() {
 
 void DepthMapFuser::Rest() {
   past_views_.Clear();
+  inferred_.Rest();
   buffers_ = {};
   width_px_ = height_px_ = 0;
 }

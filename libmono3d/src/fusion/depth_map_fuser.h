@@ -10,6 +10,7 @@
 #include "fusion/depth_map_buffers.h"
 #include "fusion/exposure.h"
 #include "fusion/fusion_context.h"
+#include "fusion/inferred_fuser.h"
 #include "fusion/past_views.h"
 
 namespace mono3d {
@@ -21,6 +22,7 @@ class DepthMapFuser {
   DepthMapFuser(FusionContext& context, SurfelModel& model)
       : context_(context),
         model_(model),
+        inferred_(context, model),
         past_views_(static_cast<std::size_t>(context.options.num_reviews)) {}
 
   // Takes over the depth map. False where it has no estimate.
@@ -31,17 +33,21 @@ class DepthMapFuser {
     std::int64_t num_merged = 0;
     std::int64_t num_inserted = 0;
     std::int64_t num_removed = 0;
-    Exposure exposure;  // of its image, against the model's colours
+    std::int64_t num_inferred = 0;  // pixels that became or confirmed an inferred surfel
+    Exposure exposure;              // of its image, against the model's colours
   };
-  // Fuses what was uploaded as the next anchor, of this submap. Where there is no room for its new
+  // Fuses what was uploaded as the next anchor, of this submap, and behind it what the depth map
+  // infers (OnlyInferred). Where there is no room for its new
   // surfels, the model becomes coarser. Nothing, with the model as it was or coarser, where that is
   // not enough; num_wanted() new surfels were to be inserted then.
-  std::optional<Counts> Fuse(const DepthMap& map, const Anchor& anchor,
+  std::optional<Counts> Fuse(const DepthMap& map, const DepthMap& inferred, const Anchor& anchor,
                              const Similarity& S_world_kf, int submap);
   std::uint32_t num_wanted() const { return num_new_; }
 
   // Makes room for so many slots more. False where there is none.
   bool MakeRoom(std::uint32_t num_slots);
+
+  bool MakeRoomForInferred(std::uint32_t num_slots) { return inferred_.HasRoomFor(num_slots); }
 
   // Depth maps of the past say no more of new surfels.
   void ForgetPastViews() { past_views_.Clear(); }
@@ -58,6 +64,8 @@ class DepthMapFuser {
   ViewParams Params(const DepthMap& map) const;
   void Associate(const DepthMap& map, int submap);
   Exposure CorrectColours(const DepthMap& map);
+  std::int64_t FuseInferred(const DepthMap& map, const DepthMap& inferred, std::uint32_t number,
+                            int submap);
   std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
   void NoteChanges();
   void ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number);
@@ -69,9 +77,11 @@ class DepthMapFuser {
   AnchorTable anchors_;  // as the depth map's camera has them
   BlockList visible_;    // what the stages work on
   BlockList latest_;     // what the depth map adds
+  InferredFuser inferred_;
   PastViews past_views_;
-  std::int64_t num_candidates_ = 0;  // of what was uploaded
-  std::uint32_t num_new_ = 0;        // pixels that become a surfel, as Associate found
+  std::vector<std::uint32_t> colours_;  // of its image, corrected; empty without one
+  std::int64_t num_candidates_ = 0;     // of what was uploaded
+  std::uint32_t num_new_ = 0;           // pixels that become a surfel, as Associate found
   std::uint32_t merge_radius_px_ = 1;
   Exposure latest_exposure_;  // of the depth map fused last
   int width_px_ = 0;

@@ -19,6 +19,10 @@ namespace {
 // is a mismatch that nothing has contradicted yet. Eight: the pixels around one.
 constexpr int kMinNeighbours = 8;
 
+// Where depth maps infer the same, this many make it more likely to be right; more of them do not,
+// as measured against true depth maps.
+constexpr float kMostGuesses = 4;
+
 float Against(const Surfels::Uint4& history) {
   return static_cast<float>(SeenThroughAgainst(history) + HiddenAgainst(history)) / 256.0F;
 }
@@ -36,8 +40,12 @@ bool IsDisputed(const Surfels::Uint4& history) {
 }
 
 // The rule of succession with one doubt to begin with: a single observation is not certain.
-float Confidence(const Surfels::Uint4& history) {
-  const float for_it = For(history);
+// Depth maps that infer a surface do so from the same outline and err alike: of so many, only
+// kMostGuesses count, by their mean.
+float Confidence(const Surfels::Uint4& history, bool is_inferred) {
+  float for_it = For(history);
+  const auto observations = static_cast<float>(Low16(history[1]));
+  if (is_inferred) for_it *= std::min(1.0F, kMostGuesses / observations);
   const float against_it = Against(history);
   return for_it / (for_it + against_it + 1);
 }
@@ -51,8 +59,8 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
 }
 
 // The surfels that the options ask for, each by what it holds alone.
-PointCloud Chosen(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
-                  const SurfelExportOptions& options) {
+PointCloud Chosen(const Surfels& surfels, bool is_inferred,
+                  std::span<const Similarity> S_world_anchor, const SurfelExportOptions& options) {
   PointCloud cloud;
   std::optional<std::uint32_t> last_anchor;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -61,7 +69,7 @@ PointCloud Chosen(const Surfels& surfels, std::span<const Similarity> S_world_an
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
-    const float confidence = Confidence(history);
+    const float confidence = Confidence(history, is_inferred);
     if (IsRemoved(surfels, i) || static_cast<int>(observations) < options.min_observations ||
         confidence < static_cast<float>(options.min_confidence)) {
       continue;
@@ -87,11 +95,12 @@ PointCloud Chosen(const Surfels& surfels, std::span<const Similarity> S_world_an
   return cloud;
 }
 
-PointCloud WithoutIsolated(const PointCloud& cloud) {
-  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours);
+// Without the surfels from `first` on that are marked; those before it are not looked at.
+PointCloud Without(const std::vector<bool>& is_left_out, const PointCloud& cloud,
+                   std::size_t first = 0) {
   PointCloud kept;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (is_isolated[i]) continue;
+  for (std::size_t i = first; i < cloud.size(); ++i) {
+    if (is_left_out[i]) continue;
     kept.points.push_back(cloud.points[i]);
     kept.normals.push_back(cloud.normals[i]);
     kept.colours.push_back(cloud.colours[i]);
@@ -102,14 +111,55 @@ PointCloud WithoutIsolated(const PointCloud& cloud) {
   return kept;
 }
 
+PointCloud WithoutIsolated(const PointCloud& cloud, std::size_t first = 0) {
+  return Without(FindIsolated(cloud, kMinNeighbours, first), cloud, first);
+}
+
+// Lists of `more` behind those of `cloud`, but for what is inferred.
+void AppendSurfels(const PointCloud& more, PointCloud& cloud) {
+  const auto append = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  append(more.points, cloud.points);
+  append(more.normals, cloud.normals);
+  append(more.colours, cloud.colours);
+  append(more.radii, cloud.radii);
+  append(more.confidences, cloud.confidences);
+  append(more.observations, cloud.observations);
+}
+
+// Of the inferred surfels those that say more than the matched ones and do not stand alone.
+PointCloud BesideMatched(const PointCloud& inferred, const PointCloud& matched) {
+  const PointCloud beside = Without(FindInPlaceOfOthers(inferred, matched), inferred);
+  PointCloud all = matched;
+  AppendSurfels(beside, all);
+  return WithoutIsolated(all, matched.size());
+}
+
 }  // namespace
 
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options) {
+  return ToPointCloud(surfels, {}, S_world_anchor, options);
+}
+
+PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
+                        std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options) {
   options.Validate();
-  PointCloud cloud = Chosen(surfels, S_world_anchor, options);
+  PointCloud cloud = Chosen(matched, false, S_world_anchor, options);
   if (options.min_confidence > 0) cloud = WithoutIsolated(cloud);
-  if (options.voxel_radii > 0 && !cloud.empty()) return Thinned(cloud, options.voxel_radii);
+  PointCloud guessed;
+  if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, options);
+  if (options.min_confidence > 0 && !guessed.empty()) guessed = BesideMatched(guessed, cloud);
+  if (options.voxel_radii > 0) {
+    if (!cloud.empty()) cloud = Thinned(cloud, options.voxel_radii);
+    if (!guessed.empty()) guessed = Thinned(guessed, options.voxel_radii);
+  }
+  if (guessed.empty()) return cloud;
+  AppendSurfels(guessed, cloud);
+  cloud.inferred.resize(cloud.size() - guessed.size(), 0);
+  cloud.inferred.resize(cloud.size(), 1);
   return cloud;
 }
 

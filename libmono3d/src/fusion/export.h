@@ -18,5 +18,10 @@ namespace mono3d {
 // `S_world_anchor`: per anchor.
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options);
+// The same of those that were matched, and behind them of those that are inferred, marked. With a
+// min_confidence above 0 an inferred surfel in the place of a matched one is left out.
+PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
+                        std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options);
 
 }  // namespace mono3d

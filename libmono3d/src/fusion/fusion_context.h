@@ -41,16 +41,18 @@ struct FusionContext {
 
 // The surfels, and the depth maps in whose frames they lie.
 struct SurfelModel {
-  SurfelStorage surfels;
+  SurfelStorage surfels;  // that depth maps have matched
   AnchorMap anchors;
+  SurfelStorage inferred;  // what they inferred where there was nothing to match
 };
 
-// Of these blocks of surfels, those anchored to depth maps of the submap.
+// Of these blocks of surfels, those anchored to depth maps of the submap. `anchor_of`: per block.
 inline std::vector<std::uint32_t> BlocksOfSubmap(std::span<const std::uint32_t> blocks,
-                                                 const SurfelModel& model, int submap) {
+                                                 std::span<const std::uint32_t> anchor_of,
+                                                 const AnchorMap& anchors, int submap) {
   std::vector<std::uint32_t> chosen;
   std::ranges::copy_if(blocks, std::back_inserter(chosen), [&](std::uint32_t block) {
-    return model.anchors.SubmapOf(model.surfels.anchors()[block]) == submap;
+    return anchors.SubmapOf(anchor_of[block]) == submap;
   });
   return chosen;
 }

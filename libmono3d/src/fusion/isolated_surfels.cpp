@@ -20,6 +20,9 @@ using NeighbourCell = std::array<std::int64_t, 3>;
 
 constexpr std::int64_t kMaxReach = 32;  // in cells
 
+// Footprints of pixels lie apart by this share of a surfel's radius.
+constexpr double kFootprintRadii = 0.7071;
+
 class Neighbourhood {
  public:
   explicit Neighbourhood(const PointCloud& surfels) : surfels_(surfels) {
@@ -32,15 +35,16 @@ class Neighbourhood {
     }
   }
 
-  bool HasNeighbours(std::uint32_t i, int min_neighbours) const {
-    const double within = kNeighbourRadii * surfels_.radii[i];
+  // Whether so many surfels are `within` of the point, itself if it is one. A reach beyond
+  // kMaxReach counts as enough.
+  bool Has(int num_surfels, const Eigen::Vector3f& point, double within) const {
     const auto reach = static_cast<std::int64_t>(std::ceil(std::min(within / edge_, 1e6)));
     if (reach > kMaxReach) return true;
-    int count = -1;  // it finds itself
+    int count = 0;
     // From near to far: most have enough in the cells next to them.
     for (std::int64_t ring = 0; ring <= reach; ++ring) {
-      count += CountInRing(i, ring, within * within, min_neighbours - count);
-      if (count >= min_neighbours) return true;
+      count += CountInRing(point, ring, within * within, num_surfels - count);
+      if (count >= num_surfels) return true;
     }
     return false;
   }
@@ -58,8 +62,9 @@ class Neighbourhood {
 
   // In the cells that lie `ring` cells away along the axis along which they lie farthest; stops at
   // `enough`.
-  int CountInRing(std::uint32_t i, std::int64_t ring, double squared_distance, int enough) const {
-    const NeighbourCell middle = CellOf(surfels_.points[i]);
+  int CountInRing(const Eigen::Vector3f& point, std::int64_t ring, double squared_distance,
+                  int enough) const {
+    const NeighbourCell middle = CellOf(point);
     int count = 0;
     for (std::int64_t x = -ring; x <= ring; ++x) {
       for (std::int64_t y = -ring; y <= ring; ++y) {
@@ -68,7 +73,7 @@ class Neighbourhood {
         for (std::int64_t z = -ring; z <= ring; z += step) {
           const auto first = first_.find({middle[0] + x, middle[1] + y, middle[2] + z});
           if (first == first_.end()) continue;
-          count += CountInCell(i, first->second, squared_distance);
+          count += CountInCell(point, first->second, squared_distance);
           if (count >= enough) return count;
         }
       }
@@ -76,10 +81,11 @@ class Neighbourhood {
     return count;
   }
 
-  int CountInCell(std::uint32_t i, std::uint32_t first, double squared_distance) const {
+  int CountInCell(const Eigen::Vector3f& point, std::uint32_t first,
+                  double squared_distance) const {
     int count = 0;
     for (std::uint32_t other = first;; other = next_[other]) {
-      const double squared = (surfels_.points[other] - surfels_.points[i]).squaredNorm();
+      const double squared = (surfels_.points[other] - point).squaredNorm();
       count += squared <= squared_distance ? 1 : 0;
       if (next_[other] == other) return count;
     }
@@ -93,14 +99,26 @@ class Neighbourhood {
 
 }  // namespace
 
-std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours) {
+std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours, std::size_t first) {
   std::vector<bool> is_isolated(surfels.size(), false);
   if (surfels.empty() || min_neighbours <= 0) return is_isolated;
   const Neighbourhood neighbourhood(surfels);
-  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
-    is_isolated[i] = !neighbourhood.HasNeighbours(i, min_neighbours);
+  for (std::size_t i = first; i < surfels.size(); ++i) {
+    // Each finds itself.
+    is_isolated[i] = !neighbourhood.Has(min_neighbours + 1, surfels.points[i],
+                                        kNeighbourRadii * surfels.radii[i]);
   }
   return is_isolated;
+}
+
+std::vector<bool> FindInPlaceOfOthers(const PointCloud& surfels, const PointCloud& others) {
+  std::vector<bool> is_in_place(surfels.size(), false);
+  if (others.empty()) return is_in_place;
+  const Neighbourhood neighbourhood(others);
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    is_in_place[i] = neighbourhood.Has(1, surfels.points[i], kFootprintRadii * surfels.radii[i]);
+  }
+  return is_in_place;
 }
 
 }  // namespace mono3d

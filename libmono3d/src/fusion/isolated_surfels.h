@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "mono3d/geometry/point_cloud.h"
@@ -16,6 +17,12 @@ inline constexpr double kNeighbourRadii = 3;
 // Whether each surfel has fewer than `min_neighbours` others near it. The cloud has radii. A
 // surfel of more than 32 times the median radius is never isolated here: finding out would cost
 // too much.
-std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours);
+// Those before `first` are neighbours alone, and not isolated.
+std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours,
+                               std::size_t first = 0);
+
+// Whether each surfel has one of the `others` in its place: no farther away than the footprints of
+// neighbouring pixels.
+std::vector<bool> FindInPlaceOfOthers(const PointCloud& surfels, const PointCloud& others);
 
 }  // namespace mono3d

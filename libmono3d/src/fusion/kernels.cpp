@@ -8,6 +8,7 @@
 #include "fusion/associate.spirv.h"
 #include "fusion/exposure_cells.spirv.h"
 #include "fusion/free_space.spirv.h"
+#include "fusion/give_way.spirv.h"
 #include "fusion/grid.h"
 #include "fusion/index_map.spirv.h"
 #include "fusion/index_map_depth.spirv.h"
@@ -26,6 +27,7 @@ FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_i
       select_new_(device, {"fusion/select_new", fusion_select_new_spirv}),
       merge_(device, {"fusion/merge", fusion_merge_spirv}),
       free_space_(device, {"fusion/free_space", fusion_free_space_spirv}),
+      give_way_(device, {"fusion/give_way", fusion_give_way_spirv}),
       insert_(device, {"fusion/insert", fusion_insert_spirv}) {
   if (allow_int64_atomics && Limits(*device).has_int64_atomics) {
     index_map_.emplace(device, KernelSource{"fusion/index_map", fusion_index_map_spirv});
@@ -108,6 +110,14 @@ void FusionKernels::ClearFreeSpace(Recorder& recorder, const ViewParams& params,
   recorder.Dispatch(free_space_,
                     {surfels.association(), surfels.history(), blocks.buffer(),
                      surfels.normal_weight(), surfels.history(), num_removed},
+                    params, blocks.grid());
+}
+
+void FusionKernels::GiveWay(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
+                            const SurfelStorage& surfels, const BlockList& blocks) const {
+  recorder.Dispatch(give_way_,
+                    {surfels.association(), blocks.buffer(), surfels.normal_weight(),
+                     surfels.normal_weight(), num_removed},
                     params, blocks.grid());
 }
 

@@ -54,6 +54,10 @@ class FusionKernels {
   // adds those that it removes to the one uint of num_removed.
   void ClearFreeSpace(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
                       const SurfelStorage& surfels, const BlockList& blocks) const;
+  // Reads association; removes the surfels that a pixel confirms, and adds their number to the one
+  // uint of num_removed.
+  void GiveWay(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
+               const SurfelStorage& surfels, const BlockList& blocks) const;
   // Reads depth, candidate, colour, params.num_new of new_pixels; writes new surfels from slot
   // params.num_surfels on, for which there must be room, and fills up their last block.
   void Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
@@ -69,6 +73,7 @@ class FusionKernels {
   Kernel select_new_;
   Kernel merge_;
   Kernel free_space_;
+  Kernel give_way_;
   Kernel insert_;
 };
 

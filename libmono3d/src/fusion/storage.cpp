@@ -131,9 +131,10 @@ std::vector<SurfelStorage::Confirmed> SurfelStorage::TakeConfirmed(
     const float share = static_cast<float>(counts[block]) / kSurfelsPerBlock;
     observations_[block] += share;
     if (confirmed.empty() || confirmed.back().anchor != anchors_[block]) {
-      confirmed.push_back({anchors_[block], 0, 0});
+      confirmed.push_back({anchors_[block], 0, 0, 0});
     }
     confirmed.back().share += share;
+    confirmed.back().num_surfels += counts[block];
   }
   for (Confirmed& of : confirmed) {
     const std::uint32_t first = FirstSlotOf(of.anchor) / kSurfelsPerBlock;

@@ -48,6 +48,7 @@ class SurfelStorage {
   struct Confirmed {
     std::uint32_t anchor = 0;
     double share = 0;  // of its surfels, 0 to 1
+    std::int64_t num_surfels = 0;
     // Of what is known of its surfels, the share that its own depth map has seen: the mean of one
     // over the number of depth maps, per block.
     double own_share = 1;

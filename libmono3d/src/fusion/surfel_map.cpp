@@ -41,7 +41,9 @@ Anchor AnchorOfMap(const DepthMap& map, const Similarity& S_tracker_kf) {
 VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
                                  StageTimes* times)
     : context_(std::move(device), options, times),
-      model_{SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels)), {}},
+      model_{SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels)),
+             {},
+             SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels))},
       merger_(context_, model_),
       placer_(context_, model_, merger_),
       fuser_(context_, model_) {}
@@ -50,17 +52,18 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   const ScopedStageTimer timer(context_.times, "fusion/integrate");
   RequireUsable(map);
   // Later depth maps are registered with the surfels of this one: what is inferred would draw them
-  // to surfaces that nobody has seen.
+  // to surfaces that nobody has seen. It is fused apart.
   const DepthMap matched = WithoutInferred(map);
   DepthMap corrected = matched;
   corrected.bgr = vignetting_.Corrected(map.bgr, map.camera);
-  FusionResult result = IntegrateCorrected(corrected, poses);
+  FusionResult result = IntegrateCorrected(corrected, OnlyInferred(map), poses);
   if (result.status == FusionStatus::kFused) vignetting_.Add(matched, result.S_world_kf);
   return result;
 }
 
 // Paper, section 3.3: registration with the model, then fusion.
-FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const KeyframePoses& poses) {
+FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const DepthMap& inferred,
+                                                 const KeyframePoses& poses) {
   const KeyframePose& keyframe = poses.At(map.keyframe_id);
   const Similarity& S_tracker_kf = keyframe.S_world_kf;
   (void)Update(poses);
@@ -92,7 +95,8 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
   const std::uint32_t radius_px = fuser_.merge_radius_px();
   DepthMap weighed = map;
   weighed.depth_sigma_per_square_depth *= registration.evidence.noise;
-  const auto counts = fuser_.Fuse(weighed, anchor, registration.S_world_kf, placement.submap);
+  const auto counts =
+      fuser_.Fuse(weighed, inferred, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
   if (!counts) {
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,
@@ -115,6 +119,7 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Keyf
   result.num_merged = counts->num_merged;
   result.num_inserted = counts->num_inserted;
   result.num_removed = counts->num_removed;
+  result.num_inferred = counts->num_inferred;
   result.exposure_gain = counts->exposure.gain;
   result.exposure_offset = counts->exposure.offset;
   result.num_surfels = num_surfels();
@@ -152,13 +157,16 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
 }
 
 PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
-  return ToPointCloud(model_.surfels.Download(), model_.anchors.S_world_surfels(), options);
+  const std::span<const Similarity> S_world_anchor = model_.anchors.S_world_surfels();
+  const Surfels inferred = options.with_inferred ? model_.inferred.Download() : Surfels();
+  return ToPointCloud(model_.surfels.Download(), inferred, S_world_anchor, options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
   fuser_.ForgetPastViews();
   vignetting_.ForgetViews();
   model_.surfels.RemoveAnchoredFrom(first_depth_map);
+  model_.inferred.RemoveAnchoredFrom(first_depth_map);
   model_.anchors.RemoveFrom(first_depth_map);
   merger_.AnchorsRemovedFrom(first_depth_map);
   changes_.AllChanged(model_.anchors.size());
@@ -187,8 +195,9 @@ FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, FusionRejec
 }
 
 void VulkanSurfelMap::CloseGaps() {
-  const SurfelStorage& surfels = model_.surfels;
-  if (surfels.num_removed() > surfels.size() / kMaxRemovedShare) model_.surfels.Compact();
+  for (SurfelStorage* surfels : {&model_.surfels, &model_.inferred}) {
+    if (surfels->num_removed() > surfels->size() / kMaxRemovedShare) surfels->Compact();
+  }
 }
 
 std::optional<UpdateResult> VulkanSurfelMap::Join(SurfelMap& other, const KeyframePoses& poses) {
@@ -223,6 +232,9 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   const std::uint32_t first_anchor = anchors.size();
   const bool was_one_submap = anchors.num_submaps() == 1 && other.num_submaps() == 1;
   model_.surfels.Append(other.model_.surfels.Download(), first_anchor);
+  if (fuser_.MakeRoomForInferred(other.model_.inferred.size())) {
+    model_.inferred.Append(other.model_.inferred.Download(), first_anchor);
+  }
   anchors.Append(std::exchange(other.model_.anchors, {}));
   placer_.SetTrackerDrifted(other.placer_.tracker_drifted());
   fuser_.SetMergeRadius(std::max(fuser_.merge_radius_px(), other.fuser_.merge_radius_px()));
@@ -232,6 +244,7 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   std::fill(is_other.begin() + first_anchor, is_other.end(), true);
 
   other.model_.surfels.Upload({});
+  other.model_.inferred.Upload({});
   other.merger_.AnchorsRemovedFrom(0);
   other.changes_.AllChanged(0);
   other.map_id_.reset();

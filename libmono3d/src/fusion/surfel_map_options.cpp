@@ -58,6 +58,8 @@ void SurfelExportOptions::Visit(OptionVisitor& visit) {
   visit("voxel_radii", voxel_radii,
         "thin the exported model to one surfel in cells of this edge, in radii of the median "
         "surfel; 0: all");
+  visit("with_inferred", with_inferred,
+        "export what is inferred from the surface around as well, marked");
 }
 
 void SurfelExportOptions::Validate() const {

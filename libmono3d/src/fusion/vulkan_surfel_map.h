@@ -43,7 +43,8 @@ class VulkanSurfelMap : public RepairableMap {
 
  private:
   // Without the falloff of its image.
-  FusionResult IntegrateCorrected(const DepthMap& map, const KeyframePoses& poses);
+  FusionResult IntegrateCorrected(const DepthMap& map, const DepthMap& inferred,
+                                  const KeyframePoses& poses);
   FusionResult Rejected(const Similarity& S_world_kf, FusionRejection rejection,
                         std::string reason) const;
   void CloseGaps();

@@ -26,6 +26,7 @@ PointCloud ToPointCloud(const SurfelChanges& surfels, double min_confidence) {
       cloud.radii.push_back(scale * own.radii[i]);
       cloud.confidences.push_back(own.confidences[i]);
       cloud.observations.push_back(own.observations[i]);
+      cloud.inferred.push_back(IsInferred(own, i) ? 1 : 0);
     }
   }
   return cloud;

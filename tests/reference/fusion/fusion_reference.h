@@ -53,6 +53,9 @@ void Merge(const ViewParams& view, const AnchorTransforms& anchors, const Packed
 std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint32_t>& association,
                              Surfels& surfels);
 
+// Returns the number of surfels removed.
+std::uint32_t GiveWay(const std::vector<std::uint32_t>& association, Surfels& surfels);
+
 // Appends a surfel for each selected pixel, anchored to the depth map.
 void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
             const std::vector<std::uint32_t>& selected, Surfels& surfels);

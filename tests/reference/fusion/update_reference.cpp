@@ -114,6 +114,16 @@ std::uint32_t ClearFreeSpace(const ViewParams& view, const std::vector<std::uint
   return num_removed;
 }
 
+std::uint32_t GiveWay(const std::vector<std::uint32_t>& association, Surfels& surfels) {
+  std::uint32_t num_removed = 0;
+  for (std::size_t i = 0; i < association.size(); ++i) {
+    if (IsRemoved(surfels, i) || !IsPixel(association[i])) continue;
+    surfels.normal_weight[i] = {0, 0, 0, 0};
+    ++num_removed;
+  }
+  return num_removed;
+}
+
 void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates& candidates,
             const std::vector<std::uint32_t>& selected, Surfels& surfels) {
   for (std::size_t i = 0; i < candidates.size(); ++i) {

@@ -75,6 +75,7 @@ struct FusionResult {
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
   std::int64_t num_removed = 0;   // surfels that stood in free space
+  std::int64_t num_inferred = 0;  // pixels without a match that became or confirmed a surfel
   std::int64_t num_surfels = 0;   // in the model afterwards
   // What became of depth maps that had waited, and whether the latest part of the model was taken
   // out and made again from its depth maps before that.
@@ -109,6 +110,8 @@ struct SurfelExportOptions {
   // More than 0: surfels in one cell of a grid become one; edge of a cell in radii of the median
   // surfel.
   double voxel_radii = 0;
+  // What no depth map matched, but depth maps inferred from the surface around.
+  bool with_inferred = true;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -154,7 +157,8 @@ class SurfelMap {
   // with all fields of PointCloud filled. confidence = s / (s + a + 1): s is the sum of the
   // confidences with which depth maps saw the surfel (1 each where a depth map has none), a the sum
   // of those with which depth maps saw through it, and of those, 1 at most, that saw a surface
-  // before it. One sure observation gives 0.5, nine undisputed ones 0.9.
+  // before it. One sure observation gives 0.5, nine undisputed ones 0.9. Behind them, in the same
+  // order, the inferred ones, marked, where something is inferred (PointCloud::inferred).
   virtual PointCloud Export(const SurfelExportOptions& options) const = 0;
 
   // Whatever their confidence.
@@ -162,7 +166,7 @@ class SurfelMap {
     return Export(SurfelExportOptions{.min_observations = min_observations, .min_confidence = 0});
   }
 
-  virtual std::int64_t num_surfels() const = 0;
+  virtual std::int64_t num_surfels() const = 0;  // that were matched
 };
 
 // When a pixel of a depth map and a surfel are the same surface.

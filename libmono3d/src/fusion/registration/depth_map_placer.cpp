@@ -100,7 +100,8 @@ std::vector<DepthMapPlacer::SubmapRegistration> DepthMapPlacer::RegisterWithSubm
   const std::vector<int> submaps = model_.anchors.SubmapIds();
   if (submaps.size() < 2) return shown;
   for (const int submap : submaps) {
-    of_submap_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_, submap));
+    of_submap_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_.surfels.anchors(),
+                                                   model_.anchors, submap));
     if (of_submap_.size() == 0) continue;
     Registration registration = Register(map, predictions, buffers, of_submap_);
     if (registration.evidence.registered) shown.push_back({submap, std::move(registration)});

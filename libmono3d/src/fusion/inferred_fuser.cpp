@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "fusion/inferred_fuser.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "fusion/coarsen.h"
+#include "fusion/selection.h"
+#include "fusion/view.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::uint32_t kInferredMargin_px = 1;  // so that no rounding matters at the border
+
+// So that any surfel in a pixel covers it, whatever its depth and normal.
+ViewParams AnySurfelCovers(ViewParams params) {
+  params.association_sigmas = 1e30F;
+  params.min_normal_cosine = -2;
+  return params;
+}
+
+}  // namespace
+
+void InferredFuser::FindVisible(const View& view) {
+  ViewParams params = view.params;
+  params.num_surfels = model_.inferred.size();
+  const ModelView model_view{params, view.anchors};
+  context_.culler.FindVisible(context_.recorder, {&model_view, 1}, kInferredMargin_px,
+                              model_.inferred, visible_, context_.times);
+  if (model_.anchors.num_submaps() > 1) {
+    visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_.inferred.anchors(),
+                                                 model_.anchors, view.submap));
+  }
+}
+
+void InferredFuser::GiveWay(const View& view) {
+  changed_anchors_.clear();
+  if (model_.inferred.size() == 0) {
+    visible_.Set(context_.device, {});
+    return;
+  }
+  FindVisible(view);
+  ViewParams params = view.params;
+  params.num_surfels = model_.inferred.size();
+  Recorder& recorder = context_.recorder;
+  const Buffer& num_removed = view.buffers.num_removed;
+  recorder.Fill(num_removed, 0);
+  context_.kernels.Associate(recorder, params, view.anchors, view.buffers, model_.inferred,
+                             visible_);
+  context_.kernels.GiveWay(recorder, params, num_removed, model_.inferred, visible_);
+  context_.kernels.ClearFreeSpace(recorder, params, num_removed, model_.inferred, visible_);
+  recorder.Submit(context_.times);
+  model_.inferred.Remove(num_removed.Download<std::uint32_t>().front());
+  for (const std::uint32_t block : visible_.numbers()) {
+    const std::uint32_t anchor = model_.inferred.anchors()[block];
+    if (changed_anchors_.empty() || changed_anchors_.back() != anchor) {
+      changed_anchors_.push_back(anchor);
+    }
+  }
+}
+
+std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
+                                 std::span<const std::uint32_t> colours, PastViews& past) {
+  PackedDepthMap packed = Pack(inferred, context_.options.with_confidence);
+  if (packed.num_candidates == 0) return 0;
+  if (!colours.empty()) packed.colour.assign(colours.begin(), colours.end());
+  if (inferred.camera.width != width_px_ || inferred.camera.height != height_px_) {
+    width_px_ = inferred.camera.width;
+    height_px_ = inferred.camera.height;
+    buffers_ = DepthMapBuffers(context_.device, width_px_, height_px_);
+  }
+  buffers_.Upload(packed);
+  context_.kernels.Prepare(context_.recorder, view.params, buffers_);
+  const std::vector<std::uint32_t> new_pixels = SelectUncovered(view);
+  const auto num_new = static_cast<std::uint32_t>(new_pixels.size());
+  if (!HasRoomFor(num_new)) return 0;
+  buffers_.new_pixels.Upload(std::span(new_pixels));
+
+  SurfelStorage& surfels = model_.inferred;
+  ViewParams params = view.params;
+  params.num_surfels = surfels.size();
+  params.map_index = view.number;
+  params.num_new = num_new;
+  Recorder& recorder = context_.recorder;
+  const FusionKernels& kernels = context_.kernels;
+  surfels.BeginInsert(view.number, num_new);
+  recorder.Fill(buffers_.num_removed, 0);
+  kernels.Merge(recorder, params, view.anchors, buffers_, surfels, visible_);
+  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels);
+  Review(num_new, view.number, past);
+  recorder.Submit(context_.times);
+  std::int64_t num_confirmed = 0;
+  for (const auto& confirmed : surfels.TakeConfirmed(visible_.numbers())) {
+    num_confirmed += confirmed.num_surfels;
+  }
+  surfels.EndInsert(view.number, num_new, buffers_.num_removed.Download<std::uint32_t>().front());
+  return num_new + num_confirmed;
+}
+
+// Pixels with an inferred depth in which the model shows nothing that was matched, whatever its
+// depth, and nothing inferred of the same surface. What the depth map says of the inferred surfels
+// is in their association afterwards.
+std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
+  Recorder& recorder = context_.recorder;
+  const FusionKernels& kernels = context_.kernels;
+  const ViewParams any = AnySurfelCovers(view.params);
+  kernels.DrawIndexMap(recorder, any, view.anchors, buffers_.index_map, model_.surfels,
+                       view.visible);
+  kernels.SelectNew(recorder, any, view.anchors, buffers_, model_.surfels);
+  recorder.Submit(context_.times);
+  std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
+
+  ViewParams params = view.params;
+  params.num_surfels = model_.inferred.size();
+  kernels.Associate(recorder, params, view.anchors, buffers_, model_.inferred, visible_);
+  kernels.DrawIndexMap(recorder, params, view.anchors, buffers_.index_map, model_.inferred,
+                       visible_);
+  kernels.SelectNew(recorder, params, view.anchors, buffers_, model_.inferred);
+  recorder.Submit(context_.times);
+  const std::vector<std::uint32_t> uncovered = buffers_.selected.Download<std::uint32_t>();
+  for (std::size_t i = 0; i < selected.size(); ++i) selected[i] &= uncovered[i];
+  if (params.merge_radius_px > 1) {
+    KeepEveryPixel(params.merge_radius_px, params.width_px, selected);
+  }
+  return ListSelected(selected);
+}
+
+bool InferredFuser::HasRoomFor(std::uint32_t num_new) {
+  SurfelStorage& surfels = model_.inferred;
+  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new)) surfels.Compact();
+  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new)) return false;
+  try {
+    surfels.Reserve(context_.recorder, surfels.size() + WholeBlocks(num_new));
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kOutOfMemory) throw;
+    Log(LogLevel::kWarning, std::string("no more inferred surfels: ") + error.what());
+    surfels.StopGrowing();
+    return false;
+  }
+  return true;
+}
+
+// What the depth maps before this one say of its new surfels.
+void InferredFuser::Review(std::uint32_t num_new, std::uint32_t number, PastViews& past) {
+  if (num_new == 0) return;
+  const std::uint32_t first = model_.inferred.size();
+  latest_.SetRange(context_.device, first, first + WholeBlocks(num_new));
+  for (PastView& view : past.views()) {
+    ViewParams params =
+        MakeViewParams(view.map, context_.options, first + WholeBlocks(num_new), number);
+    params.first_surfel = first;
+    params.is_past = 1;
+    view.anchors.Set(context_.device, model_.anchors.S_world_kf()[view.anchor],
+                     model_.anchors.S_world_surfels());
+    context_.kernels.Associate(context_.recorder, params, view.anchors, view.buffers,
+                               model_.inferred, latest_);
+    context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed,
+                                    model_.inferred, latest_);
+  }
+}
+
+void InferredFuser::Rest() {
+  buffers_ = {};
+  width_px_ = height_px_ = 0;
+}
+
+}  // namespace mono3d
