@@ -3,6 +3,8 @@
 
 #include "evaluate/cloud_part.h"
 
+#include <algorithm>
+
 #include "drawing/cloud_picture.h"
 #include "evaluate/trajectory_part.h"
 #include "mono3d/core/error.h"
@@ -70,6 +72,35 @@ Table ShareTable(const ModelEvaluation& model) {
   table.notes = {
       "Accuracy: share of the model near the truth. Completeness: share of the truth near the "
       "model. In percent of the mean depth."};
+  return table;
+}
+
+// What was matched and what was inferred, each by itself.
+Table InferredTable(const ModelEvaluation& model) {
+  const CloudError& error = model.cloud.error;
+  const PointCloud& estimate = model.cloud.estimate_in_truth;
+  Table table;
+  table.title = "Model: accuracy of what was matched and of what was inferred";
+  table.columns = {"surfels", "number"};
+  for (const CloudShares& shares : error.shares) {
+    table.columns.push_back("to plane, within " +
+                            FormatPercent(shares.threshold_m / *model.mean_depth_m));
+  }
+  for (const bool is_inferred : {false, true}) {
+    std::vector<double> distances_m;
+    for (std::size_t i = 0; i < estimate.size(); ++i) {
+      if (IsInferred(estimate, i) != is_inferred) continue;
+      distances_m.push_back(error.estimate_plane_distances_m[i]);
+    }
+    table.rows.push_back(
+        {is_inferred ? "inferred" : "matched", std::to_string(distances_m.size())});
+    for (const CloudShares& shares : error.shares) {
+      const auto near = std::ranges::count_if(
+          distances_m, [&](double distance_m) { return distance_m <= shares.threshold_m; });
+      table.rows.back().push_back(FormatPercent(
+          static_cast<double>(near) / std::max(1.0, static_cast<double>(distances_m.size()))));
+    }
+  }
   return table;
 }
 
@@ -170,7 +201,12 @@ Section ModelSection(const ModelEvaluation& model, bool with_pictures) {
   Section section;
   section.title = model.name == "model" ? "Model" : "Model, " + model.name;
   section.tables = {DistanceTable(model)};
-  if (!model.cloud.error.shares.empty()) section.tables.push_back(ShareTable(model));
+  if (!model.cloud.error.shares.empty()) {
+    section.tables.push_back(ShareTable(model));
+    if (!model.cloud.estimate_in_truth.inferred.empty()) {
+      section.tables.push_back(InferredTable(model));
+    }
+  }
   if (model.surface) section.tables.push_back(SurfaceTable(*model.surface, model.mean_depth_m));
   if (model.mesh) {
     for (Table& table :
