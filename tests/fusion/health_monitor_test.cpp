@@ -55,5 +55,15 @@ TEST(HealthMonitor, MindsResidualsTheTrackerAndItsScale) {
   }
 }
 
+TEST(HealthMonitor, KnowsAModelThatNoPosesExplain) {
+  HealthMonitor monitor({});
+  for (int i = 0; i < 8; ++i) monitor.Add(Evidence(true, 1.2), true);
+  EXPECT_EQ(monitor.Assess().state, HealthState::kBroken);
+  EXPECT_THAT(monitor.Assess().reason, ::testing::HasSubstr("tracker has them: 100 %"));
+  EXPECT_THAT(monitor.Assess().reason, ::testing::HasSubstr("in sigmas: 120 %"));
+  for (int i = 0; i < 4; ++i) monitor.Add(Evidence(true, 0.5), true);
+  EXPECT_EQ(monitor.Assess().state, HealthState::kDegraded);  // 0.92 sigmas over all
+}
+
 }  // namespace
 }  // namespace mono3d

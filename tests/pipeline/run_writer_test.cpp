@@ -47,6 +47,7 @@ MapReconstruction MakeMap(int map_id, int num_frames) {
   map.keyframes = {map.trajectory.front()};
   map.model_trajectory = {map.trajectory.back()};
   map.model.points = {{1, 2, 3}, {4, 5, 6}};
+  map.model.inferred = {0, 1};
   return map;
 }
 
@@ -101,6 +102,7 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   EXPECT_EQ(run["counts"]["images_skipped"], 1);
   EXPECT_EQ(run["counts"]["untracked_frames"]["# matches, # needed"], 2);
   EXPECT_EQ(run["maps"][0]["surfels"], 2);
+  EXPECT_EQ(run["maps"][0]["surfels_inferred"], 1);
   EXPECT_EQ(run["stages"]["depth/census"]["calls"], 3);
   EXPECT_GT(run["peak_memory_bytes"], 0);
 }

@@ -67,6 +67,15 @@ ModelHealth HealthMonitor::Assess() const {
   if (health.accepted_share < options_.min_accepted_share) {
     health.state = HealthState::kBroken;
     health.reason = Percent("depth maps that fit the model", health.accepted_share);
+  } else if (health.moved_share > options_.max_moved_share &&
+             health.depth_residual > options_.max_depth_residual) {
+    // Either alone may be innocent: a tracker that drifts is followed, depth maps may claim too
+    // little. Where both are, no pose explains what the depth maps show: the camera is not as told,
+    // or the poses behind them are wrong.
+    health.state = HealthState::kBroken;
+    health.reason = Percent("depth maps not where the tracker has them", health.moved_share) +
+                    ", " +
+                    Percent("and where they are, off the model in sigmas", health.depth_residual);
   } else if (health.accepted_share < options_.good_accepted_share) {
     health.reason = Percent("depth maps that fit the model", health.accepted_share);
   } else if (health.moved_share > options_.max_moved_share) {

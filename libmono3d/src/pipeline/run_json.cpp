@@ -3,8 +3,10 @@
 
 #include "pipeline/run_json.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <utility>
 
@@ -119,6 +121,7 @@ void SetEvidence(const RegistrationEvidence& evidence, JsonValue& json) {
   json.Set("registered", evidence.registered);
   if (!evidence.registered) return;
   json.Set("moved", evidence.moved);
+  json.Set("noise", evidence.noise);
   json.Set("overlap", evidence.overlap);
   json.Set("agreement", evidence.agreement);
   json.Set("contradiction", evidence.contradiction);
@@ -156,6 +159,9 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
     json.Set("keyframes", map.keyframes.size());
     json.Set("depth_maps_fused", map.model_trajectory.size());
     json.Set("surfels", map.model.size());
+    json.Set("surfels_inferred",
+             std::ranges::count_if(map.model.inferred,
+                                   [](std::uint8_t inferred) { return inferred != 0; }));
     json.Set("sparse_images", map.sparse.images.size());
     json.Set("sparse_points", map.sparse.points.size());
     json.Set("sparse_reprojection_px", MeanReprojection_px(map.sparse));

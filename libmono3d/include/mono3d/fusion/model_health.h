@@ -27,7 +27,9 @@ struct ModelHealth {
   int num_submaps = 1;        // parts that hang together by the tracker's poses alone
 };
 
-// When a model is no longer good. Broken is one that refuses rather more than it takes.
+// When a model is no longer good. Broken is one that refuses rather more than it takes, or one
+// whose depth maps contradict the tracker (max_moved_share) and, at the poses that fit best, the
+// model as well (max_depth_residual).
 struct HealthOptions {
   int num_registrations = 8;  // that are looked back upon
   int min_registrations = 4;  // fewer say nothing
