@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/camera_choice.h"
+#include "common/photo_cameras.h"
 #include "common/progress.h"
 #include "common/summary.h"
 #include "common/tool.h"
@@ -93,6 +94,12 @@ bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
   }
   if (unlike != nullptr || arguments.photos != 0) return arguments.photos > 0;
   const ScopedStageTimer timer(&times, "photo_detection");
+  if (AreOfSeveralCameras(arguments.input)) {
+    std::printf(
+        "the images are of several cameras, zooms or sizes: they are taken for photographs in any "
+        "order (--video: for a video of one camera)\n");
+    return true;
+  }
   if (!LookLikePhotos(arguments)) return false;
   std::printf(
       "the images do not go on from one to the next: they are taken for photographs in any "
@@ -100,19 +107,32 @@ bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
   return true;
 }
 
-// Photographs of several cameras or zooms are placed as if one had taken them all.
-void SayCameras(const Arguments& arguments) {
-  const std::size_t num_cameras = CountCameras(arguments.input);
-  if (num_cameras < 2) return;
-  std::printf(
-      "the photographs are of %zu cameras or zooms; all are taken for the first one's: "
-      "better one folder for each\n",
-      num_cameras);
+// Says on stdout what the photographs say of their cameras.
+CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<CameraGroup>& groups,
+                            const RunWriter& writer, StageTimes& times, RunRecord& record) {
+  if (arguments.with_global_shutter_images) {
+    throw UsageError("photographs of several cameras have no --global-shutter-images");
+  }
+  const ScopedStageTimer timer(&times, "calibration");
+  PhotoCameras found = ChooseCamerasOfPhotos(arguments.input, groups, arguments.source,
+                                             arguments.camera, arguments.pipeline.photos);
+  std::printf("the photographs are of %zu cameras, zooms or sizes\n", groups.size());
+  for (std::size_t i = 0; i < found.of_run.size(); ++i) {
+    const CameraOfRun& camera = found.of_run[i];
+    std::printf("%s\n", PhotoCameraLine(i + 1, camera).c_str());
+    if (camera.calibration.is_learned) writer.WriteCamera(found.cameras.cameras[i], i + 1);
+  }
+  record.cameras = std::move(found.of_run);
+  return std::move(found.cameras);
 }
 
 // Says on stdout what the images say of their camera.
-CameraModel FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
-                       RunRecord& record) {
+CamerasOfImages FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
+                           RunRecord& record) {
+  if (record.are_photos) {
+    const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
+    if (groups.size() > 1) return FindCameras(arguments, groups, writer, times, record);
+  }
   const ScopedStageTimer timer(&times, "calibration");
   CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera,
                                      record.are_photos ? &arguments.pipeline.photos : nullptr);
@@ -122,7 +142,7 @@ CameraModel FindCamera(const Arguments& arguments, const RunWriter& writer, Stag
     if (choice.calibration->is_learned) writer.WriteCamera(choice.camera);
     record.calibration = std::move(choice.calibration);
   }
-  return choice.camera;
+  return {{choice.camera}};
 }
 
 // What all runs of the tool have.
@@ -136,7 +156,7 @@ struct Run {
 
 struct Result {
   Reconstruction reconstruction;
-  CameraModel camera;  // of the images as they are read, before --resize
+  CamerasOfImages cameras;  // of the images as they are read, before --resize
 };
 
 // `run` and `progress_line` must outlive it.
@@ -169,10 +189,9 @@ Result RunWithKnownCamera(const Run& run) {
   Result result;
   PipelineOptions options = arguments.pipeline;
   options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
-  if (options.are_photos) SayCameras(arguments);
-  result.camera = FindCamera(arguments, run.writer, run.times, run.record);
+  result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
   std::unique_ptr<FrameSource> source =
-      OpenFrameSource(arguments.input, result.camera, arguments.source);
+      OpenFrameSource(arguments.input, result.cameras, arguments.source);
   CatchStopSignals();
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
@@ -251,8 +270,8 @@ Result RunWhileLearningCamera(const Run& run) {
   run.record.calibration = learned.calibration;
   const std::string line = CameraLine(learned);
   if (!line.empty()) std::printf("%s\n", line.c_str());
-  const CameraModel camera = learned.camera;
-  return {std::move(made), camera};
+  CamerasOfImages cameras{{learned.camera}};
+  return {std::move(made), std::move(cameras)};
 }
 
 void Write(const Run& run, const Result& result) {
@@ -265,7 +284,7 @@ void Write(const Run& run, const Result& result) {
   if (run.arguments.with_global_shutter_images) {
     run.writer.WriteSparseModelsOfKeyframeImages(reconstruction);
   } else {
-    run.writer.WriteSparseModels(reconstruction, result.camera);
+    run.writer.WriteSparseModels(reconstruction, result.cameras);
   }
 }
 

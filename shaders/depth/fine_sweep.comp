@@ -36,7 +36,7 @@ const uint kInvalidCost = 255u;
 const uint kNotMatched = 0xffffffffu;  // four planes of kInvalidCost
 
 int texels_per_row, image_texels;
-vec2 size;
+vec4 bounds[kMaxSources];
 
 // Where a source sees the planes: over 16 of them, each at most a pixel from the next, the point
 // moves evenly within some hundredths of a pixel, so that two divisions do for all.
@@ -48,20 +48,21 @@ struct Line {
 // A p of a source in the first block, its change from row to row, and b.
 struct Source {
   vec3 a, row, b;
+  vec4 bounds;
 };
 
 Source LoadSource(int source, vec3 p) {
   const Projection projection = LoadProjection(source);
-  return Source(projection.A * p, projection.A[1], projection.b);
+  return Source(projection.A * p, projection.A[1], projection.b, projection.bounds);
 }
 
-Line LineOf(Source source, float row, float first, float last) {
+Line LineOf(Source source, float row, float first, float last, bool shown) {
   const vec3 a = source.a + row * source.row;
   const vec3 start = a + first * source.b;
   const vec3 end = a + last * source.b;
   const vec2 from = start.xy / start.z;
   const vec2 to = end.xy / end.z;
-  const bool in_front = start.z > 0.0 && end.z > 0.0;
+  const bool in_front = shown && start.z > 0.0 && end.z > 0.0;
   return Line(in_front ? from : vec2(-1e6), (to - from) / float(kFinePlanes - 1));
 }
 
@@ -79,8 +80,9 @@ uvec4 ByteSums(uvec4 bits) {
 }
 
 void AddSource(inout Side side, int source, vec2 at, uvec4 reference) {
+  const vec4 limits = bounds[source];
   const bool visible =
-      at.x >= 0.0 && at.y >= 0.0 && at.x < size.x - 1.0 && at.y < size.y - 1.0;
+      at.x >= limits.x && at.y >= limits.y && at.x < limits.z && at.y < limits.w;
   const ivec2 corner = visible ? ivec2(at) : ivec2(0);
   const int texel = kFirstFineCensusTexel + (source + 1) * image_texels +
                     corner.y * texels_per_row + (corner.x >> 1);
@@ -129,7 +131,10 @@ void MatchBlock(Source sources[kMaxSources], int x, int y, float row) {
   const float first = params.inverse_depth + first_plane * params.inverse_depth_step;
   const float last = first + float(kFinePlanes - 1) * params.inverse_depth_step;
   Line lines[kMaxSources];
-  [[unroll]] for (int s = 0; s < kNumSources; ++s) lines[s] = LineOf(sources[s], row, first, last);
+  const bool shown = ReferenceShows(vec2(x, y));
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) {
+    lines[s] = LineOf(sources[s], row, first, last, shown);
+  }
   uvec4 words[4] = uvec4[](uvec4(0), uvec4(0), uvec4(0), uvec4(0));  // of each pixel
   const int num_words = narrow ? 2 : 4;
   for (int word = 0; word < num_words; ++word) {
@@ -150,10 +155,12 @@ void main() {
   if (x >= int(params.width_px) || first_row >= height) return;
   texels_per_row = FineCensusTexelsPerRow(params.width_px);
   image_texels = FineCensusTexels(params.width_px, params.height_px);
-  size = vec2(params.width_px, params.height_px);
   const vec3 p = vec3(float(x) + 0.5, float(first_row) + 0.5, 1);
   Source sources[kMaxSources];
-  [[unroll]] for (int s = 0; s < kNumSources; ++s) sources[s] = LoadSource(s, p);
+  [[unroll]] for (int s = 0; s < kNumSources; ++s) {
+    sources[s] = LoadSource(s, p);
+    bounds[s] = sources[s].bounds;
+  }
   const int num_rows = min(2 * kBlocksPerInvocation, height - first_row);
   for (int row = 0; row < num_rows; row += 2) {
     MatchBlock(sources, x, first_row + row, float(row));

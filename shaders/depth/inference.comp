@@ -65,9 +65,10 @@ float NumViews(int x, int y, float w) {
   [[unroll]] for (int s = 0; s < kNumSources; ++s) {
     const Projection projection = LoadProjection(s);
     const vec3 at = projection.A * vec3(x, y, 1) + w * projection.b;
-    const vec2 most = at.z * vec2(params.width_px - 1u, params.height_px - 1u);
-    num_views += at.z > 0.0 && at.x >= 0.0 && at.y >= 0.0 && at.x < most.x && at.y < most.y
-                     ? 1.0 : 0.0;
+    const vec4 bounds = at.z * projection.bounds;
+    const bool visible = at.z > 0.0 && at.x >= bounds.x && at.y >= bounds.y && at.x < bounds.z &&
+                         at.y < bounds.w;
+    num_views += visible ? 1.0 : 0.0;
   }
   return num_views;
 }
@@ -96,7 +97,8 @@ void main() {
   const float w = sums.x / sums.z;
   const float difference = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
   const float matched = imageLoad(depth, pixel).x;
-  const bool inferred = matched <= 0.0 && w > 0.0 && difference <= params.max_difference &&
+  const bool inferred = matched <= 0.0 && w > 0.0 && ReferenceShows(vec2(x, y)) &&
+                        difference <= params.max_difference &&
                         NumViews(x, y, w) >= params.min_views &&
                         imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
   inverse_depth[pixel] = matched > 0.0 ? 1.0 / matched : (inferred ? w : 0.0);

@@ -49,11 +49,12 @@ float num_visible;
 
 struct Source {
   vec3 a, row, b;  // A p in the first row, its change from row to row, and b
+  vec4 bounds;
 };
 
 Source LoadSource(int source, vec3 p) {
   const Projection projection = LoadProjection(source);
-  return Source(projection.A * p, projection.A[1], projection.b);
+  return Source(projection.A * p, projection.A[1], projection.b, projection.bounds);
 }
 
 void AddSource(Source from, int source, float row, float w) {
@@ -61,8 +62,8 @@ void AddSource(Source from, int source, float row, float w) {
   const vec3 at = from.a + row * from.row + w * b;
   const float scale = 1.0 / at.z;
   const vec2 u = at.xy * scale;
-  const bool visible = at.z > 0.0 && u.x >= 0.0 && u.y >= 0.0 &&
-                       u.x < float(params.width_px - 1u) && u.y < float(params.height_px - 1u);
+  const bool visible = at.z > 0.0 && u.x >= from.bounds.x && u.y >= from.bounds.y &&
+                       u.x < from.bounds.z && u.y < from.bounds.w;
   const vec2 corner = visible ? floor(u) : vec2(0);
   const vec2 share = u - corner;
   const int place = int(corner.y) * stride + int(corner.x);
@@ -94,7 +95,8 @@ void Measure(Source sources[kMaxSources], int x, int y, float row) {
   const int pixel = inside ? y * width + x : 0;
   // As words: a load of the float alone would be a gather, which nothing overtakes.
   const uvec4 depths = floatBitsToUint(imageLoad(inverse_depth, pixel >> 2));
-  const float w = inside ? uintBitsToFloat(CutWord(depths, pixel)) : 0.0;
+  const bool shown = inside && ReferenceShows(vec2(x, y));
+  const float w = shown ? uintBitsToFloat(CutWord(depths, pixel)) : 0.0;
   const int place = inside ? y * stride + x : 0;
   reference = float(CutWord(imageLoad(detail, place >> 2), place) & 0xffu);
   sums = vec2(0);

@@ -24,20 +24,21 @@ layout(binding = 2, std430) writeonly buffer Costs {
 
 vec3 a[kMaxSources];  // A p of each source
 vec3 b[kMaxSources];
+ivec4 bounds[kMaxSources];
 int stride_px;
-ivec2 last;  // pixel of a source
 
 // Once for a pixel, before Cost.
 void PreparePixel(int x, int y) {
   stride_px = 4 * (int(params.width_px + 3u) / 4);
   census_pixels = stride_px * int(params.height_px);
-  last = ivec2(params.width_px - 1u, params.height_px - 1u);
   LoadReference(y * stride_px + x);
   const vec3 p = vec3(x, y, 1);
+  const bool shown = ReferenceShows(p.xy);
   [[unroll]] for (int s = 0; s < kNumSources; ++s) {
     const Projection projection = LoadProjection(s);
-    a[s] = projection.A * p;
-    b[s] = projection.b;
+    a[s] = shown ? projection.A * p : vec3(0, 0, -1);  // behind every source
+    b[s] = shown ? projection.b : vec3(0);
+    bounds[s] = ivec4(projection.bounds);
   }
 }
 
@@ -45,7 +46,9 @@ View ViewFrom(int source, vec3 at) {
   const float scale = 1.0 / at.z;
   const int x = int(floor(at.x * scale + 0.5));
   const int y = int(floor(at.y * scale + 0.5));
-  const bool visible = at.z > 0.0 && x >= 0 && y >= 0 && x <= last.x && y <= last.y;
+  const ivec4 limits = bounds[source];
+  const bool visible =
+      at.z > 0.0 && x >= limits.x && y >= limits.y && x <= limits.z && y <= limits.w;
   return ViewOf(visible, (1 + source) * census_pixels + y * stride_px + x);
 }
 

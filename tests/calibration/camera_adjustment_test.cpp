@@ -321,5 +321,88 @@ TEST(CameraAdjustment, OfTooLittleChangesNothing) {
   EXPECT_EQ(AdjustCamera(prior, prior.camera, {}).num_observations, 0U);
 }
 
+CameraModel SecondCamera() { return {500, 600, 700, 700, 240, 310, {0.08, 0, 0, 0, 0}}; }
+
+// Every `every`-th of the orbit's images is the second camera's.
+SparseModel MakeMapOfTwo(int every, unsigned seed) {
+  const SparseModel first = MakeMap(TrueCamera(), Way::kOrbit, seed);
+  const SparseModel second = MakeMap(SecondCamera(), Way::kOrbit, seed);
+  SparseModel map = first;
+  map.further_cameras = {SecondCamera()};
+  for (std::size_t i = 0; i < map.images.size(); i += static_cast<std::size_t>(every)) {
+    map.images[i] = second.images[i];
+    map.images[i].camera = 1;
+  }
+  return map;
+}
+
+TEST(CamerasAdjustment, FindsTwoCamerasOfOneMap) {
+  const std::vector<CameraPrior> priors = {UnknownCamera(), DefaultCameraPrior(500, 600)};
+  const std::vector<CameraModel> starts = {priors[0].camera, priors[1].camera};
+  const std::vector<CameraModel> truths = {TrueCamera(), SecondCamera()};
+  int num_within = 0;
+  int num_all = 0;
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const std::vector<CameraAdjustment> found =
+        AdjustCameras(priors, starts, std::vector{MakeMapOfTwo(2, seed)});
+    ASSERT_EQ(found.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(found[i].num_images, 6U);
+      EXPECT_TRUE(found[i].is_determined[kLogFocal]);
+      EXPECT_NEAR(found[i].camera.fx, truths[i].fx, 0.005 * truths[i].fx);
+      EXPECT_NEAR(found[i].camera.distortion[0], truths[i].distortion[0], 0.02);
+      const double sigma = std::sqrt(found[i].covariance(kLogFocal, kLogFocal));
+      EXPECT_LT(sigma, 0.005);
+      num_within += std::abs(std::log(found[i].camera.fx / truths[i].fx)) < 2 * sigma ? 1 : 0;
+      ++num_all;
+    }
+  }
+  EXPECT_GE(num_within, num_all - 1);
+}
+
+TEST(CamerasAdjustment, OfOneCameraIsThatOfTheCamera) {
+  const SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 1);
+  const CameraAdjustment alone = Adjust(UnknownCamera(), map);
+  const CameraAdjustment among =
+      AdjustCameras({UnknownCamera()}, std::vector{UnknownCamera().camera}, std::vector{map})
+          .front();
+  EXPECT_NEAR(among.camera.fx, alone.camera.fx, 1e-3);
+  EXPECT_NEAR(among.camera.cx, alone.camera.cx, 1e-2);
+  // The weights of the robust loss are those of another round.
+  EXPECT_NEAR(among.covariance(kLogFocal, kLogFocal), alone.covariance(kLogFocal, kLogFocal),
+              0.05 * alone.covariance(kLogFocal, kLogFocal));
+}
+
+TEST(CamerasAdjustment, LearnsLittleOfACameraOfOnePhoto) {
+  CameraModel simple = SecondCamera();
+  simple.distortion = {-0.1, 0.01, 0, 0, 0};
+  SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 4);
+  map.images[3] = MakeMap(simple, Way::kOrbit, 4).images[3];
+  map.images[3].camera = 1;
+  map.further_cameras = {simple};
+  const std::vector<CameraPrior> priors = {UnknownCamera(), DefaultCameraPrior(500, 600)};
+  const std::vector<CameraAdjustment> found =
+      AdjustCameras(priors, std::vector{priors[0].camera, priors[1].camera}, std::vector{map});
+  EXPECT_EQ(found[1].num_images, 1U);
+  EXPECT_TRUE(found[1].is_determined[kLogFocal]);
+  EXPECT_TRUE(found[1].is_determined[kK1]);
+  EXPECT_NEAR(found[1].camera.fx, 700, 7);
+  EXPECT_NEAR(found[1].camera.distortion[0], -0.1, 0.02);
+  for (const int held : {kP1, kP2, kK3}) {
+    EXPECT_FALSE(found[1].is_determined[held]);
+    EXPECT_NEAR(std::sqrt(found[1].covariance(held, held)), PriorSigmas(priors[1])[held], 1e-9);
+  }
+}
+
+TEST(CamerasAdjustment, LeavesACameraWithoutPhotosWhereItIs) {
+  const std::vector<CameraPrior> priors = {UnknownCamera(), DefaultCameraPrior(500, 600)};
+  const std::vector<CameraAdjustment> found =
+      AdjustCameras(priors, std::vector{priors[0].camera, priors[1].camera},
+                    std::vector{MakeMap(TrueCamera(), Way::kOrbit, 1)});
+  EXPECT_GT(found[0].num_observations, 0U);
+  EXPECT_EQ(found[1].num_observations, 0U);
+  EXPECT_EQ(found[1].camera, priors[1].camera);
+}
+
 }  // namespace
 }  // namespace mono3d::calibration

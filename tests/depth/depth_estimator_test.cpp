@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "depth/plane_scene.h"
 #include "gpu/test_device.h"
@@ -116,6 +117,41 @@ ImageBundle BundleOf(const ImageBundle& nine, const std::vector<std::size_t>& im
   }
   bundle.num_first_side = before;
   return bundle;
+}
+
+// What is around the content repeats its border, as it comes from a FrameSource of several cameras.
+void ShowOnly(const cv::Rect& content, Frame& frame) {
+  const cv::Mat shown = frame.bgr(content).clone();
+  cv::copyMakeBorder(shown, frame.bgr, content.y, frame.bgr.rows - content.br().y, content.x,
+                     frame.bgr.cols - content.br().x, cv::BORDER_REPLICATE);
+  frame.content = content;
+}
+
+TEST(DepthEstimator, FindsItWithinWhatTheImagesShowAndNothingAround) {
+  const PlaneScene scene;
+  ImageBundle bundle = scene.Bundle();
+  const cv::Rect content(30, 0, 100, 80);
+  for (Keyframe& keyframe : bundle.keyframes) ShowOnly(content, keyframe.frame);
+  const DepthResult result = Estimate(bundle, FullResolution());
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  cv::Mat around(result.map.depth.size(), CV_8UC1, cv::Scalar(255));
+  around(content).setTo(0);
+  EXPECT_EQ(cv::countNonZero((result.map.depth != 0) & around), 0);
+  EXPECT_EQ(cv::countNonZero((result.map.confidence != 0) & around), 0);
+  // Without the width of a census window along the content's borders.
+  const cv::Rect inner(34, 0, 92, 76);
+  EXPECT_GE(ShareWithin(result.map.depth(inner), scene.TrueDepth()(inner), kDepthTolerance),
+            kShareWithinTolerance);
+}
+
+TEST(DepthEstimator, FindsItBesideASourceThatShowsAPart) {
+  const PlaneScene scene;
+  ImageBundle bundle = scene.Bundle();
+  ShowOnly({0, 0, 60, 96}, bundle.keyframes[1].frame);
+  const DepthResult result = Estimate(bundle, FullResolution());
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance),
+            kShareWithinTolerance);
 }
 
 TEST(DepthEstimator, FindsItWithUnequalSides) {

@@ -32,7 +32,7 @@ std::vector<std::uint8_t> SweepOnDevice(const reference::CensusImages& census,
   const Buffer costs = MakeBuffer<std::uint8_t>(num_costs);
   Recorder recorder(TestDevice());
   TestKernels().PlaneSweep(recorder, {projections.size(), int(side_tolerance)}, params,
-                           ToBuffer(words), ToBuffer(Pack(projections)), costs);
+                           ToBuffer(words), ToBuffer(Pack(projections, size)), costs);
   recorder.Submit();
   return FirstOf<std::uint8_t>(costs, num_costs);
 }
@@ -94,6 +94,15 @@ TEST(PlaneSweep, EqualsReferenceButForRounding) {
         ExpectPlaneSweepEqualsReference(size, CamerasOnALine(size, num_sources), tolerance, random);
       }
     }
+  }
+}
+
+TEST(PlaneSweep, EqualsReferenceWithImagesThatShowAPart) {
+  std::mt19937 random = SeededByTestName();
+  for (const std::size_t num_sources : {2, 8}) {
+    SourceProjections projections = CamerasOnALine(kSmallSizes[1], num_sources);
+    SetBounds(kSmallSizes[1], projections);
+    ExpectPlaneSweepEqualsReference(kSmallSizes[1], projections, 7, random);
   }
 }
 

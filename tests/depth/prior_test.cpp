@@ -94,7 +94,7 @@ constexpr int kSideTolerance = 5;
 
 // With a source that sees nothing it is as of a bundle with fewer images on one side.
 void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
-                                std::mt19937& random) {
+                                std::mt19937& random, bool with_bounds = false) {
   reference::FineCensus census(1 + num_sources);
   for (auto& image : census) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
@@ -113,6 +113,7 @@ void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
   if (last_sees_nothing) {
     projections.back() = {Eigen::Vector3d(0, 0, -1).asDiagonal(), Eigen::Vector3d::Zero()};
   }
+  if (with_bounds) SetBounds(kFine, projections);
   const FineSweepParams params{.width_px = kFine.width_px,
                                .height_px = kFine.height_px,
                                .inverse_depth = 0,
@@ -121,7 +122,7 @@ void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
   const Buffer costs = MakeBuffer<std::uint8_t>(kFinePlanes * NumFinePixels(kFine));
   Recorder recorder(TestDevice());
   TestKernels().FineSweep(recorder, {num_sources, kSideTolerance}, params,
-                          FineToBuffer(census, kFine), ToBuffer(Pack(projections)),
+                          FineToBuffer(census, kFine), ToBuffer(Pack(projections, kFine)),
                           {FineToBuffer(ranges, kFine), costs, costs, costs});
   recorder.Submit();
   const auto found = FineVolumeOf(costs, kFine, 0);
@@ -138,6 +139,7 @@ TEST(FineSweep, EqualsReferenceButForRounding) {
   for (const std::size_t num_sources : {2, 4, 8}) {
     ExpectSweepEqualsReference(num_sources, false, random);
     ExpectSweepEqualsReference(num_sources, true, random);
+    ExpectSweepEqualsReference(num_sources, false, random, true);
   }
 }
 

@@ -198,8 +198,8 @@ std::vector<Eigen::Vector4f> StepOnDevice(const PhotometricScene& scene,
                             {kRefinedSize.width_px, kRefinedSize.height_px, kStep, 1.5f, min_views},
                             {detail_of(0, 1), detail_of(1, num_sources / 2),
                              detail_of(1 + num_sources / 2, num_sources / 2)},
-                            ToBuffer(Pack(scene.projections)), ToBuffer(inverse_depth),
-                            measurements);
+                            ToBuffer(Pack(scene.projections, kRefinedSize)),
+                            ToBuffer(inverse_depth), measurements);
   recorder.Submit();
   const auto fields = FirstOf<std::uint32_t>(measurements, 2 * NumMeasurements(kRefinedSize));
   std::vector<Eigen::Vector4f> result;
@@ -232,9 +232,10 @@ TEST(Photometric, StepsToTheTrueDepth) {
   EXPECT_LT(errors[errors.size() * 3 / 4], 0.2);
 }
 
-void ExpectStepsEqualReference(std::size_t num_sources, std::mt19937& random) {
+void ExpectStepsEqualReference(std::size_t num_sources, bool with_bounds, std::mt19937& random) {
   constexpr float min_views = 2;
-  const PhotometricScene scene = SceneOf(0.033, num_sources);
+  PhotometricScene scene = SceneOf(0.033, num_sources);
+  if (with_bounds) SetBounds(kRefinedSize, scene.projections);
   const auto depth = RandomValues(kRefinedSize.num_pixels(), 0.02f, 0.05f, 0.2, random);
   const auto found = StepOnDevice(scene, depth, min_views);
   const auto expected = reference::PhotometricStep(
@@ -257,7 +258,8 @@ void ExpectStepsEqualReference(std::size_t num_sources, std::mt19937& random) {
 TEST(Photometric, EqualsReference) {
   std::mt19937 random = SeededByTestName();
   for (const std::size_t num_sources : {2, 4, 6, 8}) {
-    ExpectStepsEqualReference(num_sources, random);
+    ExpectStepsEqualReference(num_sources, false, random);
+    ExpectStepsEqualReference(num_sources, true, random);
   }
 }
 

@@ -4,6 +4,7 @@
 #include "depth/stage_testing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>
 
@@ -31,6 +32,16 @@ DepthKernels& TestKernels() {
   std::unique_ptr<DepthKernels>& kernels = KernelsSlot();
   if (!kernels) kernels = std::make_unique<DepthKernels>(TestDevice());
   return *kernels;
+}
+
+void SetBounds(LevelSize size, SourceProjections& projections) {
+  const double right = size.width_px - 1.;
+  const double bottom = size.height_px - 1.;
+  const auto share_of = [](double share, double all) { return std::floor(share * all); };
+  projections.front().bounds = {{share_of(0.2, right), 0}, {share_of(0.9, right), bottom}};
+  for (SourceProjection& projection : projections) {
+    projection.reference = {{0, share_of(0.3, bottom)}, {share_of(0.8, right), bottom}};
+  }
 }
 
 std::mt19937 SeededByTestName() {

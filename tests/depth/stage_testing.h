@@ -14,6 +14,7 @@
 
 #include "depth/kernels.h"
 #include "depth/padded_image.h"
+#include "depth/sweep_geometry.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
 #include "gpu/test_device.h"
@@ -26,6 +27,9 @@ inline constexpr LevelSize kSmallSizes[] = {{1, 1}, {17, 33}, {70, 9}};
 
 // On TestDevice(), made once for all tests.
 DepthKernels& TestKernels();
+
+// Bounds that leave out some columns and rows of the first source, and others of the reference.
+void SetBounds(LevelSize size, SourceProjections& projections);
 
 // A generator whose seed is the name of the test that runs.
 std::mt19937 SeededByTestName();

@@ -74,6 +74,24 @@ TEST_F(ColmapModel, SurvivesWritingAndReading) {
   }
 }
 
+TEST_F(ColmapModel, KeepsTheCamerasOfSeveral) {
+  SparseModel model = SmallModel();
+  CameraModel second = model.camera;
+  second.width = 120;
+  second.fx = 150;
+  second.distortion = {-0.1, 0.02, 0.001, -0.002, 0};
+  model.further_cameras = {second};
+  model.images[1].camera = 1;
+  WriteColmapModel(folder_ / "sparse", model);
+  const SparseModel read = ReadColmapModel(folder_ / "sparse");
+  ExpectSame(model, read);
+  EXPECT_EQ(read.further_cameras, model.further_cameras);
+  EXPECT_EQ(read.images[0].camera, 0U);
+  EXPECT_EQ(read.CameraOf(read.images[1]), second);
+  model.images[1].camera = 2;
+  EXPECT_THROW(WriteColmapModel(folder_ / "sparse", model), Error);
+}
+
 TEST_F(ColmapModel, IsWrittenInColmapsFormAndPixels) {
   WriteColmapModel(folder_, SmallModel());
   EXPECT_THAT(ReadText(folder_ / "cameras.txt"),

@@ -193,8 +193,8 @@ TEST_F(FrameSourceTest, RefusesImagesOfTwoSizes) {
   WriteImage("img1.png", 1, 2 * kWidth, 2 * kHeight);
   EXPECT_THAT([&] { ReadAll(); },
               ThrowsMessage<Error>(HasSubstr("img1.png: image has another size than the "
-                                             "calibration; see --resize (expected 64x48, found "
-                                             "128x96)")));
+                                             "calibration; see --resize, or --photos for those "
+                                             "of several cameras (expected 64x48, found 128x96)")));
 }
 
 TEST_F(FrameSourceTest, ResizesToTheCalibration) {

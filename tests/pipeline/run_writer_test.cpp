@@ -107,6 +107,31 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   EXPECT_GT(run["peak_memory_bytes"], 0);
 }
 
+TEST_F(RunWriterTest, TellsOfEachCameraOfPhotos) {
+  RunRecord record;
+  record.are_photos = true;
+  for (const int width : {100, 80}) {
+    CameraOfRun& camera = record.cameras.emplace_back();
+    camera.name = "Maker " + std::to_string(width);
+    camera.num_photos = width / 10;
+    camera.calibration.prior = camera.calibration.posterior = DefaultCameraPrior(width, 60);
+  }
+  const RunWriter writer(folder_);
+  writer.WriteCamera(record.cameras[1].calibration.posterior.camera, 2);
+  writer.WriteRecord({}, record);
+  const nlohmann::json json = nlohmann::json::parse(std::ifstream(folder_ / "run.json"));
+  EXPECT_FALSE(json.contains("calibration"));
+  ASSERT_EQ(json["cameras"].size(), 2U);
+  EXPECT_EQ(json["cameras"][0]["name"], "Maker 100");
+  EXPECT_EQ(json["cameras"][1]["photos"], 8);
+  EXPECT_EQ(json["cameras"][1]["width"], 80);
+  EXPECT_EQ(json["cameras"][1]["camera"]["fx"]["value"], 72);
+  EXPECT_GT(json["cameras"][1]["camera"]["fx"]["sigma"], 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "learned_camera_2.yaml"));
+  const RunWriter again(folder_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "learned_camera_2.yaml"));
+}
+
 TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   {
     const RunWriter earlier(folder_);

@@ -63,7 +63,7 @@ bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPri
   held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;
   problem.FixAtPrior(held);
   problem.Solve(kMinGains.back());
-  const double sigma = std::sqrt(CameraCovariance(problem)(readout, readout));
+  const double sigma = std::sqrt(CameraCovariances(problem).front()(readout, readout));
   const double found = problem.parameters()[readout];
   return std::abs(found) > kDoubtless * sigma &&
          std::abs(found) > 0.5 * std::abs(with.parameters()[readout]);
@@ -111,6 +111,74 @@ class RayGrid {
   std::array<Eigen::Vector3d, 9> rays_;
 };
 
+// What is free and stays better where the prior has it: what the images do not tell, and what
+// differs from the prior's by no more than chance.
+ParameterFlags ToHold(const CameraProblem& problem, std::size_t camera,
+                      const ParameterMatrix& covariance, const ParameterFlags& is_determined) {
+  const ParameterFlags is_like_prior = ParametersLikePrior(
+      problem.camera(camera).lens, problem.parameters(camera) - problem.prior(camera), covariance,
+      problem.is_fixed(camera), kChi2At99);
+  return (!is_determined || is_like_prior) && !problem.is_fixed(camera);
+}
+
+// After some parameters were held.
+void SolveAgain(CameraProblem& problem) {
+  for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);
+}
+
+// The uncertainty is that with all free.
+CameraAdjustment ResultOf(const CameraProblem& problem, std::size_t camera,
+                          const ParameterMatrix& covariance, const ParameterFlags& is_determined) {
+  CameraAdjustment result;
+  result.camera = problem.camera(camera);
+  result.covariance = WithPriorVariance(covariance, is_determined, problem.prior_sigmas(camera));
+  result.is_determined = is_determined;
+  result.sigma_px = problem.sigma_px();
+  result.num_images = problem.NumImagesOf(camera);
+  result.num_points = problem.num_points();
+  result.num_observations = problem.NumObservationsOf(camera);
+  result.variation = MeasureIntrinsicsVariation(problem, camera);
+  result.residuals = problem.Residuals(camera);
+  return result;
+}
+
+// Of photos: what cannot be told apart from what the model leaves out.
+ParameterFlags NotOfPhotos(std::size_t num_photos) {
+  ParameterFlags held = ParameterFlags::Constant(num_photos < kMinImages);
+  for (const Parameter main : {kLogFocal, kCx, kCy, kK1}) held[main] = false;
+  held[kReadoutByRows] = held[kReadoutByColumns] = true;
+  return held;
+}
+
+std::vector<CameraAdjustment> AdjustCamerasOnce(std::span<const CameraPrior> priors,
+                                                std::span<const CameraModel> starts,
+                                                std::span<const SparseModel> maps) {
+  std::vector<CameraAdjustment> results(starts.size());
+  for (std::size_t i = 0; i < starts.size(); ++i) results[i].camera = starts[i];
+  CameraProblem problem(maps, starts, priors);
+  if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return results;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    problem.FixAtPrior(NotOfPhotos(problem.NumImagesOf(i)), i);
+  }
+  SolveAll(problem);
+  const std::vector<ParameterMatrix> covariances = CameraCovariances(problem);
+  std::vector<ParameterFlags> is_determined;
+  bool is_held = false;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    is_determined.emplace_back(DeterminedParameters(covariances[i], problem.prior_sigmas(i)) &&
+                               !problem.is_fixed(i));
+    const ParameterFlags held = ToHold(problem, i, covariances[i], is_determined[i]);
+    problem.FixAtPrior(held, i);
+    is_held = is_held || held.any();
+  }
+  if (is_held) SolveAgain(problem);
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (problem.NumObservationsOf(i) == 0) continue;
+    results[i] = ResultOf(problem, i, covariances[i], is_determined[i]);
+  }
+  return results;
+}
+
 bool IsLens(const CameraModel& camera) {
   try {
     (void)Undistorter(camera);
@@ -136,15 +204,12 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
       !HoldsWithFreeAspect(problem, larger, prior, maps)) {
     problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
   }
-  const ParameterMatrix covariance = CameraCovariance(problem);
+  const ParameterMatrix covariance = CameraCovariances(problem).front();
   ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     if (problem.is_fixed()[readout]) is_determined[readout] = false;
   }
-  const ParameterFlags is_like_prior =
-      ParametersLikePrior(start.lens, problem.parameters() - problem.prior(), covariance,
-                          problem.is_fixed(), kChi2At99);
-  ParameterFlags is_held = (!is_determined || is_like_prior) && !problem.is_fixed();
+  ParameterFlags is_held = ToHold(problem, 0, covariance, is_determined);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     const bool is_none =
         problem.prior()[readout] == 0 && std::abs(problem.parameters()[readout]) < kLeastReadout_s;
@@ -152,19 +217,9 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   }
   if (is_held.any()) {
     problem.FixAtPrior(is_held);
-    for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);
+    SolveAgain(problem);
   }
-  result.camera = problem.camera();
-  // The uncertainty is that with all free.
-  result.covariance = WithPriorVariance(covariance, is_determined, prior_sigmas);
-  result.is_determined = is_determined;
-  result.sigma_px = problem.sigma_px();
-  result.num_images = problem.num_images();
-  result.num_points = problem.num_points();
-  result.num_observations = problem.observations().size();
-  result.variation = MeasureIntrinsicsVariation(problem);
-  result.residuals = problem.Residuals();
-  return result;
+  return ResultOf(problem, 0, covariance, is_determined);
 }
 
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
@@ -176,6 +231,24 @@ CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
     adjustment = AdjustCamera(prior, start, maps);
   }
   return adjustment;
+}
+
+std::vector<CameraAdjustment> AdjustCameras(std::vector<CameraPrior> priors,
+                                            std::span<const CameraModel> starts,
+                                            std::span<const SparseModel> maps) {
+  std::vector<CameraAdjustment> adjustments = AdjustCamerasOnce(priors, starts, maps);
+  for (const bool keeps_k1 : {true, false}) {
+    bool all_are_lenses = true;
+    for (std::size_t i = 0; i < priors.size(); ++i) {
+      if (adjustments[i].num_observations == 0 || IsLens(adjustments[i].camera)) continue;
+      all_are_lenses = false;
+      const double k1_sigma = keeps_k1 ? priors[i].distortion_sigma[0] : 0;
+      priors[i].distortion_sigma = {k1_sigma, 0, 0, 0, 0};
+    }
+    if (all_are_lenses) break;
+    adjustments = AdjustCamerasOnce(priors, starts, maps);
+  }
+  return adjustments;
 }
 
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance) {

@@ -47,6 +47,15 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
                               std::span<const SparseModel> maps);
 
+// The same of photos that several cameras took, which SparseImage::camera names, all in one
+// adjustment. Their shutters stay as the priors have them: how photos moved is not known. Of a
+// camera with fewer than three photos only the focal length, the principal point and k1 are
+// adjusted: too little tells the rest from what the model leaves out. The adjustment of a camera
+// that took none of the photos has no observations.
+std::vector<CameraAdjustment> AdjustCameras(std::vector<CameraPrior> priors,
+                                            std::span<const CameraModel> starts,
+                                            std::span<const SparseModel> maps);
+
 // The standard deviation in px of where the camera shows a ray, at its largest over the image.
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance);
 

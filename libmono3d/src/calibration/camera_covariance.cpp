@@ -20,24 +20,34 @@ constexpr std::size_t kNumBlocks = 12;
 
 using Observations = std::span<const CameraProblem::Observation>;
 
+using CameraRows = Eigen::Matrix<double, kNumParameters, Eigen::Dynamic>;
+
 // The observations of one point, without the point.
 struct PointTerm {
   std::vector<CameraProblem::Linearised> observations;
+  std::vector<std::size_t> camera;                         // of each
   std::vector<Eigen::Matrix<double, 6, 3>> pose_by_point;  // W of each image
-  Eigen::Matrix<double, kNumParameters, 3> camera_by_point =
-      Eigen::Matrix<double, kNumParameters, 3>::Zero();
+  // Of all cameras, one below the other.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> camera_by_point;
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  // of the point's own information
 };
 
+Eigen::Index RowOfCamera(std::size_t camera) {
+  return kNumParameters * static_cast<Eigen::Index>(camera);
+}
+
 PointTerm MakeTerm(const CameraProblem& problem, Observations observations) {
   PointTerm term;
+  term.camera_by_point.setZero(RowOfCamera(problem.num_cameras()), 3);
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (const CameraProblem::Observation& observation : observations) {
     const CameraProblem::Linearised& row =
         term.observations.emplace_back(problem.Linearise(observation));
+    term.camera.push_back(problem.camera_of(observation));
     information += row.by_point.transpose() * row.by_point;
     term.pose_by_point.emplace_back(row.by_pose.transpose() * row.by_point);
-    term.camera_by_point += row.by_camera.transpose() * row.by_point;
+    term.camera_by_point.middleRows<kNumParameters>(RowOfCamera(term.camera.back())) +=
+        row.by_camera.transpose() * row.by_point;
   }
   // Points at infinity leave one direction free.
   information.diagonal() *= 1 + 1e-9;
@@ -46,58 +56,68 @@ PointTerm MakeTerm(const CameraProblem& problem, Observations observations) {
   return term;
 }
 
-// The normal equations of all poses and the camera, the points eliminated. The camera comes last.
+// The normal equations of all poses and the cameras, the points eliminated. The cameras come last.
 class ReducedSystem {
  public:
   explicit ReducedSystem(const CameraProblem& problem)
-      : camera_at_(6 * static_cast<Eigen::Index>(problem.num_images())),
-        S_(Eigen::MatrixXd::Zero(camera_at_ + kNumParameters, camera_at_ + kNumParameters)) {}
+      : cameras_at_(6 * static_cast<Eigen::Index>(problem.num_images())),
+        num_of_cameras_(RowOfCamera(problem.num_cameras())),
+        S_(Eigen::MatrixXd::Zero(cameras_at_ + num_of_cameras_, cameras_at_ + num_of_cameras_)) {}
 
   void Add(Observations observations, const PointTerm& term) {
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const CameraProblem::Linearised& row = term.observations[i];
       const Eigen::Index at = 6 * static_cast<Eigen::Index>(observations[i].image);
+      const Eigen::Index camera_at = cameras_at_ + RowOfCamera(term.camera[i]);
       S_.block<6, 6>(at, at) += row.by_pose.transpose() * row.by_pose;
-      S_.block<6, kNumParameters>(at, camera_at_) += row.by_pose.transpose() * row.by_camera;
-      S_.block<kNumParameters, kNumParameters>(camera_at_, camera_at_) +=
+      S_.block<6, kNumParameters>(at, camera_at) += row.by_pose.transpose() * row.by_camera;
+      S_.block<kNumParameters, kNumParameters>(camera_at, camera_at) +=
           row.by_camera.transpose() * row.by_camera;
       const Eigen::Matrix<double, 6, 3> Y = term.pose_by_point[i] * term.inverse;
-      S_.block<6, kNumParameters>(at, camera_at_) -= Y * term.camera_by_point.transpose();
+      S_.block(at, cameras_at_, 6, num_of_cameras_) -= Y * term.camera_by_point.transpose();
       for (std::size_t k = 0; k < observations.size(); ++k) {
         const Eigen::Index other = 6 * static_cast<Eigen::Index>(observations[k].image);
         S_.block<6, 6>(at, other) -= Y * term.pose_by_point[k].transpose();
       }
     }
-    S_.block<kNumParameters, kNumParameters>(camera_at_, camera_at_) -=
+    S_.bottomRightCorner(num_of_cameras_, num_of_cameras_) -=
         term.camera_by_point * term.inverse * term.camera_by_point.transpose();
   }
 
-  // The rows of the inverse that belong to the camera, with the gauge and the prior of `problem`.
-  Eigen::Matrix<double, kNumParameters, Eigen::Dynamic> CameraRowsOfInverse(
-      const CameraProblem& problem) {
-    S_.bottomLeftCorner(kNumParameters, camera_at_) =
-        S_.topRightCorner(camera_at_, kNumParameters).transpose();
-    for (int i = 0; i < kNumParameters; ++i) {
-      const double sigma = problem.prior_sigmas()[i];
-      if (!problem.is_fixed()[i]) S_(camera_at_ + i, camera_at_ + i) += 1 / (sigma * sigma);
-    }
+  // Of each camera the rows of the inverse that belong to it, with the gauge and the priors of
+  // `problem`.
+  std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem) {
+    S_.bottomLeftCorner(num_of_cameras_, cameras_at_) =
+        S_.topRightCorner(cameras_at_, num_of_cameras_).transpose();
     for (const std::size_t image : problem.held_images()) {
       for (Eigen::Index i = 0; i < 6; ++i) Fix(6 * static_cast<Eigen::Index>(image) + i);
     }
     for (const CameraProblem::HeldCoordinate& held : problem.held_coordinates()) {
       Fix(6 * static_cast<Eigen::Index>(held.image) + held.coordinate);
     }
-    for (int i = 0; i < kNumParameters; ++i) {
-      if (problem.is_fixed()[i]) Fix(camera_at_ + i);
+    Eigen::MatrixXd cameras = Eigen::MatrixXd::Zero(S_.rows(), num_of_cameras_);
+    for (std::size_t camera = 0; camera < problem.num_cameras(); ++camera) {
+      for (int i = 0; i < kNumParameters; ++i) {
+        const Eigen::Index of_camera = RowOfCamera(camera) + i;
+        const Eigen::Index at = cameras_at_ + of_camera;
+        if (problem.is_fixed(camera)[i]) {
+          Fix(at);
+          continue;
+        }
+        const double sigma = problem.prior_sigmas(camera)[i];
+        S_(at, at) += 1 / (sigma * sigma);
+        cameras(at, of_camera) = 1;
+      }
     }
-    for (Eigen::Index i = 0; i < camera_at_; ++i) {
+    for (Eigen::Index i = 0; i < cameras_at_; ++i) {
       if (S_(i, i) == 0) Fix(i);  // an image that sees no point
     }
-    Eigen::MatrixXd camera = Eigen::MatrixXd::Zero(S_.rows(), kNumParameters);
-    for (int i = 0; i < kNumParameters; ++i) {
-      if (!problem.is_fixed()[i]) camera(camera_at_ + i, i) = 1;
+    const Eigen::MatrixXd rows = S_.ldlt().solve(cameras).transpose();
+    std::vector<CameraRows> of_camera;
+    for (std::size_t camera = 0; camera < problem.num_cameras(); ++camera) {
+      of_camera.emplace_back(rows.middleRows<kNumParameters>(RowOfCamera(camera)));
     }
-    return S_.ldlt().solve(camera).transpose();
+    return of_camera;
   }
 
  private:
@@ -107,7 +127,8 @@ class ReducedSystem {
     S_(i, i) = 1;
   }
 
-  Eigen::Index camera_at_;
+  Eigen::Index cameras_at_;
+  Eigen::Index num_of_cameras_;
   Eigen::MatrixXd S_;
 };
 
@@ -131,19 +152,10 @@ ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& o
   return kFitted * kFitted * covariance;
 }
 
-}  // namespace
-
-ParameterMatrix CameraCovariance(const CameraProblem& problem) {
-  std::vector<PointTerm> terms;
-  ReducedSystem system(problem);
-  ForEachPoint(problem, [&](Observations observations) {
-    terms.push_back(MakeTerm(problem, observations));
-    system.Add(observations, terms.back());
-  });
-  const Eigen::Matrix<double, kNumParameters, Eigen::Dynamic> rows =
-      system.CameraRowsOfInverse(problem);
-  const Eigen::Index camera_at = rows.cols() - kNumParameters;
-
+// Of one camera, whose rows of the inverse `rows` are.
+ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<PointTerm>& terms,
+                             std::size_t camera, const CameraRows& rows) {
+  const Eigen::Index cameras_at = 6 * static_cast<Eigen::Index>(problem.num_images());
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
   ParameterMatrix by_both = ParameterMatrix::Zero();
@@ -154,7 +166,7 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
   ForEachPoint(problem, [&](Observations observations) {
     const PointTerm& term = terms[point++];
     Eigen::Matrix<double, kNumParameters, 3> through_point =
-        rows.rightCols<kNumParameters>() * term.camera_by_point;
+        rows.rightCols(rows.cols() - cameras_at) * term.camera_by_point;
     for (std::size_t i = 0; i < observations.size(); ++i) {
       through_point += rows.middleCols<6>(6 * static_cast<Eigen::Index>(observations[i].image)) *
                        term.pose_by_point[i];
@@ -164,6 +176,7 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
     in_block.fill(ParameterVector::Zero());
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const CameraProblem::Linearised& row = term.observations[i];
+      const Eigen::Index camera_at = cameras_at + RowOfCamera(term.camera[i]);
       in_block[observations[i].image / block] +=
           (rows.middleCols<6>(6 * static_cast<Eigen::Index>(observations[i].image)) *
                row.by_pose.transpose() +
@@ -179,17 +192,19 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
     }
     by_point += sum * sum.transpose();
   });
-  const ParameterMatrix by_block = CovarianceOfSum(of_block);
-
-  ParameterMatrix covariance = by_point + by_block - by_both;
-  const ParameterMatrix inverse = rows.rightCols<kNumParameters>();
-  ParameterVector prior_information = ParameterVector::Zero();
-  for (int i = 0; i < kNumParameters; ++i) {
-    const double sigma = problem.prior_sigmas()[i];
-    if (!problem.is_fixed()[i]) prior_information[i] = 1 / (sigma * sigma);
+  ParameterMatrix covariance = by_point + CovarianceOfSum(of_block) - by_both;
+  for (std::size_t other = 0; other < problem.num_cameras(); ++other) {
+    const ParameterMatrix by_other =
+        rows.middleCols<kNumParameters>(cameras_at + RowOfCamera(other));
+    ParameterVector prior_information = ParameterVector::Zero();
+    for (int i = 0; i < kNumParameters; ++i) {
+      const double sigma = problem.prior_sigmas(other)[i];
+      if (!problem.is_fixed(other)[i]) prior_information[i] = 1 / (sigma * sigma);
+    }
+    covariance += by_other * prior_information.asDiagonal() * by_other.transpose();
   }
-  covariance += inverse * prior_information.asDiagonal() * inverse;
   // Never below what independent errors give.
+  const ParameterMatrix inverse = rows.middleCols<kNumParameters>(cameras_at + RowOfCamera(camera));
   for (int i = 0; i < kNumParameters; ++i) {
     const double least = inverse(i, i);
     if (covariance(i, i) >= least || least <= 0) continue;
@@ -198,6 +213,23 @@ ParameterMatrix CameraCovariance(const CameraProblem& problem) {
     covariance.col(i) *= scale;
   }
   return covariance;
+}
+
+}  // namespace
+
+std::vector<ParameterMatrix> CameraCovariances(const CameraProblem& problem) {
+  std::vector<PointTerm> terms;
+  ReducedSystem system(problem);
+  ForEachPoint(problem, [&](Observations observations) {
+    terms.push_back(MakeTerm(problem, observations));
+    system.Add(observations, terms.back());
+  });
+  const std::vector<CameraRows> rows = system.CameraRowsOfInverse(problem);
+  std::vector<ParameterMatrix> covariances;
+  for (std::size_t camera = 0; camera < rows.size(); ++camera) {
+    covariances.push_back(CovarianceOf(problem, terms, camera, rows[camera]));
+  }
+  return covariances;
 }
 
 }  // namespace mono3d::calibration

@@ -24,6 +24,7 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 // least squares there.
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
+constexpr double kRoundingOfShares = 1e-9;
 
 }  // namespace
 
@@ -106,49 +107,67 @@ std::vector<double> AbsoluteErrors_px(const std::vector<CalibrationResidual>& re
 
 }  // namespace
 
+CameraProblem::FreeCamera::FreeCamera(const CameraModel& start, const CameraPrior& camera_prior)
+    : prior(ToParameters(camera_prior.camera)),
+      prior_sigmas(PriorSigmas(camera_prior)),
+      is_fixed(prior_sigmas.array() == 0),
+      shape(start),
+      parameters(is_fixed.select(prior, ToParameters(start))) {}
+
 CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
                              const CameraPrior& prior)
-    : prior_(ToParameters(prior.camera)),
-      prior_sigmas_(PriorSigmas(prior)),
-      is_fixed_(prior_sigmas_.array() == 0),
-      shape_(start),
-      camera_(is_fixed_.select(prior_, ToParameters(start))) {
-  if (maps.empty()) return;
+    : CameraProblem(maps, std::span(&start, 1), std::span(&prior, 1)) {}
+
+CameraProblem::CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
+                             std::span<const CameraPrior> priors) {
+  for (std::size_t i = 0; i < starts.size(); ++i) cameras_.emplace_back(starts[i], priors[i]);
   std::size_t num_images = 0;
   for (const SparseModel& map : maps) num_images += map.images.size();
   const double share = std::min(1., static_cast<double>(kMaxImages) /
                                         static_cast<double>(std::max<std::size_t>(num_images, 1)));
-  for (const SparseModel& map : maps) {
-    const auto max_images =
-        static_cast<std::size_t>(std::ceil(share * static_cast<double>(map.images.size())));
-    Add(map, max_images, kMaxPoints / maps.size());
-  }
+  for (const SparseModel& map : maps) Add(map, ChooseImages(map, share), kMaxPoints / maps.size());
 }
 
-void CameraProblem::Add(const SparseModel& map, std::size_t max_images, std::size_t max_points) {
-  if (max_images < 2) return;
+std::vector<std::size_t> CameraProblem::ChooseImages(const SparseModel& map, double share) const {
+  std::vector<double> num_left(cameras_.size(), 0);  // to be chosen
+  for (const SparseImage& image : map.images) num_left[image.camera] += share;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < map.images.size(); ++i) {
+    double& left = num_left[map.images[i].camera];
+    if (!(left > kRoundingOfShares)) continue;
+    left -= 1;
+    chosen.push_back(i);
+  }
+  return chosen;
+}
+
+void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& images,
+                        std::size_t max_points) {
+  if (images.size() < 2) return;
   const std::size_t first_image = poses_.size();
   const std::size_t first_point = points_.size();
-  const Pose& T_world_first = map.images.front().T_world_cam;
-  for (std::size_t i = 0; i < max_images; ++i) {
+  const Pose& T_world_first = map.images[images.front()].T_world_cam;
+  for (const std::size_t i : images) {
     poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
     velocities_.push_back(map.images[i].velocity.value_or(CameraVelocity()));
+    camera_of_image_.push_back(map.images[i].camera);
   }
-  AddPoints(map, first_image, max_points);
+  AddPoints(map, images, first_image, max_points);
   if (points_.size() == first_point) {
     poses_.resize(first_image);
     velocities_.resize(first_image);
+    camera_of_image_.resize(first_image);
     return;
   }
   ChooseGauge(first_image);
 }
 
-void CameraProblem::AddPoints(const SparseModel& map, std::size_t first_image,
-                              std::size_t max_points) {
-  const Pose T_first_world = map.images.front().T_world_cam.Inverse();
+void CameraProblem::AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
+                              std::size_t first_image, std::size_t max_points) {
+  const Pose T_first_world = map.images[images.front()].T_world_cam.Inverse();
   std::vector<std::vector<Observation>> of_point(map.points.size());
   for (std::size_t image = first_image; image < poses_.size(); ++image) {
-    const SparseImage& shown = map.images[image - first_image];
+    const SparseImage& shown = map.images[images[image - first_image]];
     const Pose T_cam_world = shown.T_world_cam.Inverse();
     for (const SparseObservation& observation : shown.observations) {
       if (!observation.point) continue;
@@ -173,6 +192,15 @@ void CameraProblem::AddPoints(const SparseModel& map, std::size_t first_image,
   }
 }
 
+std::size_t CameraProblem::NumImagesOf(std::size_t camera) const {
+  return static_cast<std::size_t>(std::ranges::count(camera_of_image_, camera));
+}
+
+std::size_t CameraProblem::NumObservationsOf(std::size_t camera) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      observations_, [&](const Observation& seen) { return camera_of(seen) == camera; }));
+}
+
 // The largest coordinate of the image that is furthest from the first.
 void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_images_.push_back(first_image);
@@ -190,27 +218,46 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
 }
 
 ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
+  const CameraModel& shape = cameras_[camera_of(observation)].shape;
   return {observation.pixel,
           sigma_px,
-          LineShare(shape_, observation.pixel, false),
-          LineShare(shape_, observation.pixel, true),
+          LineShare(shape, observation.pixel, false),
+          LineShare(shape, observation.pixel, true),
           &velocities_[observation.image],
-          shape_.lens};
+          shape.lens};
 }
 
-std::vector<CalibrationResidual> CameraProblem::Residuals() const {
+std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::size_t> camera) const {
   std::vector<CalibrationResidual> residuals;
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
+    if (camera && camera_of(observation) != *camera) continue;
     const ReprojectionError error = ErrorOf(observation, 1);
+    const ParameterVector& parameters = cameras_[camera_of(observation)].parameters;
     Eigen::Vector2d found_less_observed;
-    if (!error(camera_.data(), poses_[observation.image].data(), points_[observation.point].data(),
-               found_less_observed.data())) {
+    if (!error(parameters.data(), poses_[observation.image].data(),
+               points_[observation.point].data(), found_less_observed.data())) {
       continue;
     }
     residuals.push_back({observation.pixel, -found_less_observed});
   }
   return residuals;
+}
+
+// With its prior; what is fixed stays.
+void CameraProblem::AddCamera(FreeCamera& camera, ceres::Problem& problem) {
+  double* parameters = camera.parameters.data();
+  problem.AddResidualBlock(new PriorCost(new PriorError{camera.prior, camera.prior_sigmas}),
+                           nullptr, parameters);
+  std::vector<int> fixed;
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (camera.is_fixed[i]) fixed.push_back(i);
+  }
+  if (static_cast<int>(fixed.size()) == kNumParameters) {
+    problem.SetParameterBlockConstant(parameters);
+  } else if (!fixed.empty()) {
+    problem.SetManifold(parameters, new ceres::SubsetManifold(kNumParameters, fixed));
+  }
 }
 
 void CameraProblem::Solve(double min_gain) {
@@ -225,14 +272,13 @@ void CameraProblem::Solve(double min_gain) {
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (std::array<double, 3>& point : points_) ordering->AddElementToGroup(point.data(), 0);
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
-  ordering->AddElementToGroup(camera_.data(), 1);
+  for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 1);
   for (const Observation& observation : observations_) {
     problem.AddResidualBlock(
         new ReprojectionCost(new ReprojectionError(ErrorOf(observation, sigma_px_))), &loss,
-        camera_.data(), poses_[observation.image].data(), points_[observation.point].data());
+        cameras_[camera_of(observation)].parameters.data(), poses_[observation.image].data(),
+        points_[observation.point].data());
   }
-  problem.AddResidualBlock(new PriorCost(new PriorError{prior_, prior_sigmas_}), nullptr,
-                           camera_.data());
   for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
   for (const std::size_t image : held_images_) {
     problem.SetParameterBlockConstant(poses_[image].data());
@@ -240,15 +286,7 @@ void CameraProblem::Solve(double min_gain) {
   for (const HeldCoordinate& held : held_coordinates_) {
     problem.SetManifold(poses_[held.image].data(), new ceres::SubsetManifold(6, {held.coordinate}));
   }
-  std::vector<int> fixed;
-  for (int i = 0; i < kNumParameters; ++i) {
-    if (is_fixed_[i]) fixed.push_back(i);
-  }
-  if (static_cast<int>(fixed.size()) == kNumParameters) {
-    problem.SetParameterBlockConstant(camera_.data());
-  } else if (!fixed.empty()) {
-    problem.SetManifold(camera_.data(), new ceres::SubsetManifold(kNumParameters, fixed));
-  }
+  for (FreeCamera& camera : cameras_) AddCamera(camera, problem);
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.linear_solver_ordering = ordering;
@@ -259,27 +297,27 @@ void CameraProblem::Solve(double min_gain) {
   ceres::Solve(solver, &problem, &summary);
 }
 
-Parameter CameraProblem::HoldLesserReadout() {
-  const bool is_by_rows = std::abs(camera_[kReadoutByRows]) >= std::abs(camera_[kReadoutByColumns]);
+Parameter CameraProblem::HoldLesserReadout(std::size_t camera) {
+  const ParameterVector& found = parameters(camera);
+  const bool is_by_rows = std::abs(found[kReadoutByRows]) >= std::abs(found[kReadoutByColumns]);
   const Parameter lesser = is_by_rows ? kReadoutByColumns : kReadoutByRows;
   ParameterFlags which = ParameterFlags::Constant(false);
-  which[lesser] = !is_fixed_[lesser];
-  FixAtPrior(which);
+  which[lesser] = !is_fixed(camera)[lesser];
+  FixAtPrior(which, camera);
   return is_by_rows ? kReadoutByRows : kReadoutByColumns;
 }
 
-void CameraProblem::FixAtPrior(const ParameterFlags& which) {
-  for (int i = 0; i < kNumParameters; ++i) {
-    if (!which[i]) continue;
-    is_fixed_[i] = true;
-    camera_[i] = prior_[i];
-  }
+void CameraProblem::FixAtPrior(const ParameterFlags& which, std::size_t camera) {
+  FreeCamera& held = cameras_[camera];
+  held.is_fixed = held.is_fixed || which;
+  held.parameters = which.select(held.prior, held.parameters);
 }
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
   const ReprojectionCost cost(new ReprojectionError(ErrorOf(observation, sigma_px_)));
-  const double* parameters[] = {camera_.data(), poses_[observation.image].data(),
+  const FreeCamera& camera = cameras_[camera_of(observation)];
+  const double* parameters[] = {camera.parameters.data(), poses_[observation.image].data(),
                                 points_[observation.point].data()};
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
   if (!cost.Evaluate(parameters, result.residual.data(), jacobians)) {
@@ -298,7 +336,7 @@ CameraProblem::Linearised CameraProblem::Linearise(const Observation& observatio
   result.by_point *= weight;
   result.weight = weight;
   for (int i = 0; i < kNumParameters; ++i) {
-    if (is_fixed_[i]) result.by_camera.col(i).setZero();
+    if (camera.is_fixed[i]) result.by_camera.col(i).setZero();
   }
   return result;
 }

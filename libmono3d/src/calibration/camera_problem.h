@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,13 +15,17 @@
 #include "mono3d/geometry/rolling_shutter.h"
 #include "mono3d/image/sparse_model.h"
 
+namespace ceres {
+class Problem;
+}  // namespace ceres
+
 namespace mono3d::calibration {
 
 struct ReprojectionError;
 
-// A bundle adjustment of one or more maps with one free camera: what it varies, its residuals and
-// its gauge. Each map's world is the frame of its first image; one coordinate of another of its
-// images holds its unit of length.
+// A bundle adjustment of one or more maps with free cameras, mostly one: what it varies, its
+// residuals and its gauge. Each map's world is the frame of its first image; one coordinate of
+// another of its images holds its unit of length.
 class CameraProblem {
  public:
   // Of all maps. Time grows with the square of the images and with the points.
@@ -48,31 +53,47 @@ class CameraProblem {
   };
 
   // Maps without two images or without points are left out. Of more than kMaxImages images each map
-  // gives its first ones, of more than kMaxPoints points those that most images show. The camera
-  // starts at `start`.
+  // gives its first ones of each camera, of more than kMaxPoints points those that most images
+  // show. The camera starts at `start`.
   CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
                 const CameraPrior& prior);
+  // Of several cameras, which SparseImage::camera names.
+  CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
+                std::span<const CameraPrior> priors);
 
   // Adjusts everything; the weights come from the residuals before. `min_gain`: the relative gain
   // below which a step is the last.
   void Solve(double min_gain);
-  void FixAtPrior(const ParameterFlags& which);
+  void FixAtPrior(const ParameterFlags& which, std::size_t camera = 0);
   // Of two readout times, the one that says less is held at the prior. Returns the other one.
-  Parameter HoldLesserReadout();
-  CameraModel camera() const { return WithParameters(shape_, camera_); }
+  Parameter HoldLesserReadout(std::size_t camera = 0);
+  CameraModel camera(std::size_t i = 0) const {
+    return WithParameters(cameras_[i].shape, cameras_[i].parameters);
+  }
 
   Linearised Linearise(const Observation& observation) const;
-  // Of the observations that lie in front of their image.
-  std::vector<CalibrationResidual> Residuals() const;
+  // Of the observations that lie in front of their image; of all cameras, or of one.
+  std::vector<CalibrationResidual> Residuals(std::optional<std::size_t> camera = {}) const;
   // Sorted by point.
   const std::vector<Observation>& observations() const { return observations_; }
   std::size_t num_images() const { return poses_.size(); }
   std::size_t num_points() const { return points_.size(); }
   double sigma_px() const { return sigma_px_; }
-  const ParameterFlags& is_fixed() const { return is_fixed_; }
-  const ParameterVector& parameters() const { return camera_; }
-  const ParameterVector& prior() const { return prior_; }
-  const ParameterVector& prior_sigmas() const { return prior_sigmas_; }
+  std::size_t num_cameras() const { return cameras_.size(); }
+  std::size_t camera_of(const Observation& observation) const {
+    return camera_of_image_[observation.image];
+  }
+  // That a camera took.
+  std::size_t NumImagesOf(std::size_t camera) const;
+  std::size_t NumObservationsOf(std::size_t camera) const;
+  const ParameterFlags& is_fixed(std::size_t camera = 0) const { return cameras_[camera].is_fixed; }
+  const ParameterVector& parameters(std::size_t camera = 0) const {
+    return cameras_[camera].parameters;
+  }
+  const ParameterVector& prior(std::size_t camera = 0) const { return cameras_[camera].prior; }
+  const ParameterVector& prior_sigmas(std::size_t camera = 0) const {
+    return cameras_[camera].prior_sigmas;
+  }
   // The gauge of the maps: images whose poses are not varied, and single coordinates.
   const std::vector<std::size_t>& held_images() const { return held_images_; }
   const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
@@ -83,16 +104,27 @@ class CameraProblem {
 
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
 
-  void Add(const SparseModel& map, std::size_t max_images, std::size_t max_points);
-  void AddPoints(const SparseModel& map, std::size_t first_image, std::size_t max_points);
+  struct FreeCamera {
+    FreeCamera(const CameraModel& start, const CameraPrior& camera_prior);
+
+    ParameterVector prior;
+    ParameterVector prior_sigmas;
+    ParameterFlags is_fixed;
+    CameraModel shape;  // the size of the images and the kind of lens
+    ParameterVector parameters;
+  };
+
+  // The first images of each camera, this share of them.
+  std::vector<std::size_t> ChooseImages(const SparseModel& map, double share) const;
+  void Add(const SparseModel& map, const std::vector<std::size_t>& images, std::size_t max_points);
+  void AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
+                 std::size_t first_image, std::size_t max_points);
+  static void AddCamera(FreeCamera& camera, ceres::Problem& problem);
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
 
-  ParameterVector prior_ = ParameterVector::Zero();
-  ParameterVector prior_sigmas_ = ParameterVector::Zero();
-  ParameterFlags is_fixed_ = ParameterFlags::Constant(false);
-  CameraModel shape_;  // the size of the images and the kind of lens
-  ParameterVector camera_ = ParameterVector::Zero();
+  std::vector<FreeCamera> cameras_;
+  std::vector<std::size_t> camera_of_image_;
   std::vector<PoseBlock> poses_;            // of the middle line
   std::vector<CameraVelocity> velocities_;  // of each image; zero where it is not known
   std::vector<std::array<double, 3>> points_;

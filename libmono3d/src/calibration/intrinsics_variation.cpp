@@ -59,13 +59,15 @@ struct Differences {
 
 }  // namespace
 
-IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem) {
+IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem,
+                                               std::size_t of_camera) {
   // Of the larger side, and of the focal length: what good calibrations of one camera differ by.
   constexpr double kSteadyPrincipalPoint = 0.001;
   constexpr double kSteadyFocal = 0.003;
-  const CameraModel camera = problem.camera();
+  const CameraModel camera = problem.camera(of_camera);
   std::vector<ImageEquations> images(problem.num_images());
   for (const CameraProblem::Observation& observation : problem.observations()) {
+    if (problem.camera_of(observation) != of_camera) continue;
     const CameraProblem::Linearised row = problem.Linearise(observation);
     Eigen::Matrix<double, 2, 3> by_intrinsics;
     by_intrinsics << observation.pixel - Eigen::Vector2d(camera.cx, camera.cy),

@@ -3,14 +3,17 @@
 
 #pragma once
 
+#include <cstddef>
+
 #include "calibration/camera_problem.h"
 #include "mono3d/calibration/camera_calibration.h"
 
 namespace mono3d::calibration {
 
-// How much better each image alone is explained by a principal point and a focal length of its own,
-// its pose free as well, the points as they were adjusted. What is within chance, or within what
-// good calibrations are off by, is 0.
-IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem);
+// How much better each image of a camera alone is explained by a principal point and a focal length
+// of its own, its pose free as well, the points as they were adjusted. What is within chance, or
+// within what good calibrations are off by, is 0.
+IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem,
+                                               std::size_t of_camera = 0);
 
 }  // namespace mono3d::calibration

@@ -99,15 +99,24 @@ SparseModel WithFewerPoints(const SparseModel& model) {
 
 PhotoFootage::PhotoFootage(FrameSource& source, const CameraModel& read_with,
                            const PhotoMapperOptions& options)
+    : PhotoFootage(
+          source, std::span(&read_with, 1), [](std::int64_t) { return std::size_t{0}; }, options) {}
+
+PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> read_with,
+                           const std::function<std::size_t(std::int64_t)>& camera_of_frame,
+                           const PhotoMapperOptions& options)
     : options_(options) {
   options_.num_features = std::max(500, options.num_features / kNumFeaturesOfRun);
   std::vector<tracking::PhotoFeatures> photos;
+  std::vector<std::size_t> camera_of;
   try {
     while (const std::optional<Frame> frame = source.Next()) {
       photos.push_back(
-          tracking::ExtractPhotoFeatures(frame->bgr, options_.num_features, options_.max_side_px));
+          tracking::ExtractPhotoFeatures(*frame, options_.num_features, options_.max_side_px));
+      camera_of.push_back(camera_of_frame(frame->index));
+      const CameraModel& taken_by = read_with[camera_of.back()];
       for (Eigen::Vector2d& pixel : photos.back().pixels) {
-        pixel = ProjectDistorted(read_with, frame->camera.Unproject(pixel));
+        pixel = ProjectDistorted(taken_by, frame->camera.Unproject(pixel));
       }
     }
   } catch (const Error& error) {
@@ -115,23 +124,33 @@ PhotoFootage::PhotoFootage(FrameSource& source, const CameraModel& read_with,
   }
   for (const std::size_t photo : tracking::OrderOfContent(photos)) {
     photos_.push_back(std::move(photos[photo]));
+    camera_of_.push_back(camera_of[photo]);
   }
   pairs_ = tracking::MatchPhotos(photos_, options_);
 }
 
 std::vector<SparseModel> PhotoFootage::Map(const CameraModel& camera) const {
+  return Map(std::span(&camera, 1), camera.WithoutDistortion());
+}
+
+std::vector<SparseModel> PhotoFootage::Map(std::span<const CameraModel> cameras,
+                                           const CameraModel& common) const {
   std::vector<tracking::PhotoFeatures> undistorted = photos_;
-  const CameraModel pinhole = camera.WithoutDistortion();
-  if (camera.HasDistortion()) {
-    const PhotoRays rays(camera);
-    for (tracking::PhotoFeatures& photo : undistorted) {
-      for (Eigen::Vector2d& pixel : photo.pixels) pixel = pinhole.Project(rays.At(pixel));
+  std::vector<PhotoRays> rays;
+  for (const CameraModel& camera : cameras) rays.emplace_back(camera);
+  for (std::size_t i = 0; i < undistorted.size(); ++i) {
+    const CameraModel& camera = cameras[camera_of_[i]];
+    if (camera == common) continue;
+    for (Eigen::Vector2d& pixel : undistorted[i].pixels) {
+      pixel = common.Project(rays[camera_of_[i]].At(pixel));
     }
   }
   std::vector<SparseModel> maps;
   for (const tracking::PhotoMap& map :
-       tracking::MapPhotos(undistorted, pairs_, pinhole, options_, kCalibrationTolerance).maps) {
-    maps.push_back(WithCamera(WithFewerPoints(map.sparse), camera));
+       tracking::MapPhotos(undistorted, pairs_, common, options_, kCalibrationTolerance).maps) {
+    maps.push_back(WithCameras(WithFewerPoints(map.sparse), cameras, [&](std::int64_t photo) {
+      return camera_of_[static_cast<std::size_t>(photo)];
+    }));
   }
   return maps;
 }

@@ -3,6 +3,10 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "mono3d/geometry/camera_model.h"
@@ -21,15 +25,24 @@ class PhotoFootage {
   // breaks off with an error is good up to there.
   PhotoFootage(FrameSource& source, const CameraModel& read_with,
                const PhotoMapperOptions& options);
+  // Of several cameras: which took a photo, by the index of its frame.
+  PhotoFootage(FrameSource& source, std::span<const CameraModel> read_with,
+               const std::function<std::size_t(std::int64_t)>& camera_of_frame,
+               const PhotoMapperOptions& options);
 
   // The maps that the photos make if `camera` took them, with pixels as it shows them. Of the
   // points at most so many that one adjustment with the camera is a matter of seconds: those that
   // most photos show.
   std::vector<SparseModel> Map(const CameraModel& camera) const;
+  // Of several cameras, which the images of the maps name. They are placed with the pixels that
+  // `common` has, which has no distortion.
+  std::vector<SparseModel> Map(std::span<const CameraModel> cameras,
+                               const CameraModel& common) const;
 
  private:
   PhotoMapperOptions options_;
   std::vector<tracking::PhotoFeatures> photos_;  // with pixels as taken
+  std::vector<std::size_t> camera_of_;           // each photo
   std::vector<tracking::PhotoPair> pairs_;
 };
 

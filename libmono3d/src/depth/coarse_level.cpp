@@ -27,7 +27,7 @@ void CoarseLevel::RecordSweep(Recorder& recorder, const SweepPlan& plan,
   Reserve(census_, device_, 8 * plan.size.num_strided_pixels() * num_images, "depth/census");
   Reserve(costs_, device_, cost_bytes, "depth/costs");
   Reserve(sums_, device_, 2 * cost_bytes, "depth/sums");
-  const std::vector<float> packed = Pack(projections);
+  const std::vector<float> packed = Pack(projections, plan.size);
   projections_.Upload(std::span<const float>(packed));
   kernels_.Census(recorder, images, plan.size, num_images, census_);
   kernels_.PlaneSweep(recorder, {projections.size(), options_.plane_sweep.side_tolerance},

@@ -59,6 +59,27 @@ DepthResult NotMatched(const ImageBundle& bundle, std::string reason) {
   return Rejected(DepthRejection::kNoMatch, std::move(reason));
 }
 
+// Without the border of the content in which census windows reach beyond it; that of the image is
+// the map's uncertain border.
+cv::Rect ShownSurely(const Frame& frame) {
+  const cv::Rect& content = frame.content;
+  const cv::Point end = content.br();
+  const cv::Point from(content.x == 0 ? 0 : content.x + kUncertainBorder_px,
+                       content.y == 0 ? 0 : content.y + kUncertainBorder_px);
+  const cv::Point to(end.x == frame.camera.width ? end.x : end.x - kUncertainBorder_px,
+                     end.y == frame.camera.height ? end.y : end.y - kUncertainBorder_px);
+  return to.x <= from.x || to.y <= from.y ? cv::Rect() : cv::Rect(from, to);
+}
+
+void ClearAround(const cv::Rect& shown, DepthMap& map) {
+  cv::Mat around(map.depth.size(), CV_8UC1, cv::Scalar(255));
+  around(shown).setTo(0);
+  for (const cv::Mat& values : {map.depth, map.normal, map.confidence, map.inferred}) {
+    cv::Mat cleared = values;
+    if (!cleared.empty()) cleared.setTo(cv::Scalar::all(0), around);
+  }
+}
+
 class VulkanDepthEstimator final : public DepthEstimator {
  public:
   VulkanDepthEstimator(std::shared_ptr<Device> device, const DepthEstimatorOptions& options,
@@ -114,7 +135,8 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
     return Rejected(DepthRejection::kNoBaseline, "no baseline between the images");
   }
   hierarchy_.Upload(bundle);
-  noise_ = MeasureNoise(ToGrey(bundle.reference().frame.bgr));
+  const Frame& reference = bundle.reference().frame;
+  noise_ = MeasureNoise(ToGrey(reference.bgr(reference.ContentOrAll())));
   const std::optional<InverseDepthRange> range =
       hierarchy_.FindRange(recorder_, bundle, geometry, times_);
   if (!range) return NotMatched(bundle, "the images do not overlap or do not match");
@@ -135,7 +157,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
 
   DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
   const double density = static_cast<double>(CountEstimates(map)) /
-                         static_cast<double>(SizeAtLevel(geometry.camera(), 0).num_pixels());
+                         static_cast<double>(reference.ContentOrAll().area());
   const bool has_depth = density >= kMinDensity;
   DepthResult result = has_depth
                            ? DepthResult{}
@@ -154,6 +176,7 @@ DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   }
   result.status = DepthStatus::kEstimated;
   if (options_.inference.enabled && density < kWholeDensity) Infer(geometry, plan, map);
+  if (!reference.content.empty()) ClearAround(ShownSurely(reference), map);
   result.map = std::move(map);
   return result;
 }

@@ -81,7 +81,7 @@ void FineLevel::RecordSweep(Recorder& recorder, const Level& level,
   const auto index = static_cast<std::size_t>(plan.level);
   if (projections_.size() <= index) projections_.resize(index + 1);
   Reserve(projections_[index], device_, kMaxProjectionBytes, "depth/projections");
-  const std::vector<float> packed = Pack(projections);
+  const std::vector<float> packed = Pack(projections, plan.size);
   projections_[index].Upload(std::span<const float>(packed));
   const std::size_t num_pixels = NumFinePixels(plan.size);
   Reserve(census_, device_, CensusBytes(plan.size, num_sources), "depth/fine_census");

@@ -40,16 +40,19 @@ void Hierarchy::Upload(const ImageBundle& bundle) {
   num_images_ = images.size();
   Reserve(levels_[0], device_, image_bytes * num_images_, "depth/pyramid");
   Reserve(contrast_gains_, device_, sizeof(std::uint32_t) * num_images_, "depth/contrast_gains");
-  const cv::Mat reference = ToGrey(bundle.reference().frame.bgr);
+  const Frame& reference_frame = bundle.reference().frame;
+  const cv::Mat reference = ToGrey(reference_frame.bgr);
+  const cv::Mat shown_of_reference = reference(reference_frame.ContentOrAll());
   std::vector<std::uint32_t> gains(num_images_, kGainSteps);
   for (std::size_t slot = 0; slot < num_images_; ++slot) {
     // What a source that sees nothing shows does not matter.
     const bool is_other = slot > 0 && images[slot].has_value();
-    const cv::Mat grey = is_other ? ToGrey(bundle.keyframes[*images[slot]].frame.bgr) : reference;
+    const Frame& frame = is_other ? bundle.keyframes[*images[slot]].frame : reference_frame;
+    const cv::Mat grey = is_other ? ToGrey(frame.bgr) : reference;
     const std::vector<std::uint32_t> words = PackPadded(grey);
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
-    gains[slot] =
-        static_cast<std::uint32_t>(std::lround(kGainSteps * ContrastGain(reference, grey)));
+    gains[slot] = static_cast<std::uint32_t>(
+        std::lround(kGainSteps * ContrastGain(shown_of_reference, grey(frame.ContentOrAll()))));
   }
   contrast_gains_.Upload(std::span<const std::uint32_t>(gains));
 }

@@ -72,7 +72,7 @@ void Inference::Record(Recorder& recorder, const Input& input) {
   Reserve(sky_, device_, sizeof(std::uint32_t) * sky.size(), "depth/sky");
   sky_.Upload(std::span<const std::uint32_t>(sky));
   Reserve(projections_, device_, kMaxProjectionBytes, "depth/inference_projections");
-  const std::vector<float> packed = Pack(input.projections);
+  const std::vector<float> packed = Pack(input.projections, input.size);
   projections_.Upload(std::span<const float>(packed));
   kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, sky_,
                          levels_.front().data);

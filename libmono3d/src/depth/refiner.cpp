@@ -33,7 +33,7 @@ void Refiner::Record(Recorder& recorder, const SweepGeometry& geometry, const In
           "depth/photometric");
   Reserve(inverse_depth_, device_, sizeof(float) * size.num_pixels(), "depth/surface");
   Reserve(confidence_, device_, sizeof(float) * size.num_pixels(), "depth/confidence");
-  const std::vector<float> packed = Pack(geometry.Projections(0));
+  const std::vector<float> packed = Pack(geometry.Projections(0), size);
   projections_.Upload(std::span<const float>(packed));
   const std::size_t num_sources = geometry.num_sources();
   const auto sources_per_side = static_cast<std::uint32_t>(num_sources / 2);

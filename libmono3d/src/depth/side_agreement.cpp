@@ -87,6 +87,7 @@ class Sides {
       if (!(at.z() > 0)) continue;
       const Eigen::Vector2d pixel = at.hnormalized();
       if (!(pixel.cwiseAbs().maxCoeff() < 1e6)) continue;  // fits an integer
+      if (!projection.bounds.Contain(pixel)) continue;
       const int u = static_cast<int>(std::lround(pixel.x()));
       const int v = static_cast<int>(std::lround(pixel.y()));
       if (HasWindow(sources_[source], u, v)) seen.push_back(Census(sources_[source], u, v));

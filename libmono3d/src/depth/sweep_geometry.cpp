@@ -33,18 +33,47 @@ constexpr double kMarginOfInverseDepth = 0.1;
 // a camera next to a plane would otherwise make the steps too small for all others.
 constexpr double kMinDepthRatio = 0.5;
 
+// Images are halved less often.
+constexpr int kMaxLevel = 15;
+
 template <typename Visit>
-void ForEachGridPixel(const CameraModel& camera, const Visit& visit) {
+void ForEachGridPixel(const PixelBounds& bounds, const Visit& visit) {
+  const Eigen::Vector2d extent = bounds.last - bounds.first;
   for (int row = 0; row < kGridRows; ++row) {
     for (int column = 0; column < kGridColumns; ++column) {
-      visit(Eigen::Vector3d(double(column) / (kGridColumns - 1) * (camera.width - 1),
-                            double(row) / (kGridRows - 1) * (camera.height - 1), 1));
+      visit(Eigen::Vector3d(bounds.first.x() + double(column) / (kGridColumns - 1) * extent.x(),
+                            bounds.first.y() + double(row) / (kGridRows - 1) * extent.y(), 1));
     }
   }
 }
 
-bool Sees(const CameraModel& camera, const Eigen::Vector3d& at) {
-  return at.z() > 0 && camera.Contains(at.hnormalized());
+bool Sees(const PixelBounds& bounds, const Eigen::Vector3d& at) {
+  return at.z() > 0 && bounds.Contain(at.hnormalized());
+}
+
+std::vector<PixelBounds> BoundsOfLevels(const Frame& frame) {
+  std::vector<PixelBounds> bounds;
+  for (int level = 0; level <= kMaxLevel; ++level) {
+    bounds.push_back(BoundsOfContent(frame, level));
+  }
+  return bounds;
+}
+
+// Along one axis: from the first pixel to the last, both of the full resolution.
+Eigen::Vector2d HalvedSpan(int first, int last, int size, int level) {
+  const int halved_size = (size + (1 << level) - 1) >> level;
+  const int from = (first + (1 << level) - 1) >> level;
+  // The last pixel of a level may be made of the image's border alone.
+  const int to = last == size - 1 ? halved_size - 1 : ((last + 1) >> level) - 1;
+  return {from, to};
+}
+
+void PackBounds(const PixelBounds& bounds, const LevelSize& size, std::vector<float>& packed) {
+  const Eigen::Vector2d last =
+      bounds.last.cwiseMin(Eigen::Vector2d(size.width_px - 1., size.height_px - 1.));
+  for (const double limit : {bounds.first.x(), bounds.first.y(), last.x(), last.y()}) {
+    packed.push_back(static_cast<float>(limit));
+  }
 }
 
 // Every point is behind it.
@@ -53,6 +82,13 @@ SourceProjection SeesNothing() {
 }
 
 }  // namespace
+
+PixelBounds BoundsOfContent(const Frame& frame, int level) {
+  const cv::Rect content = frame.ContentOrAll();
+  const Eigen::Vector2d x = HalvedSpan(content.x, content.br().x - 1, frame.camera.width, level);
+  const Eigen::Vector2d y = HalvedSpan(content.y, content.br().y - 1, frame.camera.height, level);
+  return {{x[0], y[0]}, {x[1], y[1]}};
+}
 
 std::vector<std::optional<std::size_t>> IndicesOfSources(const ImageBundle& bundle) {
   const std::size_t reference = bundle.reference_index();
@@ -76,11 +112,13 @@ CameraModel HalvedCamera(CameraModel camera, int level) {
   return camera;
 }
 
-SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.reference().frame.camera) {
+SweepGeometry::SweepGeometry(const ImageBundle& bundle)
+    : camera_(bundle.reference().frame.camera), bounds_(BoundsOfLevels(bundle.reference().frame)) {
   for (const std::optional<std::size_t> i : IndicesOfSources(bundle)) {
     if (!i) {
       projections_.push_back(SeesNothing());
       source_cameras_.push_back(camera_);
+      source_bounds_.push_back(bounds_);
       continue;
     }
     const Keyframe& keyframe = bundle.keyframes[*i];
@@ -90,6 +128,8 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle) : camera_(bundle.referen
         {K_src * T_src_ref.rotation().toRotationMatrix() * camera_.Matrix().inverse(),
          K_src * T_src_ref.translation()});
     source_cameras_.push_back(keyframe.frame.camera);
+    source_bounds_.push_back(BoundsOfLevels(keyframe.frame));
+    projections_.back().bounds = source_bounds_.back().front();
     largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
   }
 }
@@ -103,6 +143,8 @@ SourceProjections SweepGeometry::Projections(int level) const {
         HalvedCamera(source_cameras_[i], level).Matrix() * source_cameras_[i].Matrix().inverse();
     result[i].A = to_level * projections_[i].A * K * K_level.inverse();
     result[i].b = to_level * projections_[i].b;
+    result[i].bounds = source_bounds_[i][static_cast<std::size_t>(level)];
+    result[i].reference = bounds(level);
   }
   return result;
 }
@@ -111,9 +153,9 @@ double SweepGeometry::VisibleShare(double inverse_depth) const {
   int most = 0;
   for (std::size_t i = 0; i < projections_.size(); ++i) {
     int num_seen = 0;
-    ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
+    ForEachGridPixel(bounds(0), [&](const Eigen::Vector3d& p) {
       const Eigen::Vector3d at = projections_[i].A * p + inverse_depth * projections_[i].b;
-      num_seen += Sees(source_cameras_[i], at) ? 1 : 0;
+      num_seen += Sees(projections_[i].bounds, at) ? 1 : 0;
     });
     most = std::max(most, num_seen);
   }
@@ -125,9 +167,9 @@ double SweepGeometry::PixelsPerInverseDepth(const InverseDepthRange& range) cons
   for (const double w : {range.farthest, 0.5 * (range.farthest + range.nearest), range.nearest}) {
     for (std::size_t i = 0; i < projections_.size(); ++i) {
       const Eigen::Vector3d& b = projections_[i].b;
-      ForEachGridPixel(camera_, [&](const Eigen::Vector3d& p) {
+      ForEachGridPixel(bounds(0), [&](const Eigen::Vector3d& p) {
         const Eigen::Vector3d at = projections_[i].A * p + w * b;
-        if (at.z() < kMinDepthRatio || !Sees(source_cameras_[i], at)) return;
+        if (at.z() < kMinDepthRatio || !Sees(projections_[i].bounds, at)) return;
         const Eigen::Vector2d motion = (b.head<2>() - b.z() * at.hnormalized()) / at.z();
         fastest = std::max(fastest, motion.norm());
       });
@@ -150,11 +192,13 @@ std::optional<InverseDepthRange> SweepGeometry::WidestRange() const {
   return InverseDepthRange{0, nearest};
 }
 
-std::vector<float> Pack(const SourceProjections& projections) {
+std::vector<float> Pack(const SourceProjections& projections, const LevelSize& size) {
   std::vector<float> packed;
+  PackBounds(projections.front().reference, size, packed);
   for (const SourceProjection& projection : projections) {
     for (int i = 0; i < 9; ++i) packed.push_back(static_cast<float>(projection.A(i / 3, i % 3)));
     for (int i = 0; i < 3; ++i) packed.push_back(static_cast<float>(projection.b(i)));
+    PackBounds(projection.bounds, size, packed);
   }
   return packed;
 }

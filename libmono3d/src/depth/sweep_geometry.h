@@ -7,16 +7,32 @@
 #include <optional>
 #include <vector>
 
+#include "depth/padded_image.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/image/image_bundle.h"
 
 namespace mono3d {
+
+// The first and the last pixel of an image that show something; by default all.
+struct PixelBounds {
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  Eigen::Vector2d last = Eigen::Vector2d::Constant(1e6);
+
+  bool Contain(const Eigen::Vector2d& pixel) const {
+    return (pixel.array() >= first.array()).all() && (pixel.array() <= last.array()).all();
+  }
+};
+
+// Of an image halved `level` times: the pixels that are made of none from outside the content.
+PixelBounds BoundsOfContent(const Frame& frame, int level);
 
 // Where a source sees the pixel p = (x, y, 1) of the reference on the plane of inverse depth w:
 // at (A p + w b), homogeneous. The homography of the plane is A + w b (0 0 1).
 struct SourceProjection {
   Eigen::Matrix3d A;
   Eigen::Vector3d b;
+  PixelBounds bounds = {};     // of the source
+  PixelBounds reference = {};  // the same of the reference, for all sources
 };
 
 // Of the sources, the images other than the reference: the first half is one side of the bundle,
@@ -40,6 +56,8 @@ class SweepGeometry {
   explicit SweepGeometry(const ImageBundle& bundle);
 
   const CameraModel& camera() const { return camera_; }  // of the reference
+  // Of the reference halved `level` times.
+  const PixelBounds& bounds(int level) const { return bounds_[static_cast<std::size_t>(level)]; }
   std::size_t num_sources() const { return projections_.size(); }
   double largest_baseline_su() const { return largest_baseline_su_; }
   // False when the cameras stand in one place.
@@ -62,7 +80,9 @@ class SweepGeometry {
 
  private:
   CameraModel camera_;
+  std::vector<PixelBounds> bounds_;  // of the reference, at each level
   std::vector<CameraModel> source_cameras_;
+  std::vector<std::vector<PixelBounds>> source_bounds_;  // at each level
   SourceProjections projections_;
   double largest_baseline_su_ = 0;
 };
@@ -71,9 +91,10 @@ class SweepGeometry {
 // up.
 CameraModel HalvedCamera(CameraModel camera, int level);
 
-// As the kernels read them: per source A in rows, then b.
-inline constexpr std::size_t kMaxProjectionBytes = 12 * kMaxSources * sizeof(float);
-std::vector<float> Pack(const SourceProjections& projections);
+// As the kernels read them: the bounds of the reference, then per source A in rows, b, and its
+// bounds, all within images of `size`.
+inline constexpr std::size_t kMaxProjectionBytes = (4 + 16 * kMaxSources) * sizeof(float);
+std::vector<float> Pack(const SourceProjections& projections, const LevelSize& size);
 
 // Range of inverse depths that holds nearly all of the scene, from a sample of its depths: their 2
 // % and 98 % quantiles with a margin. Empty for fewer than 25 depths that are finite and positive.

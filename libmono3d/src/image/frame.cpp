@@ -16,6 +16,16 @@ std::string SizeText(int width, int height) {
 
 }  // namespace
 
+cv::Rect Frame::ContentOrAll() const {
+  return content.empty() ? cv::Rect(0, 0, camera.width, camera.height) : content;
+}
+
+bool Frame::Shows(const Eigen::Vector2d& pixel) const {
+  const cv::Rect shown = ContentOrAll();
+  return pixel.x() >= shown.x && pixel.y() >= shown.y && pixel.x() <= shown.x + shown.width - 1 &&
+         pixel.y() <= shown.y + shown.height - 1;
+}
+
 cv::Mat ToGrey(const cv::Mat& bgr) {
   cv::Mat grey;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
@@ -35,6 +45,13 @@ void Validate(const Frame& frame) {
                            .where = frame.name,
                            .expected = SizeText(frame.camera.width, frame.camera.height),
                            .found = SizeText(frame.bgr.cols, frame.bgr.rows)});
+  }
+  const cv::Rect image(0, 0, frame.camera.width, frame.camera.height);
+  if (!frame.content.empty() && (frame.content & image) != frame.content) {
+    throw Error(ErrorParts{.what = "content is not within the image",
+                           .where = frame.name,
+                           .expected = SizeText(image.width, image.height),
+                           .found = SizeText(frame.content.br().x, frame.content.br().y)});
   }
   if (frame.camera.HasDistortion()) {
     throw Error(ErrorParts{.what = "image is distorted",

@@ -37,7 +37,8 @@ std::vector<double> ReprojectionErrors_px(const SparseModel& model) {
       if (!observation.point) continue;
       const Eigen::Vector3d p_cam = T_cam_world * model.points[*observation.point].p_world;
       if (p_cam.z() <= 0) continue;
-      sum[*observation.point] += (ProjectDistorted(model.camera, p_cam) - observation.pixel).norm();
+      sum[*observation.point] +=
+          (ProjectDistorted(model.CameraOf(image), p_cam) - observation.pixel).norm();
       ++count[*observation.point];
     }
   }
@@ -48,9 +49,17 @@ std::vector<double> ReprojectionErrors_px(const SparseModel& model) {
 }
 
 SparseModel WithCamera(const SparseModel& model, const CameraModel& camera) {
+  return WithCameras(model, std::span(&camera, 1), [](std::int64_t) { return std::size_t{0}; });
+}
+
+SparseModel WithCameras(const SparseModel& model, std::span<const CameraModel> cameras,
+                        const std::function<std::size_t(std::int64_t)>& camera_of_id) {
   SparseModel result = model;
-  result.camera = camera;
+  result.camera = cameras.front();
+  result.further_cameras.assign(cameras.begin() + 1, cameras.end());
   for (SparseImage& image : result.images) {
+    image.camera = camera_of_id(image.id);
+    const CameraModel& camera = result.CameraOf(image);
     const ShutterMotion motion(camera, image.velocity.value_or(CameraVelocity()));
     const Pose T_cam_world = image.T_world_cam.Inverse();
     for (SparseObservation& observation : image.observations) {
@@ -67,9 +76,11 @@ SparseModel WithCamera(const SparseModel& model, const CameraModel& camera) {
 
 void Validate(const SparseModel& model) {
   Validate(model.camera, "sparse model");
+  for (const CameraModel& camera : model.further_cameras) Validate(camera, "sparse model");
   std::set<std::int64_t> ids;
   for (const SparseImage& image : model.images) {
     if (!ids.insert(image.id).second) Refuse("two images of one id", image);
+    if (image.camera > model.further_cameras.size()) Refuse("image of no known camera", image);
     ValidateImage(image, model.points.size());
   }
   for (const SparsePoint& point : model.points) {

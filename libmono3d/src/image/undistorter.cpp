@@ -139,6 +139,24 @@ void MakeMaps(const CameraModel& distorted, const CameraModel& straight, cv::Mat
   }
 }
 
+// The whole pixels of `common` that lie within the outermost pixel centres of `field`, both without
+// distortion and of the same axes.
+cv::Rect ContentIn(const CameraModel& common, const CameraModel& field) {
+  // A pixel centre that lies on the border but for rounding.
+  constexpr double kRounding_px = 1e-6;
+  const Eigen::Vector2d first =
+      common.Project(field.Unproject({0, 0})) - Eigen::Vector2d::Constant(kRounding_px);
+  const Eigen::Vector2d last =
+      common.Project(field.Unproject({field.width - 1, field.height - 1})) +
+      Eigen::Vector2d::Constant(kRounding_px);
+  const cv::Point from(static_cast<int>(std::ceil(first.x())),
+                       static_cast<int>(std::ceil(first.y())));
+  const cv::Point to(static_cast<int>(std::floor(last.x())),
+                     static_cast<int>(std::floor(last.y())));
+  if (to.x < from.x || to.y < from.y) return {};
+  return cv::Rect(from, to + cv::Point(1, 1)) & cv::Rect(0, 0, common.width, common.height);
+}
+
 bool LiesWithin(const cv::Mat& map, double max) {
   return cv::checkRange(map, true, nullptr, -kMaxOutside_px, max + kMaxOutside_px);
 }
@@ -155,7 +173,10 @@ bool Grows(const cv::Mat& map_x, const cv::Mat& map_y) {
 
 }  // namespace
 
-Undistorter::Undistorter(const CameraModel& distorted) : camera_(distorted) {
+Undistorter::Undistorter(const CameraModel& distorted)
+    : camera_(distorted),
+      taken_size_(distorted.width, distorted.height),
+      content_(0, 0, distorted.width, distorted.height) {
   Validate(distorted, "undistortion");
   camera_.shutter = {};
   if (!distorted.HasDistortion()) return;
@@ -163,27 +184,53 @@ Undistorter::Undistorter(const CameraModel& distorted) : camera_(distorted) {
   if (!(field.right > field.left && field.bottom > field.top)) throw NotALens();
   camera_ = CameraOf(field, distorted.width, distorted.height);
   if (distorted.lens == LensModel::kFisheye) camera_ = WithSquarePixels(camera_);
+  TakeMaps(distorted);
+}
+
+Undistorter::Undistorter(const CameraModel& distorted, const CameraModel& common)
+    : Undistorter(distorted) {
+  Validate(common, "undistortion");
+  if (common.HasDistortion()) throw Error("undistortion: the common camera has distortion");
+  const cv::Rect shown = ContentIn(common, camera_);
+  if (shown.empty()) throw Error("undistortion: the common camera shows nothing of the image");
+  camera_ = common;
+  content_ = shown;
+  TakeMaps(distorted);
+}
+
+void Undistorter::TakeMaps(const CameraModel& distorted) {
+  CameraModel straight = camera_;
+  straight.width = content_.width;
+  straight.height = content_.height;
+  straight.cx -= content_.x;
+  straight.cy -= content_.y;
   cv::Mat map_x;
   cv::Mat map_y;
-  MakeMaps(distorted, camera_, map_x, map_y);
+  MakeMaps(distorted, straight, map_x, map_y);
   const bool is_inside =
-      LiesWithin(map_x, camera_.width - 1) && LiesWithin(map_y, camera_.height - 1);
+      LiesWithin(map_x, distorted.width - 1) && LiesWithin(map_y, distorted.height - 1);
   if (!is_inside || !Grows(map_x, map_y)) throw NotALens();
   cv::convertMaps(map_x, map_y, map1_, map2_, CV_16SC2);
 }
 
 cv::Mat Undistorter::Undistort(const cv::Mat& image) const {
-  if (image.cols != camera_.width || image.rows != camera_.height) {
-    throw Error(
-        ErrorParts{.what = "image has another size than the camera",
-                   .where = "undistortion",
-                   .expected = std::to_string(camera_.width) + "x" + std::to_string(camera_.height),
-                   .found = std::to_string(image.cols) + "x" + std::to_string(image.rows)});
+  if (image.size() != taken_size_) {
+    throw Error(ErrorParts{
+        .what = "image has another size than the camera",
+        .where = "undistortion",
+        .expected = std::to_string(taken_size_.width) + "x" + std::to_string(taken_size_.height),
+        .found = std::to_string(image.cols) + "x" + std::to_string(image.rows)});
   }
   if (map1_.empty()) return image;
-  cv::Mat undistorted;
+  cv::Mat content;
   // Replicating the border matters only for the rounding of the outermost positions.
-  cv::remap(image, undistorted, map1_, map2_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(image, content, map1_, map2_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  const int right = camera_.width - content_.br().x;
+  const int bottom = camera_.height - content_.br().y;
+  if (content.cols == camera_.width && content.rows == camera_.height) return content;
+  cv::Mat undistorted;
+  cv::copyMakeBorder(content, undistorted, content_.y, bottom, content_.x, right,
+                     cv::BORDER_REPLICATE);
   return undistorted;
 }
 

@@ -68,6 +68,7 @@ struct CameraIdentity {
   std::string make;
   std::string model;
   std::string serial;
+  std::string lens;
   double focal_mm = 0;
   double focal_35mm = 0;
   double digital_zoom = 1;
@@ -76,6 +77,7 @@ struct CameraIdentity {
     if (!facts.exif) return;
     make = facts.exif->make;
     model = facts.exif->model;
+    lens = facts.exif->lens;
     focal_mm = facts.exif->focal_mm;
     focal_35mm = facts.exif->focal_35mm;
     digital_zoom = facts.exif->digital_zoom;
@@ -87,7 +89,7 @@ struct CameraIdentity {
 
   bool IsSame(const CameraIdentity& other) const {
     return make == other.make && model == other.model && serial == other.serial &&
-           HasSameFocal(other);
+           lens == other.lens && HasSameFocal(other);
   }
 
  private:
@@ -161,6 +163,7 @@ CameraGroup GroupOfCamera(const IdentifiedPhoto& first) {
           identity.make,
           identity.model,
           identity.serial,
+          identity.lens,
           identity.focal_mm,
           {}};
 }
@@ -207,11 +210,6 @@ std::vector<CameraGroup> GroupByCamera(const std::vector<std::string>& images) {
     }
   }
   return groups;
-}
-
-std::size_t CountCameras(const std::string& input) {
-  if (KindOfInput(input) != InputKind::kImages) return 1;
-  return GroupByCamera(ListImages(input)).size();
 }
 
 }  // namespace mono3d

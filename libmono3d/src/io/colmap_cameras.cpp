@@ -121,6 +121,22 @@ bool IsColmapCameras(const std::vector<std::string>& lines) {
   return false;
 }
 
+std::map<std::int64_t, CameraModel> ParseAllColmapCameras(const std::filesystem::path& path,
+                                                          const std::vector<std::string>& lines) {
+  std::map<std::int64_t, CameraModel> cameras;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::vector<std::string_view> words = Words(lines[i]);
+    if (IsComment(words)) continue;
+    const std::string where = AtLine(path, i + 1);
+    const std::optional<std::int64_t> id = ParseInteger(words[0]);
+    if (!id) ThrowBadCamera(where, "bad id", "a whole number", std::string(words[0]));
+    if (!cameras.emplace(*id, ParseCamera(words, where)).second) {
+      ThrowBadCamera(where, "two cameras of one id", {}, std::string(words[0]));
+    }
+  }
+  return cameras;
+}
+
 CameraModel ParseColmapCameras(const std::filesystem::path& path,
                                const std::vector<std::string>& lines) {
   std::optional<CameraModel> camera;

@@ -94,6 +94,7 @@ std::vector<ColmapImage> ParseColmapImages(const std::filesystem::path& path,
                              .found = std::to_string(words.size()) + " words"});
     }
     images.push_back({*ParseInteger(words[0]),
+                      *ParseInteger(words[kNameWord - 1]),
                       ParseColmapPose(words, where),
                       NameOf(words, lines[i]),
                       where,

@@ -22,6 +22,7 @@ struct ColmapObservation {
 
 struct ColmapImage {
   std::int64_t id = 0;
+  std::int64_t camera_id = 0;
   Pose T_world_cam;
   std::string name;
   std::string where;  // file and line, for messages

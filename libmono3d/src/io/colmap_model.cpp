@@ -19,7 +19,6 @@ namespace {
 
 // From a corner of the top-left pixel to its centre.
 constexpr double kHalfPixel = 0.5;
-constexpr const char* kCameraId = "1";
 
 std::string Joined(std::initializer_list<double> numbers) {
   std::string text;
@@ -27,22 +26,34 @@ std::string Joined(std::initializer_list<double> numbers) {
   return text;
 }
 
-std::string CameraText(const CameraModel& camera) {
+// The images of the camera at a position name it by this.
+std::string CameraId(std::size_t position) { return std::to_string(position + 1); }
+
+std::string CameraText(const CameraModel& camera, std::size_t position) {
   const auto [k1, k2, p1, p2, k3] = camera.distortion;
   const bool is_fisheye = camera.lens == LensModel::kFisheye;  // whose k3 and k4 are p1 and p2
   const char* model = is_fisheye                ? "OPENCV_FISHEYE"
                       : !camera.HasDistortion() ? "PINHOLE"
                       : k3 == 0                 ? "OPENCV"
                                                 : "FULL_OPENCV";
-  std::string text =
-      "# Camera list with one line of data per camera:\n"
-      "#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  text += std::string(kCameraId) + " " + model + Joined({static_cast<double>(camera.width)}) +
-          Joined({static_cast<double>(camera.height)}) +
-          Joined({camera.fx, camera.fy, camera.cx + kHalfPixel, camera.cy + kHalfPixel});
+  std::string text = CameraId(position) + " " + model +
+                     Joined({static_cast<double>(camera.width)}) +
+                     Joined({static_cast<double>(camera.height)}) +
+                     Joined({camera.fx, camera.fy, camera.cx + kHalfPixel, camera.cy + kHalfPixel});
   if (camera.HasDistortion()) text += Joined({k1, k2, p1, p2});
   if (k3 != 0) text += Joined({k3, 0, 0, 0});
   return text + "\n";
+}
+
+std::string CamerasText(const SparseModel& model) {
+  std::string text =
+      "# Camera list with one line of data per camera:\n"
+      "#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  text += CameraText(model.camera, 0);
+  for (std::size_t i = 0; i < model.further_cameras.size(); ++i) {
+    text += CameraText(model.further_cameras[i], i + 1);
+  }
+  return text;
 }
 
 std::string ImagesText(const SparseModel& model) {
@@ -55,8 +66,8 @@ std::string ImagesText(const SparseModel& model) {
     const Eigen::Quaterniond& q = T_cam_world.rotation();
     const Eigen::Vector3d& t = T_cam_world.translation();
     text += std::to_string(image.id + 1) +
-            Joined({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) + " " + kCameraId + " " +
-            image.name + "\n";
+            Joined({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) + " " +
+            CameraId(image.camera) + " " + image.name + "\n";
     std::string separator;
     for (const SparseObservation& observation : image.observations) {
       text += separator + ToText(observation.pixel.x() + kHalfPixel) + " " +
@@ -125,12 +136,24 @@ std::map<std::int64_t, std::size_t> ReadPoints(const std::filesystem::path& path
   return position_of_id;
 }
 
+// Where there is only one camera, all images are taken for its own, whatever they name.
+std::size_t PositionOfCamera(const std::map<std::int64_t, std::size_t>& position_of_camera,
+                             const ColmapImage& image) {
+  if (position_of_camera.size() == 1) return 0;
+  const auto found = position_of_camera.find(image.camera_id);
+  if (found != position_of_camera.end()) return found->second;
+  throw Error(ErrorParts{.what = "image of a camera that cameras.txt does not have",
+                         .where = image.where,
+                         .expected = {},
+                         .found = std::to_string(image.camera_id)});
+}
+
 }  // namespace
 
 void WriteColmapModel(const std::filesystem::path& folder, const SparseModel& model) {
   Validate(model);
   CreateOutputFolder(folder);
-  WriteFileAtomically(folder / "cameras.txt", CameraText(model.camera));
+  WriteFileAtomically(folder / "cameras.txt", CamerasText(model));
   WriteFileAtomically(folder / "images.txt", ImagesText(model));
   WriteFileAtomically(folder / "points3D.txt", PointsText(model));
 }
@@ -145,7 +168,16 @@ SparseModel ReadColmapModel(const std::filesystem::path& folder) {
                            .expected = "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]",
                            .found = {}});
   }
-  model.camera = ParseColmapCameras(cameras, camera_lines);
+  std::map<std::int64_t, std::size_t> position_of_camera;
+  for (const auto& [id, camera] : ParseAllColmapCameras(cameras, camera_lines)) {
+    const std::size_t position = position_of_camera.size();
+    position_of_camera.emplace(id, position);
+    if (position == 0) {
+      model.camera = camera;
+    } else {
+      model.further_cameras.push_back(camera);
+    }
+  }
   const auto position_of_id = ReadPoints(folder / "points3D.txt", model.points);
   const std::filesystem::path images = folder / "images.txt";
   for (const ColmapImage& from : ParseColmapImages(images, ReadLines(images))) {
@@ -153,6 +185,7 @@ SparseModel ReadColmapModel(const std::filesystem::path& folder) {
     image.id = from.id - 1;
     image.name = from.name;
     image.T_world_cam = from.T_world_cam;
+    image.camera = PositionOfCamera(position_of_camera, from);
     for (const ColmapObservation& seen : from.observations) {
       SparseObservation& observation = image.observations.emplace_back();
       observation.pixel = seen.pixel - Eigen::Vector2d(kHalfPixel, kHalfPixel);

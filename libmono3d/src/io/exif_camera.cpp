@@ -141,6 +141,7 @@ ExifCamera ParseExif(const std::string& block) {
   camera.make = exif.Text(EXIF_IFD_0, EXIF_TAG_MAKE);
   camera.model = exif.Text(EXIF_IFD_0, EXIF_TAG_MODEL);
   camera.serial = exif.Text(EXIF_IFD_EXIF, EXIF_TAG_BODY_SERIAL_NUMBER);
+  camera.lens = exif.Text(EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
   camera.width = exif.Size(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_X_DIMENSION);
   camera.height = exif.Size(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_Y_DIMENSION);
   camera.focal_mm = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH);

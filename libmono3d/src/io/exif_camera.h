@@ -12,6 +12,7 @@ struct ExifCamera {
   std::string make;
   std::string model;
   std::string serial;        // of the body
+  std::string lens;          // its model
   int width = 0;             // px, of the picture when EXIF was written (PixelXDimension)
   int height = 0;            // px
   double focal_mm = 0;       // of the lens

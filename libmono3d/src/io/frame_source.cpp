@@ -23,7 +23,8 @@ std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// "768x448"; nothing when it is anything else.
+}  // namespace
+
 std::optional<cv::Size> ParseSize(const std::string& text) {
   constexpr std::int64_t kMax = 32767;  // what cv::remap can address
   const std::size_t cross = text.find('x');
@@ -36,6 +37,8 @@ std::optional<cv::Size> ParseSize(const std::string& text) {
   if (!fits(width) || !fits(height)) return std::nullopt;
   return cv::Size(static_cast<int>(*width), static_cast<int>(*height));
 }
+
+namespace {
 
 // The calibration holds for images of the same field of view: rounding a size to whole pixels is
 // the only difference in shape that resizing brings about; anything more was cropped.
@@ -86,7 +89,8 @@ class PreparedFrames : public FrameSource {
     if (!fits) {
       throw Error(ErrorParts{
           .what = is_resizing_ ? "image has another shape than the calibration"
-                               : "image has another size than the calibration; see --resize",
+                               : "image has another size than the calibration; see --resize, or "
+                                 "--photos for those of several cameras",
           .where = image.name,
           .expected = SizeText(calibration_.width, calibration_.height),
           .found = SizeText(size.width, size.height)});

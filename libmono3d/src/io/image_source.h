@@ -47,6 +47,9 @@ ImageList FindImages(const std::string& input);
 std::unique_ptr<ImageSource> OpenImageList(ImageList list, const FrameSourceOptions& options);
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourceOptions& options);
 
+// "768x448"; nothing when it is anything else.
+std::optional<cv::Size> ParseSize(const std::string& text);
+
 // Rate of images that do not tell.
 inline constexpr double kDefaultFps = 30;
 

@@ -58,7 +58,7 @@ void View::TakePoints() {
   if (has_pixels) {
     for (std::size_t i = 0; i < keyframe_.sparse_depths_su.size(); ++i) {
       const Eigen::Vector2d pixel = keyframe_.sparse_pixels[i].cast<double>();
-      if (!camera().Contains(pixel) || !(keyframe_.sparse_depths_su[i] > 0)) continue;
+      if (!keyframe_.frame.Shows(pixel) || !(keyframe_.sparse_depths_su[i] > 0)) continue;
       const std::size_t cell = CellOf(pixel);
       // Where the cell's points are on average.
       pixels[cell] = depths[cell].empty() ? pixel : Eigen::Vector2d(0.5 * (pixels[cell] + pixel));
@@ -100,7 +100,7 @@ void View::FindFarthest(const std::vector<std::vector<float>>& depths_of_cell) {
 bool View::Sees(const Eigen::Vector3d& p_cam) const {
   if (!(p_cam.z() > 0)) return false;
   const Eigen::Vector2d pixel = camera().Project(p_cam);
-  if (!camera().Contains(pixel)) return false;
+  if (!keyframe_.frame.Shows(pixel)) return false;
   return static_cast<float>(p_cam.z()) <= kHiddenFactor * farthest_su_[CellOf(pixel)];
 }
 

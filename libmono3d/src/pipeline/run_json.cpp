@@ -243,6 +243,19 @@ JsonValue CalibrationJson(const CameraCalibration& calibration) {
   return json;
 }
 
+JsonValue CamerasJson(const std::vector<CameraOfRun>& cameras) {
+  JsonValue json = JsonValue::List();
+  for (const CameraOfRun& camera : cameras) {
+    JsonValue one = CalibrationJson(camera.calibration);
+    one.Set("name", camera.name);
+    one.Set("photos", camera.num_photos);
+    one.Set("width", camera.calibration.prior.camera.width);
+    one.Set("height", camera.calibration.prior.camera.height);
+    json.Append(std::move(one));
+  }
+  return json;
+}
+
 JsonValue SelfCalibrationJson(const SelfCalibration& self_calibration) {
   JsonValue json = JsonValue::Object();
   json.Set("attempts", self_calibration.num_attempts);
@@ -285,6 +298,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("photos", record.are_photos);
   json.Set("camera", record.camera);
   if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
+  if (!record.cameras.empty()) json.Set("cameras", CamerasJson(record.cameras));
   json.Set("device", DeviceJson(record.device));
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));

@@ -46,6 +46,18 @@ std::optional<std::string_view> WithoutEnding(std::string_view name, std::string
   return name.substr(0, name.size() - ending.size());
 }
 
+// "learned_camera_2.yaml"
+constexpr std::string_view kCameraStem = "learned_camera_";
+
+std::string NameOfCamera(std::size_t number) {
+  return std::string(kCameraStem) + std::to_string(number) + ".yaml";
+}
+
+bool IsNameOfCamera(std::string_view name) {
+  const std::optional<std::string_view> stem = WithoutEnding(name, ".yaml");
+  return stem && stem->starts_with(kCameraStem) && IsNumber(stem->substr(kCameraStem.size()));
+}
+
 // As NameOfMap makes them.
 bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view extension) {
   const std::optional<std::string_view> rest = WithoutEnding(name, extension);
@@ -57,8 +69,9 @@ bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view 
 
 bool IsRunFile(std::string_view name) {
   const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
-  return name == "run.json" || name == kCameraName || IsNameOfMap(name, "model", ".ply") ||
-         IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
+  return name == "run.json" || name == kCameraName || IsNameOfCamera(name) ||
+         IsNameOfMap(name, "model", ".ply") || IsNameOfMap(name, "mesh", ".ply") ||
+         std::ranges::any_of(kTrajectoryNames, is_text);
 }
 
 constexpr std::array<std::string_view, 6> kDepthEndings = {
@@ -202,6 +215,17 @@ void RunWriter::WriteSparseModels(const Reconstruction& reconstruction,
   }
 }
 
+void RunWriter::WriteSparseModels(const Reconstruction& reconstruction,
+                                  const CamerasOfImages& calibrations) const {
+  bool is_first = true;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    WriteSparse(map, is_first,
+                WithCameras(map.sparse, calibrations.cameras,
+                            [&](std::int64_t frame) { return calibrations.Of(frame); }));
+    is_first = false;
+  }
+}
+
 void RunWriter::WriteSparseModelsOfKeyframeImages(const Reconstruction& reconstruction) const {
   bool is_first = true;
   for (const MapReconstruction& map : reconstruction.maps) {
@@ -230,6 +254,10 @@ std::filesystem::path RunWriter::KeyframeImagePath(const std::string& frame_name
 
 void RunWriter::WriteCamera(const CameraModel& learned) const {
   WriteCameraFile(folder_ / kCameraName, learned);
+}
+
+void RunWriter::WriteCamera(const CameraModel& learned, std::size_t number) const {
+  WriteCameraFile(folder_ / NameOfCamera(number), learned);
 }
 
 void RunWriter::WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const {

@@ -26,6 +26,9 @@ int SideCost(const FineCensus& census, const SourceProjections& projections, std
     const int column = static_cast<int>(std::floor(at.x() / at.z()));
     const int row = static_cast<int>(std::floor(at.y() / at.z()));
     if (at.z() <= 0 || column < 0 || row < 0 || column > width - 2 || row > height - 2) continue;
+    const PixelBounds& bounds = projections[s].bounds;
+    if (!bounds.Contain({column, row}) || !bounds.Contain({column + 1, row + 1})) continue;
+    if (!projections[s].reference.Contain({x / 2 * 2, y / 2 * 2})) continue;
     const auto place = static_cast<std::size_t>((row + y % 2) * width + column + x % 2);
     sum += std::popcount(census[1 + s][place] ^ census[0][pixel]);
     ++num_visible;

@@ -178,7 +178,8 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
         const Eigen::Vector3d at = source.A * Eigen::Vector3d(x, y, 1) + w * source.b;
         const Eigen::Vector2d u = at.hnormalized();
         const bool is_visible = at.z() > 0 && u.x() >= 0 && u.y() >= 0 && u.x() < Width(size) - 1 &&
-                                u.y() < Height(size) - 1;
+                                u.y() < Height(size) - 1 && source.bounds.Contain(u) &&
+                                source.reference.Contain({x, y});
         num_views += is_visible ? 1 : 0;
       }
       const bool is_matched = depth[At(size, x, y)] > 0;

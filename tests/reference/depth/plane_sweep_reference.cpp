@@ -13,13 +13,15 @@ namespace mono3d::reference {
 namespace {
 
 std::optional<int> Distance(const CensusImages& census, std::uint64_t reference, std::size_t source,
-                            const Eigen::Vector3d& at, const PlaneSweepParams& params) {
+                            const Eigen::Vector3d& at, const PixelBounds& bounds,
+                            const PlaneSweepParams& params) {
   if (at.z() <= 0) return std::nullopt;
   const int x = static_cast<int>(std::floor(at.x() / at.z() + 0.5));
   const int y = static_cast<int>(std::floor(at.y() / at.z() + 0.5));
   const int width = static_cast<int>(params.width_px);
   const int height = static_cast<int>(params.height_px);
   if (x < 0 || y < 0 || x >= width || y >= height) return std::nullopt;
+  if (!bounds.Contain({x, y})) return std::nullopt;
   return std::popcount(census[1 + source][static_cast<std::size_t>(y * width + x)] ^ reference);
 }
 
@@ -53,7 +55,8 @@ std::vector<std::uint8_t> PlaneSweep(const CensusImages& census,
       std::vector<std::optional<int>> distances(projections.size());
       for (std::size_t s = 0; s < projections.size(); ++s) {
         const Eigen::Vector3d at = projections[s].A * p + w * projections[s].b;
-        distances[s] = Distance(census, census[0][pixel], s, at, params);
+        if (!projections[s].reference.Contain(p.head<2>())) continue;
+        distances[s] = Distance(census, census[0][pixel], s, at, projections[s].bounds, params);
       }
       const std::span<const std::optional<int>> all(distances);
       const int cost = BothSides(CoarseSideCost(all.first(projections.size() / 2)),

@@ -60,6 +60,7 @@ std::vector<Eigen::Vector4f> PhotometricStep(const std::vector<cv::Mat>& detail,
       if (at(w).z() <= 0 || u.x() < 0 || u.y() < 0 || u.x() >= width - 1 || u.y() >= height - 1) {
         continue;
       }
+      if (!projections[s].bounds.Contain(u) || !projections[s].reference.Contain({x, y})) continue;
       const cv::Mat& image = detail[s + 1];
       const double left = std::floor(u.x());
       const double top = std::floor(u.y());

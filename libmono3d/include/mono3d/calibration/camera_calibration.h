@@ -5,8 +5,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -91,6 +94,19 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
 CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const FootageOpener& open,
                                           const PhotoMapperOptions& photos = {},
                                           const CalibrationOptions& options = {});
+
+// Opens photos that several cameras took, undistorted by these into the images of one camera.
+using PhotosOpener =
+    std::function<std::unique_ptr<FrameSource>(std::span<const CameraModel> cameras)>;
+
+// The same of photos of several cameras, or of one with several zooms: poses, points and all
+// cameras are adjusted together. `camera_of_frame` tells which camera took the photo with an index.
+// A prior without a standard deviation of its focal length is held as it is. What is found is at
+// the sizes of the priors. Shutters stay as they are told.
+std::vector<CameraCalibration> CalibrateCamerasOfPhotos(
+    std::span<const CameraPrior> priors,
+    const std::function<std::size_t(std::int64_t)>& camera_of_frame, const PhotosOpener& open,
+    const PhotoMapperOptions& photos = {}, const CalibrationOptions& options = {});
 
 // The largest distance in px, over the image, between where two cameras of one size show the same
 // ray: how wrong the one is if the other is right.

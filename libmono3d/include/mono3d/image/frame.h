@@ -22,6 +22,14 @@ struct Frame {
   // The camera as it took the image, with its distortion, at the size of the image: where it has a
   // rolling shutter, its lines are read one after the other. Width 0: a global shutter.
   CameraModel sensor = {};
+  // The part that the camera took, where the image is larger: what lies around it repeats its
+  // border and shows nothing. Empty: all of it.
+  cv::Rect content = {};
+
+  // Never empty.
+  cv::Rect ContentOrAll() const;
+  // Was the pixel taken: does it lie within the outermost pixel centres of the content?
+  bool Shows(const Eigen::Vector2d& pixel) const;
 };
 
 // CV_8UC1 of the same size.

@@ -7,7 +7,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,7 @@ struct SparseImage {
   std::vector<SparseObservation> observations;
   // How the camera moved at that moment, where it is known, in su of the model.
   std::optional<CameraVelocity> velocity = {};
+  std::size_t camera = 0;  // which one took it: see SparseModel::CameraOf
 };
 
 struct SparsePoint {
@@ -39,12 +42,17 @@ struct SparsePoint {
   std::array<std::uint8_t, 3> colour = {0, 0, 0};     // red, green, blue
 };
 
-// What bundle adjustment has found out: the poses of some images of one camera, scene points, and
-// where the images show them.
+// What bundle adjustment has found out: the poses of some images, mostly of one camera, scene
+// points, and where the images show them.
 struct SparseModel {
   CameraModel camera;
+  std::vector<CameraModel> further_cameras = {};  // of images whose camera is 1, 2, ...
   std::vector<SparseImage> images;
   std::vector<SparsePoint> points;
+
+  const CameraModel& CameraOf(const SparseImage& image) const {
+    return image.camera == 0 ? camera : further_cameras.at(image.camera - 1);
+  }
 };
 
 // Mean distance in px between the pixel of an observation and its point's projection through the
@@ -58,8 +66,12 @@ std::vector<double> ReprojectionErrors_px(const SparseModel& model);
 // the other. `model.camera` must be free of distortion.
 SparseModel WithCamera(const SparseModel& model, const CameraModel& camera);
 
-// Throws Error when an observation names a point that is not there, two images have one id, or a
-// number is not finite.
+// The same of images of several cameras: `camera_of_id` gives that of the image with an id.
+SparseModel WithCameras(const SparseModel& model, std::span<const CameraModel> cameras,
+                        const std::function<std::size_t(std::int64_t)>& camera_of_id);
+
+// Throws Error when an observation names a point that is not there, an image a camera, two images
+// have one id, or a number is not finite.
 void Validate(const SparseModel& model);
 
 }  // namespace mono3d

@@ -40,17 +40,17 @@ struct CameraGroup {
   std::string make;            // of the camera, as EXIF tells it; empty: not told
   std::string model;           // the same
   std::string serial;          // the same, or XMP's
+  std::string lens;            // its model; empty: not told, or not to be changed
   double focal_length_mm = 0;  // of the first photo; 0: not told
   std::vector<std::string> images;
 };
 
-// Photos of one image size, make, model, serial number and focal length (within 1 %) are of one
-// group, in the order of their first photos. Photos without metadata belong to the only group of
-// their size, or make one. Files that cannot be read are left out with a warning in the log. Takes
-// O(images * groups).
+// Photos of one image size, make, model, serial number, lens and focal length (within 1 %) are of
+// one group, in the order of their first photos. How the camera was held does not matter: pixels
+// are read as the sensor has them, whatever the orientation tag says, so that photos held upright
+// and lengthwise have one calibration. Photos that a program turned have another size. Photos
+// without metadata belong to the only group of their size, or make one. Files that cannot be read
+// are left out with a warning in the log. Takes O(images * groups).
 std::vector<CameraGroup> GroupByCamera(const std::vector<std::string>& images);
-
-// The number of groups of the images of an input; 1 of a video.
-std::size_t CountCameras(const std::string& input);
 
 }  // namespace mono3d

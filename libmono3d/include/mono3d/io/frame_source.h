@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -47,10 +48,26 @@ class FrameSource {
 // img2 before img10. Throws Error when there are none.
 std::vector<std::string> ListImages(const std::string& input);
 
+// The cameras that took the images of an input.
+struct CamerasOfImages {
+  std::vector<CameraModel> cameras;
+  // Of each image of ListImages, position in `cameras`; empty: all are of the first.
+  std::vector<std::size_t> camera_of_image = {};
+
+  std::size_t Of(std::int64_t image) const;
+};
+
 // `input` is a folder (its images in natural order; the folder of a sequence, with images/ in it,
 // will do as well), a glob ("flight/*.jpg") or a video file. Throws Error when there is nothing to
 // read.
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
+                                             const FrameSourceOptions& options = {});
+// The images of a folder or a glob that several cameras took. The frames are those of one camera,
+// CommonCamera of all, and show what each camera saw of it (Frame::content); the width and height
+// of FrameSourceOptions::resize are the largest that they may have. Rolling shutters are passed
+// over: how photos moved is not known.
+std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input,
+                                             const CamerasOfImages& cameras,
                                              const FrameSourceOptions& options = {});
 // Just these images, in this order. As each was asked for by name, one that cannot be decoded is an
 // Error, thrown by Next().

@@ -16,6 +16,7 @@
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
+#include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/pipeline.h"
 
 namespace MONO3D_EXPORT mono3d {
@@ -27,6 +28,13 @@ enum class RunEnd {
   kFailed,    // an error; the model is that of the input before it
 };
 
+// One of the cameras of photos.
+struct CameraOfRun {
+  std::string name;  // as EXIF tells it; may be empty
+  std::int64_t num_photos = 0;
+  CameraCalibration calibration;
+};
+
 // What run.json tells beside the counts.
 struct RunRecord {
   RunEnd end = RunEnd::kFinished;
@@ -34,7 +42,9 @@ struct RunRecord {
   std::string input;
   std::string camera;  // the file; empty: none was given
   std::optional<CameraCalibration>
-      calibration;          // what the images said of it, where they were asked
+      calibration;  // what the images said of it, where they were asked
+  // Of photos of several cameras, each: in place of `calibration`.
+  std::vector<CameraOfRun> cameras;
   bool are_photos = false;  // in any order, and no video
   DeviceInfo device;
   std::vector<OptionField> options;
@@ -53,6 +63,7 @@ struct RunRecord {
 //   images_global_shutter/NAME.png                      images of the keyframes, undistorted and of
 //                                                       a global shutter, where asked for
 //   learned_camera.yaml                                 the camera, where the images told it
+//   learned_camera_N.yaml                               of photos of several cameras, camera N
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
 // trajectory_mapN.txt, sparse_mapN and so on. Files are written beside and renamed: none is ever
@@ -76,9 +87,14 @@ class RunWriter {
   // COLMAP and OpenMVS can go on from there.
   void WriteSparseModels(const Reconstruction& reconstruction,
                          const CameraModel& calibration) const;
+  // The same of several cameras.
+  void WriteSparseModels(const Reconstruction& reconstruction,
+                         const CamerasOfImages& calibrations) const;
   // The same as images_global_shutter/ shows them, of the keyframes that are there.
   void WriteSparseModelsOfKeyframeImages(const Reconstruction& reconstruction) const;
   void WriteCamera(const CameraModel& learned) const;
+  // Of camera `number` of several, from 1 on.
+  void WriteCamera(const CameraModel& learned, std::size_t number) const;
   void WriteRecord(const Reconstruction& reconstruction, const RunRecord& record) const;
 
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }

@@ -9,8 +9,6 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mono3d/image/frame.h"
-
 namespace mono3d::tracking {
 namespace {
 
@@ -90,6 +88,14 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
     const float sum = std::max(sift.sum(), 1.0F);
     features.descriptors.row(row) = (sift / sum).cwiseSqrt();
   }
+  return features;
+}
+
+PhotoFeatures ExtractPhotoFeatures(const Frame& frame, int num_features, int max_side_px) {
+  const cv::Rect content = frame.ContentOrAll();
+  PhotoFeatures features = ExtractPhotoFeatures(frame.bgr(content), num_features, max_side_px);
+  const Eigen::Vector2d corner(content.x, content.y);
+  for (Eigen::Vector2d& pixel : features.pixels) pixel += corner;
   return features;
 }
 

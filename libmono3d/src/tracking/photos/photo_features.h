@@ -10,6 +10,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "mono3d/image/frame.h"
+
 namespace mono3d::tracking {
 
 // Rows of unit length, so that products are cosines.
@@ -29,5 +31,7 @@ struct PhotoFeatures {
 // SIFT (Lowe 2004), about `num_features` of it, with the Hellinger kernel (Arandjelovic and
 // Zisserman 2012), on an image whose longer side has no more than `max_side_px` pixels.
 PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max_side_px);
+// Of the frame's content, with the pixels of the whole frame.
+PhotoFeatures ExtractPhotoFeatures(const Frame& frame, int num_features, int max_side_px);
 
 }  // namespace mono3d::tracking

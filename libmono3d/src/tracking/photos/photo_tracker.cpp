@@ -44,7 +44,7 @@ TrackingResult PhotoTracker::Track(const Frame& frame) {
                            .found = {}});
   }
   const ScopedStageTimer timer(times_, "tracking/photo_features");
-  features_.push_back(ExtractPhotoFeatures(frame.bgr, options_.num_features, options_.max_side_px));
+  features_.push_back(ExtractPhotoFeatures(frame, options_.num_features, options_.max_side_px));
   frames_.push_back(frame);
   TrackingResult result;
   result.is_pending = true;
