@@ -4,7 +4,6 @@
 #include "calibration/camera_problem.h"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,7 +12,7 @@
 #include <memory>
 #include <numeric>
 
-#include "calibration/parameter_projection.h"
+#include "calibration/reprojection_cost.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d::calibration {
@@ -24,50 +23,6 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 // least squares there.
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
-
-}  // namespace
-
-struct ReprojectionError {
-  template <typename T>
-  bool operator()(const T* camera, const T* pose, const T* point, T* residual) const {
-    T p_cam[3];
-    ceres::AngleAxisRotatePoint(pose, point, p_cam);
-    for (int i = 0; i < 3; ++i) p_cam[i] += pose[3 + i];
-    T p_line[3];
-    MoveToLine(camera, p_cam, p_line);
-    if (!(p_line[2] > T(0))) return false;
-    T found[2];
-    ProjectParameters(lens, camera, p_line, found);
-    residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
-    residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
-    return true;
-  }
-
-  // Into the camera's frame at the time of the line that the pixel is on.
-  template <typename T>
-  void MoveToLine(const T* camera, const T* p_cam, T* p_line) const {
-    const T time_s = camera[kReadoutByRows] * row_share + camera[kReadoutByColumns] * column_share;
-    const T half = T(0.5) * time_s * time_s;
-    T rotation[3];
-    for (int i = 0; i < 3; ++i) {
-      rotation[i] =
-          time_s * velocity->angular_rad_per_s[i] + half * velocity->angular_rad_per_s2[i];
-    }
-    ceres::AngleAxisRotatePoint(rotation, p_cam, p_line);
-    for (int i = 0; i < 3; ++i) {
-      p_line[i] += time_s * velocity->linear_su_per_s[i] + half * velocity->linear_su_per_s2[i];
-    }
-  }
-
-  Eigen::Vector2d pixel;
-  double sigma_px;
-  double row_share;  // LineShare
-  double column_share;
-  const CameraVelocity* velocity;
-  LensModel lens;
-};
-
-namespace {
 
 struct PriorError {
   template <typename T>
@@ -82,7 +37,6 @@ struct PriorError {
   ParameterVector sigmas;
 };
 
-using ReprojectionCost = ceres::AutoDiffCostFunction<ReprojectionError, 2, kNumParameters, 6, 3>;
 using PriorCost = ceres::AutoDiffCostFunction<PriorError, kNumParameters, kNumParameters>;
 
 std::array<double, 6> ToPoseBlock(const Pose& T_cam_first) {
@@ -107,7 +61,7 @@ std::vector<double> AbsoluteErrors_px(const std::vector<CalibrationResidual>& re
 }  // namespace
 
 CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
-                             const CameraPrior& prior)
+                             const CameraPrior& prior, std::size_t max_points)
     : prior_(ToParameters(prior.camera)),
       prior_sigmas_(PriorSigmas(prior)),
       is_fixed_(prior_sigmas_.array() == 0),
@@ -121,7 +75,7 @@ CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraMode
   for (const SparseModel& map : maps) {
     const auto max_images =
         static_cast<std::size_t>(std::ceil(share * static_cast<double>(map.images.size())));
-    Add(map, max_images, kMaxPoints / maps.size());
+    Add(map, max_images, max_points / maps.size());
   }
 }
 
@@ -189,25 +143,18 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_coordinates_.push_back(held);
 }
 
-ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
-  return {observation.pixel,
-          sigma_px,
-          LineShare(shape_, observation.pixel, false),
-          LineShare(shape_, observation.pixel, true),
-          &velocities_[observation.image],
-          shape_.lens};
+ReprojectionCost CameraProblem::CostOf(const Observation& observation, double sigma_px) const {
+  return {shape_, observation.pixel, sigma_px, velocities_[observation.image]};
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals() const {
   std::vector<CalibrationResidual> residuals;
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
-    const ReprojectionError error = ErrorOf(observation, 1);
+    const double* parameters[] = {camera_.data(), poses_[observation.image].data(),
+                                  points_[observation.point].data()};
     Eigen::Vector2d found_less_observed;
-    if (!error(camera_.data(), poses_[observation.image].data(), points_[observation.point].data(),
-               found_less_observed.data())) {
-      continue;
-    }
+    if (!CostOf(observation, 1).Evaluate(parameters, found_less_observed.data(), nullptr)) continue;
     residuals.push_back({observation.pixel, -found_less_observed});
   }
   return residuals;
@@ -227,9 +174,9 @@ void CameraProblem::Solve(double min_gain) {
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
   ordering->AddElementToGroup(camera_.data(), 1);
   for (const Observation& observation : observations_) {
-    problem.AddResidualBlock(
-        new ReprojectionCost(new ReprojectionError(ErrorOf(observation, sigma_px_))), &loss,
-        camera_.data(), poses_[observation.image].data(), points_[observation.point].data());
+    problem.AddResidualBlock(new ReprojectionCost(CostOf(observation, sigma_px_)), &loss,
+                             camera_.data(), poses_[observation.image].data(),
+                             points_[observation.point].data());
   }
   problem.AddResidualBlock(new PriorCost(new PriorError{prior_, prior_sigmas_}), nullptr,
                            camera_.data());
@@ -278,11 +225,10 @@ void CameraProblem::FixAtPrior(const ParameterFlags& which) {
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
-  const ReprojectionCost cost(new ReprojectionError(ErrorOf(observation, sigma_px_)));
   const double* parameters[] = {camera_.data(), poses_[observation.image].data(),
                                 points_[observation.point].data()};
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
-  if (!cost.Evaluate(parameters, result.residual.data(), jacobians)) {
+  if (!CostOf(observation, sigma_px_).Evaluate(parameters, result.residual.data(), jacobians)) {
     result.residual.setZero();
     result.by_camera.setZero();
     result.by_pose.setZero();
