@@ -40,9 +40,9 @@ void SolveAll(CameraProblem& problem) {
 
 // With one readout time held at the prior.
 CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const CameraPrior& prior,
-                              std::span<const SparseModel> maps) {
+                              std::span<const SparseModel> maps, std::size_t max_points) {
   start.shutter = prior.camera.shutter;
-  CameraProblem problem(maps, start, prior);
+  CameraProblem problem(maps, start, prior, max_points);
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout] = true;
   problem.FixAtPrior(held);
@@ -54,11 +54,11 @@ CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const Camera
 // resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well? The
 // rounding is by up to a pixel, as video has even sizes: 0.58 px of the smaller side.
 bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPrior prior,
-                         std::span<const SparseModel> maps) {
+                         std::span<const SparseModel> maps, std::size_t max_points) {
   constexpr double kRoundingSigma_px = 0.58;
   constexpr double kDoubtless = 3;  // in sigmas
   prior.aspect_sigma = kRoundingSigma_px / std::min(prior.camera.width, prior.camera.height);
-  CameraProblem problem(maps, with.camera(), prior);
+  CameraProblem problem(maps, with.camera(), prior, max_points);
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;
   problem.FixAtPrior(held);
@@ -155,7 +155,7 @@ std::vector<CameraAdjustment> AdjustCamerasOnce(std::span<const CameraPrior> pri
                                                 std::span<const SparseModel> maps) {
   std::vector<CameraAdjustment> results(starts.size());
   for (std::size_t i = 0; i < starts.size(); ++i) results[i].camera = starts[i];
-  CameraProblem problem(maps, starts, priors);
+  CameraProblem problem(maps, starts, priors, kMaxPoints);
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return results;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     problem.FixAtPrior(NotOfPhotos(problem.NumImagesOf(i)), i);
@@ -191,18 +191,18 @@ bool IsLens(const CameraModel& camera) {
 }  // namespace
 
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
-                              std::span<const SparseModel> maps) {
+                              std::span<const SparseModel> maps, std::size_t max_points) {
   CameraAdjustment result;
   result.camera = start;
-  CameraProblem problem(maps, start, prior);
+  CameraProblem problem(maps, start, prior, max_points);
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   const ParameterVector prior_sigmas = PriorSigmas(prior);
   SolveAll(problem);
   const Parameter larger = problem.HoldLesserReadout();
   problem.Solve(kMinGains.back());
   if (larger != UsualReadout(start) && prior.aspect_sigma == 0 &&
-      !HoldsWithFreeAspect(problem, larger, prior, maps)) {
-    problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
+      !HoldsWithFreeAspect(problem, larger, prior, maps, max_points)) {
+    problem = WithReadoutHeld(larger, problem.camera(), prior, maps, max_points);
   }
   const ParameterMatrix covariance = CameraCovariances(problem).front();
   ParameterFlags is_determined = DeterminedParameters(covariance, prior_sigmas);
@@ -223,12 +223,12 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
 }
 
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
-                              std::span<const SparseModel> maps) {
-  CameraAdjustment adjustment = AdjustCamera(prior, start, maps);
+                              std::span<const SparseModel> maps, std::size_t max_points) {
+  CameraAdjustment adjustment = AdjustCamera(prior, start, maps, max_points);
   for (const double k1_sigma : {prior.distortion_sigma[0], 0.}) {
     if (adjustment.num_observations == 0 || IsLens(adjustment.camera)) break;
     prior.distortion_sigma = {k1_sigma, 0, 0, 0, 0};
-    adjustment = AdjustCamera(prior, start, maps);
+    adjustment = AdjustCamera(prior, start, maps, max_points);
   }
   return adjustment;
 }

@@ -29,23 +29,29 @@ struct CameraAdjustment {
   std::vector<CalibrationResidual> residuals;
 };
 
+// Of all maps, those that most images show. The time grows with their number.
+inline constexpr std::size_t kMaxPoints = 3000;
+
 // Bundle adjustment of the poses and points of `maps` and of their one camera, which starts at
 // `start` and is drawn to `prior`. The pixels of the maps are those of the images as taken. A
 // parameter whose posterior sigma is not below half of its prior's stays where the prior has it,
 // and so does a distortion that differs from the prior's by no more than chance. With fewer than
-// three images or fifty points of three observations nothing is adjusted.
+// three images or fifty points of three observations nothing is adjusted. Of more than `max_points`
+// points those that most images show.
 //
 // The covariance is the clustered sandwich estimate (Cameron, Gelbach, Miller 2011), over points
 // and over stretches of the footage: the errors of one point in neighbouring images are not
 // independent, nor are those of neighbouring images, so that the inverse of the information would
 // be too small.
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
-                              std::span<const SparseModel> maps);
+                              std::span<const SparseModel> maps,
+                              std::size_t max_points = kMaxPoints);
 
 // The same; where the distortion that fits best is no lens's, as it folds back within the image,
 // with k1 alone, and where that folds too with the distortion of `prior`.
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
-                              std::span<const SparseModel> maps);
+                              std::span<const SparseModel> maps,
+                              std::size_t max_points = kMaxPoints);
 
 // The same of photos that several cameras took, which SparseImage::camera names, all in one
 // adjustment. Their shutters stay as the priors have them: how photos moved is not known. Of a

@@ -31,8 +31,10 @@ using calibration::AdjustToLens;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
 using calibration::IsFarFrom;
+using calibration::kMaxPoints;
 using calibration::TakeLens;
 using calibration::TakePosterior;
+using calibration::WithDifference;
 using calibration::WithLensHeld;
 using calibration::WithoutWeight;
 
@@ -40,16 +42,20 @@ using calibration::WithoutWeight;
 constexpr double kConverged_px = 0.05;
 // A hundredth of the interval between frames of a video.
 constexpr double kConverged_s = 0.0005;
-constexpr double kCoarseReadout_s = 0.005;
-// Of the image's larger side: while the camera changes by more, one part of the footage is enough.
-constexpr double kCoarseChange = 0.01;
-// Rounds with one part at most: a camera that is still far off then needs more of the footage.
-constexpr int kNumCoarseRounds = 3;
+// Of a round with one part of the footage, which only has to come near.
+constexpr std::size_t kCoarsePoints = 1000;
+// Standard deviation of a tracked point (FeatureOptions::patch_sigma_px): so far may it lie from
+// where a camera has it that is off by a tenth, its poses and points adjusted. With the 0.07 px of
+// a good calibration, what contradicts the camera is left out as an outlier, and what is left
+// draws the adjustment back to it: the focal length moved by a half of its error in a round.
+constexpr double kPatchSigma_px = 0.25;
 
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
 // an error is good up to there; who reads all of it will meet the error again.
 void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
-  const std::unique_ptr<Tracker> tracker = CreateTracker();
+  TrackerOptions options;
+  options.features.patch_sigma_px = kPatchSigma_px;
+  const std::unique_ptr<Tracker> tracker = CreateTracker(options);
   try {
     while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
   } catch (const Error& error) {
@@ -120,15 +126,17 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   const std::vector<FootagePart> first_part = {{0, options.part_frames}};
   std::vector<FootagePart> parts = first_part;
   bool lens_agrees = false;  // with what was told
-  int num_full_rounds = 0;
+  std::optional<CameraAdjustment> before;
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, parts);
-    CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
+    const bool is_coarse = parts != all_parts && !is_told;
+    const std::size_t max_points = is_coarse ? kCoarsePoints : kMaxPoints;
+    CameraAdjustment adjustment = AdjustToLens(weight, camera, maps, max_points);
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = DefaultCameraPrior(camera.width, camera.height, camera.lens);
-      adjustment = AdjustToLens(weight, adjustment.camera, maps);
+      adjustment = AdjustToLens(weight, adjustment.camera, maps, max_points);
     }
     if (adjustment.num_observations == 0) {
       if (parts == all_parts) break;
@@ -137,9 +145,17 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     }
     const double change_px = LargestDifference_px(camera, adjustment.camera);
     const double change_s = ReadoutChange_s(camera.shutter, adjustment.camera.shutter);
+    const double focal_change = std::abs(std::log(adjustment.camera.fx / camera.fx));
     camera = adjustment.camera;
     result.num_rounds = round;
     TakePosterior(adjustment, result);
+    // Two rounds choose other keyframes: their difference has more variance than either.
+    const bool is_lens_settled = change_px <= std::max(kConverged_px, 2 * result.uncertainty_px) &&
+                                 focal_change <= 2 * result.posterior.focal_sigma;
+    const bool is_readout_settled =
+        change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s);
+    if (before) TakePosterior(WithDifference(adjustment, *before), result);
+    before = adjustment;
     LogRound(result, change_px);
     if (is_told && !lens_agrees) {
       lens_agrees = !Contradicts(adjustment, prior);
@@ -155,18 +171,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     } else if (lens_agrees) {
       TakeLens(prior, result.posterior);
     }
-    const bool is_coarse = change_px > kCoarseChange * std::max(camera.width, camera.height) ||
-                           change_s > kCoarseReadout_s;
-    if (is_coarse && round < kNumCoarseRounds) continue;
-    num_full_rounds += parts == all_parts ? 1 : 0;
-    // Two rounds choose other keyframes: their difference has more variance than either. The first
-    // with all parts was tracked with a camera from one.
-    const bool is_settled = lens_agrees || num_full_rounds > 1 || all_parts == first_part;
-    if (parts == all_parts && is_settled &&
-        (lens_agrees || change_px <= std::max(kConverged_px, 2 * result.uncertainty_px)) &&
-        change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s)) {
-      break;
-    }
+    if (parts == all_parts && (lens_agrees || is_lens_settled) && is_readout_settled) break;
     parts = all_parts;
   }
   result.change_px = LargestDifference_px(prior.camera, camera);

@@ -48,6 +48,13 @@ void TakeLens(const CameraPrior& told, CameraPrior& posterior) {
   posterior.readout_sigma_s = readout_sigma_s;
 }
 
+CameraAdjustment WithDifference(CameraAdjustment adjustment, const CameraAdjustment& before) {
+  const ParameterVector difference = adjustment.is_determined.select(
+      ToParameters(adjustment.camera) - ToParameters(before.camera), ParameterVector::Zero());
+  adjustment.covariance += 0.5 * difference * difference.transpose();
+  return adjustment;
+}
+
 void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result) {
   const ParameterVector sigmas = adjustment.covariance.diagonal().cwiseSqrt();
   const ParameterFlags& is_determined = adjustment.is_determined;

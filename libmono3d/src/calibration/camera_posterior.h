@@ -21,6 +21,11 @@ CameraPrior WithLensHeld(const CameraPrior& prior);
 void TakeLens(const CameraPrior& told, CameraModel& camera);
 void TakeLens(const CameraPrior& told, CameraPrior& posterior);
 
+// Two rounds track the same footage with other keyframes and points, from other cameras. That of
+// the last one is not known better than their difference says, whose variance is twice that of
+// either.
+CameraAdjustment WithDifference(CameraAdjustment adjustment, const CameraAdjustment& before);
+
 // Writes the camera of the adjustment and what is known of it into the posterior.
 void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result);
 

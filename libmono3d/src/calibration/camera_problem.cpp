@@ -4,7 +4,6 @@
 #include "calibration/camera_problem.h"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,7 +12,7 @@
 #include <memory>
 #include <numeric>
 
-#include "calibration/parameter_projection.h"
+#include "calibration/reprojection_cost.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d::calibration {
@@ -25,50 +24,6 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
 constexpr double kRoundingOfShares = 1e-9;
-
-}  // namespace
-
-struct ReprojectionError {
-  template <typename T>
-  bool operator()(const T* camera, const T* pose, const T* point, T* residual) const {
-    T p_cam[3];
-    ceres::AngleAxisRotatePoint(pose, point, p_cam);
-    for (int i = 0; i < 3; ++i) p_cam[i] += pose[3 + i];
-    T p_line[3];
-    MoveToLine(camera, p_cam, p_line);
-    if (!(p_line[2] > T(0))) return false;
-    T found[2];
-    ProjectParameters(lens, camera, p_line, found);
-    residual[0] = (found[0] - T(pixel.x())) / T(sigma_px);
-    residual[1] = (found[1] - T(pixel.y())) / T(sigma_px);
-    return true;
-  }
-
-  // Into the camera's frame at the time of the line that the pixel is on.
-  template <typename T>
-  void MoveToLine(const T* camera, const T* p_cam, T* p_line) const {
-    const T time_s = camera[kReadoutByRows] * row_share + camera[kReadoutByColumns] * column_share;
-    const T half = T(0.5) * time_s * time_s;
-    T rotation[3];
-    for (int i = 0; i < 3; ++i) {
-      rotation[i] =
-          time_s * velocity->angular_rad_per_s[i] + half * velocity->angular_rad_per_s2[i];
-    }
-    ceres::AngleAxisRotatePoint(rotation, p_cam, p_line);
-    for (int i = 0; i < 3; ++i) {
-      p_line[i] += time_s * velocity->linear_su_per_s[i] + half * velocity->linear_su_per_s2[i];
-    }
-  }
-
-  Eigen::Vector2d pixel;
-  double sigma_px;
-  double row_share;  // LineShare
-  double column_share;
-  const CameraVelocity* velocity;
-  LensModel lens;
-};
-
-namespace {
 
 struct PriorError {
   template <typename T>
@@ -83,7 +38,6 @@ struct PriorError {
   ParameterVector sigmas;
 };
 
-using ReprojectionCost = ceres::AutoDiffCostFunction<ReprojectionError, 2, kNumParameters, 6, 3>;
 using PriorCost = ceres::AutoDiffCostFunction<PriorError, kNumParameters, kNumParameters>;
 
 std::array<double, 6> ToPoseBlock(const Pose& T_cam_first) {
@@ -115,17 +69,18 @@ CameraProblem::FreeCamera::FreeCamera(const CameraModel& start, const CameraPrio
       parameters(is_fixed.select(prior, ToParameters(start))) {}
 
 CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
-                             const CameraPrior& prior)
-    : CameraProblem(maps, std::span(&start, 1), std::span(&prior, 1)) {}
+                             const CameraPrior& prior, std::size_t max_points)
+    : CameraProblem(maps, std::span(&start, 1), std::span(&prior, 1), max_points) {}
 
 CameraProblem::CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
-                             std::span<const CameraPrior> priors) {
+                             std::span<const CameraPrior> priors, std::size_t max_points) {
   for (std::size_t i = 0; i < starts.size(); ++i) cameras_.emplace_back(starts[i], priors[i]);
+  if (maps.empty()) return;
   std::size_t num_images = 0;
   for (const SparseModel& map : maps) num_images += map.images.size();
   const double share = std::min(1., static_cast<double>(kMaxImages) /
                                         static_cast<double>(std::max<std::size_t>(num_images, 1)));
-  for (const SparseModel& map : maps) Add(map, ChooseImages(map, share), kMaxPoints / maps.size());
+  for (const SparseModel& map : maps) Add(map, ChooseImages(map, share), max_points / maps.size());
 }
 
 std::vector<std::size_t> CameraProblem::ChooseImages(const SparseModel& map, double share) const {
@@ -217,14 +172,9 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_coordinates_.push_back(held);
 }
 
-ReprojectionError CameraProblem::ErrorOf(const Observation& observation, double sigma_px) const {
-  const CameraModel& shape = cameras_[camera_of(observation)].shape;
-  return {observation.pixel,
-          sigma_px,
-          LineShare(shape, observation.pixel, false),
-          LineShare(shape, observation.pixel, true),
-          &velocities_[observation.image],
-          shape.lens};
+ReprojectionCost CameraProblem::CostOf(const Observation& observation, double sigma_px) const {
+  return {cameras_[camera_of(observation)].shape, observation.pixel, sigma_px,
+          velocities_[observation.image]};
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::size_t> camera) const {
@@ -232,13 +182,11 @@ std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::siz
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
     if (camera && camera_of(observation) != *camera) continue;
-    const ReprojectionError error = ErrorOf(observation, 1);
-    const ParameterVector& parameters = cameras_[camera_of(observation)].parameters;
+    const double* parameters[] = {cameras_[camera_of(observation)].parameters.data(),
+                                  poses_[observation.image].data(),
+                                  points_[observation.point].data()};
     Eigen::Vector2d found_less_observed;
-    if (!error(parameters.data(), poses_[observation.image].data(),
-               points_[observation.point].data(), found_less_observed.data())) {
-      continue;
-    }
+    if (!CostOf(observation, 1).Evaluate(parameters, found_less_observed.data(), nullptr)) continue;
     residuals.push_back({observation.pixel, -found_less_observed});
   }
   return residuals;
@@ -274,10 +222,9 @@ void CameraProblem::Solve(double min_gain) {
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
   for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 1);
   for (const Observation& observation : observations_) {
-    problem.AddResidualBlock(
-        new ReprojectionCost(new ReprojectionError(ErrorOf(observation, sigma_px_))), &loss,
-        cameras_[camera_of(observation)].parameters.data(), poses_[observation.image].data(),
-        points_[observation.point].data());
+    problem.AddResidualBlock(new ReprojectionCost(CostOf(observation, sigma_px_)), &loss,
+                             cameras_[camera_of(observation)].parameters.data(),
+                             poses_[observation.image].data(), points_[observation.point].data());
   }
   for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
   for (const std::size_t image : held_images_) {
@@ -315,12 +262,11 @@ void CameraProblem::FixAtPrior(const ParameterFlags& which, std::size_t camera) 
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
-  const ReprojectionCost cost(new ReprojectionError(ErrorOf(observation, sigma_px_)));
-  const FreeCamera& camera = cameras_[camera_of(observation)];
-  const double* parameters[] = {camera.parameters.data(), poses_[observation.image].data(),
+  const double* parameters[] = {cameras_[camera_of(observation)].parameters.data(),
+                                poses_[observation.image].data(),
                                 points_[observation.point].data()};
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
-  if (!cost.Evaluate(parameters, result.residual.data(), jacobians)) {
+  if (!CostOf(observation, sigma_px_).Evaluate(parameters, result.residual.data(), jacobians)) {
     result.residual.setZero();
     result.by_camera.setZero();
     result.by_pose.setZero();

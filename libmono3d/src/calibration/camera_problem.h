@@ -21,7 +21,7 @@ class Problem;
 
 namespace mono3d::calibration {
 
-struct ReprojectionError;
+class ReprojectionCost;
 
 // A bundle adjustment of one or more maps with free cameras, mostly one: what it varies, its
 // residuals and its gauge. Each map's world is the frame of its first image; one coordinate of
@@ -30,7 +30,6 @@ class CameraProblem {
  public:
   // Of all maps. Time grows with the square of the images and with the points.
   static constexpr std::size_t kMaxImages = 100;
-  static constexpr std::size_t kMaxPoints = 3000;
 
   struct Observation {
     std::size_t image;      // position in poses()
@@ -53,13 +52,13 @@ class CameraProblem {
   };
 
   // Maps without two images or without points are left out. Of more than kMaxImages images each map
-  // gives its first ones of each camera, of more than kMaxPoints points those that most images
+  // gives its first ones of each camera, of more than `max_points` points those that most images
   // show. The camera starts at `start`.
   CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
-                const CameraPrior& prior);
+                const CameraPrior& prior, std::size_t max_points);
   // Of several cameras, which SparseImage::camera names.
   CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
-                std::span<const CameraPrior> priors);
+                std::span<const CameraPrior> priors, std::size_t max_points);
 
   // Adjusts everything; the weights come from the residuals before. `min_gain`: the relative gain
   // below which a step is the last.
@@ -100,7 +99,7 @@ class CameraProblem {
 
  private:
   // Found less observed, in `sigma_px`; false behind the camera.
-  ReprojectionError ErrorOf(const Observation& observation, double sigma_px) const;
+  ReprojectionCost CostOf(const Observation& observation, double sigma_px) const;
 
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
 

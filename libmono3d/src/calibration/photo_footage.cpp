@@ -24,7 +24,7 @@ namespace {
 constexpr double kCalibrationTolerance = 4;
 // Half of the features of a run: the camera needs fewer points than the poses.
 constexpr int kNumFeaturesOfRun = 2;
-constexpr std::size_t kMaxPoints = 6000;
+constexpr std::size_t kMaxPhotoPoints = 6000;
 
 // The rays at z = 1 that a camera shows at its pixels.
 class PhotoRays {
@@ -69,7 +69,7 @@ class PhotoRays {
 
 // The points that most images show, and nothing of the others.
 SparseModel WithFewerPoints(const SparseModel& model) {
-  if (model.points.size() <= kMaxPoints) return model;
+  if (model.points.size() <= kMaxPhotoPoints) return model;
   std::vector<int> num_images(model.points.size(), 0);
   for (const SparseImage& image : model.images) {
     for (const SparseObservation& seen : image.observations) ++num_images[*seen.point];
@@ -78,7 +78,7 @@ SparseModel WithFewerPoints(const SparseModel& model) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, std::ranges::greater(),
                            [&](std::size_t point) { return num_images[point]; });
-  order.resize(kMaxPoints);
+  order.resize(kMaxPhotoPoints);
   std::vector<std::optional<std::size_t>> kept(model.points.size());
   SparseModel result;
   result.camera = model.camera;

@@ -25,6 +25,8 @@ void FeatureOptions::Visit(OptionVisitor& visit) {
   visit("scale_factor", scale_factor, "size of a level over the size of the next");
   visit("fast_threshold", fast_threshold, "FAST threshold in grey values");
   visit("min_fast_threshold", min_fast_threshold, "FAST threshold in cells of weak texture");
+  visit("patch_sigma_px", patch_sigma_px,
+        "standard deviation of where a point is found, besides the noise of the image");
 }
 
 void InitialisationOptions::Visit(OptionVisitor& visit) {

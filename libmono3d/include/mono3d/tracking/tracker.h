@@ -131,6 +131,11 @@ struct FeatureOptions {
   double scale_factor = 1.2;
   int fast_threshold = 20;     // grey values
   int min_fast_threshold = 7;  // in cells where the first finds nothing
+  // Standard deviation of where the patch of a map point is found, besides the noise of the image,
+  // px of the octave that it is found on: by the bilinear interpolation, surfaces that are no
+  // planes, a calibration that is nearly right. Whoever tracks with a calibration that may be wrong
+  // states more: else what contradicts the calibration is an outlier.
+  double patch_sigma_px = 0.07;
 
   void Visit(OptionVisitor& visit);
 };

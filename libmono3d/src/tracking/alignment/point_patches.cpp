@@ -15,9 +15,6 @@ namespace {
 
 // Correlation of a patch with itself seen from elsewhere stays above, with others rarely.
 constexpr double kMinCorrelation = 0.8;
-// px of the octave of alignment: what remains besides the noise of the image, by the bilinear
-// interpolation, surfaces that are no planes, a calibration that is nearly right.
-constexpr double kSigmaBesidesNoise = 0.07;
 
 // Red, green, blue; as it was where the image has been released.
 std::array<std::uint8_t, 3> ColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel,
@@ -92,7 +89,7 @@ std::optional<Feature> FindPatch(const Map& map, PointId id, const View& view,
   feature.angle_deg = map.keyframe(newest.keyframe).view.features[newest.feature].angle_deg;
   feature.descriptor = point.descriptor;
   feature.sigma_px =
-      std::hypot(kSigmaBesidesNoise * std::ldexp(1.0, found->octave), found->sigma_px);
+      std::hypot(map.patch_sigma_px() * std::ldexp(1.0, found->octave), found->sigma_px);
   return feature;
 }
 

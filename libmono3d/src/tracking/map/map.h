@@ -118,13 +118,14 @@ struct Covisible {
 class Map {
  public:
   Map(int id, const CameraModel& camera, const FeatureOptions& options)
-      : id_(id), camera_(camera), scales_(options) {}
+      : id_(id), camera_(camera), scales_(options), patch_sigma_px_(options.patch_sigma_px) {}
   // Of a saved map; the lists must agree with each other.
   Map(int id, const CameraModel& camera, const FeatureOptions& options,
       std::vector<MapPoint> points, std::vector<MapKeyframe> keyframes)
       : id_(id),
         camera_(camera),
         scales_(options),
+        patch_sigma_px_(options.patch_sigma_px),
         points_(std::move(points)),
         keyframes_(std::move(keyframes)) {
     ListFree(0);
@@ -133,6 +134,7 @@ class Map {
   int id() const { return id_; }
   const CameraModel& camera() const { return camera_; }
   const PyramidScales& scales() const { return scales_; }
+  double patch_sigma_px() const { return patch_sigma_px_; }  // of FeatureOptions
   const std::vector<MapPoint>& points() const { return points_; }
   const std::vector<MapKeyframe>& keyframes() const { return keyframes_; }
   bool IsAlive(PointId id) const {
@@ -223,6 +225,7 @@ class Map {
   int id_;
   CameraModel camera_;
   PyramidScales scales_;
+  double patch_sigma_px_;
   std::vector<MapPoint> points_;
   std::vector<MapKeyframe> keyframes_;
   std::vector<MapConstraint> constraints_;

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "calibration/reprojection_cost.h"
+
+#include <ceres/jet.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "calibration/parameter_projection.h"
+
+namespace mono3d::calibration {
+namespace {
+
+// Of the lens: all but the readout times, which come last.
+constexpr int kNumOfLens = kReadoutByRows;
+
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d cross;
+  cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return cross;
+}
+
+// A rotation vector's rotation matrix R, and its left Jacobian: the vector that turns R as a change
+// of the rotation vector does is the Jacobian times that change.
+struct Turn {
+  Eigen::Matrix3d R;
+  Eigen::Matrix3d left;
+
+  explicit Turn(const Eigen::Vector3d& rotation) {
+    constexpr double kSmall = 1e-4;  // the next terms of the series are below 1e-10 there
+    const double squared = rotation.squaredNorm();
+    double sine = 1 - squared / 6;       // sin(angle) / angle
+    double cosine = 0.5 - squared / 24;  // (1 - cos(angle)) / angle^2
+    double third = 1. / 6 - squared / 120;
+    if (squared > kSmall * kSmall) {
+      const double angle = std::sqrt(squared);
+      sine = std::sin(angle) / angle;
+      cosine = (1 - std::cos(angle)) / squared;
+      third = (1 - sine) / squared;
+    }
+    const Eigen::Matrix3d cross = CrossMatrix(rotation);
+    const Eigen::Matrix3d twice = cross * cross;
+    R = Eigen::Matrix3d::Identity() + sine * cross + cosine * twice;
+    left = Eigen::Matrix3d::Identity() + cosine * cross + third * twice;
+  }
+};
+
+// Where the lens shows a point, with the derivatives by the point and by the lens.
+struct LensPixel {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix<double, 2, 3> by_point;
+  Eigen::Matrix<double, 2, kNumOfLens> by_lens;
+
+  LensPixel(LensModel lens, const double* camera, const Eigen::Vector3d& p_line) {
+    using Jet = ceres::Jet<double, 3 + kNumOfLens>;
+    Jet point[3];
+    Jet parameters[kNumOfLens];
+    Jet found[2];
+    for (int i = 0; i < 3; ++i) point[i] = Jet(p_line[i], i);
+    for (int i = 0; i < kNumOfLens; ++i) parameters[i] = Jet(camera[i], 3 + i);
+    ProjectParameters(lens, parameters, point, found);
+    for (int i = 0; i < 2; ++i) {
+      pixel[i] = found[i].a;
+      by_point.row(i) = found[i].v.head<3>().transpose();
+      by_lens.row(i) = found[i].v.tail<kNumOfLens>().transpose();
+    }
+  }
+};
+
+}  // namespace
+
+ReprojectionCost::ReprojectionCost(const CameraModel& shape, const Eigen::Vector2d& pixel,
+                                   double sigma_px, const CameraVelocity& velocity)
+    : lens_(shape.lens),
+      pixel_(pixel),
+      sigma_px_(sigma_px),
+      row_share_(LineShare(shape, pixel, false)),
+      column_share_(LineShare(shape, pixel, true)),
+      velocity_(&velocity) {}
+
+bool ReprojectionCost::Evaluate(const double* const* parameters, double* residual,
+                                double** jacobians) const {
+  const double* camera = parameters[0];
+  const Eigen::Map<const Eigen::Vector3d> rotation(parameters[1]);
+  const Eigen::Map<const Eigen::Vector3d> translation(parameters[1] + 3);
+  const Eigen::Map<const Eigen::Vector3d> p_first(parameters[2]);
+  Eigen::Map<Eigen::Vector2d> error(residual);
+
+  const Turn of_pose(rotation);
+  const Eigen::Vector3d rotated = of_pose.R * p_first;
+  // Into the camera's frame at the time of the line that the pixel is on.
+  const double time_s =
+      camera[kReadoutByRows] * row_share_ + camera[kReadoutByColumns] * column_share_;
+  const CameraVelocity& v = *velocity_;
+  const Turn of_line(time_s * v.angular_rad_per_s + 0.5 * time_s * time_s * v.angular_rad_per_s2);
+  const Eigen::Vector3d turned = of_line.R * (rotated + translation);
+  const Eigen::Vector3d p_line =
+      turned + time_s * v.linear_su_per_s + 0.5 * time_s * time_s * v.linear_su_per_s2;
+  if (!(p_line.z() > 0)) return false;
+  if (jacobians == nullptr) {
+    Eigen::Vector2d found;
+    ProjectParameters(lens_, camera, p_line.data(), found.data());
+    error = (found - pixel_) / sigma_px_;
+    return true;
+  }
+
+  const LensPixel found(lens_, camera, p_line);
+  error = (found.pixel - pixel_) / sigma_px_;
+  const Eigen::Matrix<double, 2, 3> by_line = found.by_point / sigma_px_;
+  const Eigen::Matrix<double, 2, 3> by_cam = by_line * of_line.R;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor>> by_camera(jacobians[0]);
+    const Eigen::Vector3d angular =
+        of_line.left * (v.angular_rad_per_s + time_s * v.angular_rad_per_s2);
+    const Eigen::Vector2d by_time =
+        by_line * (angular.cross(turned) + v.linear_su_per_s + time_s * v.linear_su_per_s2);
+    by_camera.leftCols<kNumOfLens>() = found.by_lens / sigma_px_;
+    by_camera.col(kReadoutByRows) = row_share_ * by_time;
+    by_camera.col(kReadoutByColumns) = column_share_ * by_time;
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_pose(jacobians[1]);
+    by_pose.leftCols<3>() = -by_cam * CrossMatrix(rotated) * of_pose.left;
+    by_pose.rightCols<3>() = by_cam;
+  }
+  if (jacobians[2] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point(jacobians[2]);
+    by_point = by_cam * of_pose.R;
+  }
+  return true;
+}
+
+}  // namespace mono3d::calibration
