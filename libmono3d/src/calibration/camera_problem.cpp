@@ -262,8 +262,8 @@ void CameraProblem::FixAtPrior(const ParameterFlags& which, std::size_t camera) 
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
-  const double* parameters[] = {cameras_[camera_of(observation)].parameters.data(),
-                                poses_[observation.image].data(),
+  const FreeCamera& camera = cameras_[camera_of(observation)];
+  const double* parameters[] = {camera.parameters.data(), poses_[observation.image].data(),
                                 points_[observation.point].data()};
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
   if (!CostOf(observation, sigma_px_).Evaluate(parameters, result.residual.data(), jacobians)) {
