@@ -44,10 +44,10 @@ constexpr double kConverged_px = 0.05;
 constexpr double kConverged_s = 0.0005;
 // Of a round with one part of the footage, which only has to come near.
 constexpr std::size_t kCoarsePoints = 1000;
-// Standard deviation of a tracked point (FeatureOptions::patch_sigma_px): so far may it lie from
-// where a camera has it that is off by a tenth, its poses and points adjusted. With the 0.07 px of
-// a good calibration, what contradicts the camera is left out as an outlier, and what is left
-// draws the adjustment back to it: the focal length moved by a half of its error in a round.
+// Standard deviation of a tracked point (FeatureOptions::patch_sigma_px) while the camera is still
+// off. With the 0.07 px of a good calibration, what contradicts the camera is left out as an
+// outlier, and what is left draws the adjustment back to it. One of five values tried on two
+// simulated flights (decision 17).
 constexpr double kPatchSigma_px = 0.25;
 
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
@@ -111,6 +111,14 @@ double ReadoutChange_s(const RollingShutter& a, const RollingShutter& b) {
              : std::max(std::abs(a.readout_s), std::abs(b.readout_s));
 }
 
+// A round of Calibrate whose camera is nearest to the one it was tracked with: what to believe when
+// the rounds do not settle. A round may start its map wrongly and end far off.
+struct SteadiestRound {
+  double change_px = 0;
+  CameraModel camera;
+  CameraCalibration result;
+};
+
 using TrackParts =
     std::function<std::vector<SparseModel>(const CameraModel&, const std::vector<FootagePart>&)>;
 
@@ -127,6 +135,8 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   std::vector<FootagePart> parts = first_part;
   bool lens_agrees = false;  // with what was told
   std::optional<CameraAdjustment> before;
+  std::optional<SteadiestRound> steadiest;
+  bool is_settled = false;
   for (int round = 1; round <= options.max_rounds; ++round) {
     const std::vector<SparseModel> maps = track(camera, parts);
     const bool is_coarse = parts != all_parts && !is_told;
@@ -171,8 +181,16 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     } else if (lens_agrees) {
       TakeLens(prior, result.posterior);
     }
-    if (parts == all_parts && (lens_agrees || is_lens_settled) && is_readout_settled) break;
+    is_settled = parts == all_parts && (lens_agrees || is_lens_settled) && is_readout_settled;
+    if (is_settled) break;
+    if (parts == all_parts && (!steadiest || change_px < steadiest->change_px)) {
+      steadiest = {change_px, camera, result};
+    }
     parts = all_parts;
+  }
+  if (!is_settled && steadiest && !lens_agrees) {
+    camera = steadiest->camera;
+    result = steadiest->result;
   }
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
