@@ -40,9 +40,6 @@ using calibration::WithoutWeight;
 
 // Less than the noise of a tracked point.
 constexpr double kConverged_px = 0.05;
-// Share of the width. Rounds that go on changing the camera by more have not found it: of 30
-// simulated flights 29 move it by less in their last one (decision 17).
-constexpr double kLost = 0.01;
 // A hundredth of the interval between frames of a video.
 constexpr double kConverged_s = 0.0005;
 // Of a round with one part of the footage, which only has to come near.
@@ -164,7 +161,6 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     TakePosterior(adjustment, result);
     // Two rounds choose other keyframes: their difference has more variance than either.
     const bool is_lens_settled = change_px <= std::max(kConverged_px, 2 * result.uncertainty_px) &&
-                                 change_px <= kLost * camera.width &&
                                  focal_change <= 2 * result.posterior.focal_sigma;
     const bool is_readout_settled =
         change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s);
@@ -195,10 +191,6 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   if (!is_settled && steadiest && !lens_agrees) {
     camera = steadiest->camera;
     result = steadiest->result;
-    if (steadiest->change_px > kLost * camera.width) {
-      camera = prior.camera;
-      result.posterior = prior;
-    }
   }
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
