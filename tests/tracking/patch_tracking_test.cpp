@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tracking/alignment/image_alignment.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/feature_extraction.h"
@@ -37,8 +39,8 @@ Eigen::Vector3d PatchOnGround(const View& view, const Eigen::Vector2d& pixel) {
 }
 
 // Two keyframes at frames 0 and 1 at their true poses, and true points with patches from frame 0.
-Map GroundMap() {
-  Map map(0, SmallCamera(), FeatureOptions{});
+Map GroundMap(const FeatureOptions& options = {}) {
+  Map map(0, SmallCamera(), options);
   View first = ViewOf(0);
   first.features = ExtractFeatures(first.octaves[0], {}, 600);
   first.points.resize(first.features.size());
@@ -102,6 +104,25 @@ TEST(AlignImages, HandsThePredictionBackWithoutImages) {
             prediction.Matrix());
   EXPECT_EQ(AlignImages(SmallCamera(), a.octaves, points, none, prediction).Matrix(),
             prediction.Matrix());
+}
+
+TEST(TrackDirectly, KnowsPointsNoBetterThanThePatchSigma) {
+  FeatureOptions options;
+  options.patch_sigma_px = 0.25;
+  for (const FeatureOptions& each : {FeatureOptions{}, options}) {
+    Map map = GroundMap(each);
+    const View previous = map.keyframe(1).view;
+    View view = ViewOf(2);
+    view.T_cam_world = previous.T_cam_world;
+    TrackDirectly(map, previous, view);
+    ASSERT_FALSE(view.features.empty());
+    double smallest = view.features[0].sigma_px;
+    for (const Feature& feature : view.features) {
+      smallest = std::min(smallest, static_cast<double>(feature.sigma_px));
+    }
+    EXPECT_GE(smallest, 0.999 * each.patch_sigma_px);
+    EXPECT_LT(smallest, 1.5 * each.patch_sigma_px);  // the image has little noise
+  }
 }
 
 TEST(TrackDirectly, FindsTheNextViewsToAFractionOfAPixel) {

@@ -97,6 +97,8 @@ void TrackerOptions::Validate() const {
   at_least("features.num_levels", "1 or more", features.num_levels, 1);
   require(features.scale_factor > 1 && features.scale_factor <= 2, "features.scale_factor",
           "more than 1, at most 2", features.scale_factor);
+  require(features.patch_sigma_px > 0, "features.patch_sigma_px", "more than 0",
+          features.patch_sigma_px);
   at_least("features.min_fast_threshold", "1 or more", features.min_fast_threshold, 1);
   at_least("features.fast_threshold", "min_fast_threshold or more", features.fast_threshold,
            features.min_fast_threshold);
