@@ -92,7 +92,15 @@ bool AreOfSeveralCameras(const std::string& input) {
   std::vector<std::string> sample;
   const std::size_t num = std::min(images.size(), kNumSamples);
   for (std::size_t i = 0; i < num; ++i) sample.push_back(images[i * images.size() / num]);
-  return GroupByCamera(sample).size() > 1;
+  // One odd image is a stray one among the frames of a video.
+  constexpr std::size_t kFewestOfOthers = 2;
+  std::size_t num_grouped = 0;
+  std::size_t num_of_largest = 0;
+  for (const CameraGroup& group : GroupByCamera(sample)) {
+    num_grouped += group.images.size();
+    num_of_largest = std::max(num_of_largest, group.images.size());
+  }
+  return num_grouped - num_of_largest >= kFewestOfOthers;
 }
 
 std::vector<CameraGroup> GroupsOfInput(const std::string& input) {

@@ -19,8 +19,8 @@ struct PhotoCameras {
   std::vector<CameraOfRun> of_run;  // each, with what the photographs said of it
 };
 
-// Are images of several cameras among them? Looks at some dozens, spread over the input: they are
-// no video then. False of a video file.
+// Are images of several cameras among them, two or more besides those of one? Looks at some dozens,
+// spread over the input: they are no video then. False of a video file.
 bool AreOfSeveralCameras(const std::string& input);
 
 // The groups of the input's images; of a video none.
