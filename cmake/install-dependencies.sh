@@ -14,7 +14,7 @@ packages="
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
   libexif-dev libexpat1-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
-  libcli11-dev libspdlog-dev
+  libcli11-dev libspdlog-dev libcpp-httplib-dev
 "
 case ${1:-all} in
   product) ;;
@@ -24,7 +24,7 @@ case ${1:-all} in
       libflann-dev libembree-dev
       libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
       vulkan-validationlayers
-      libgtest-dev libgmock-dev
+      libgtest-dev libgmock-dev chromium
       clang-format clang-tidy doxygen
     " ;;
   *)

@@ -28,6 +28,8 @@ endif()
 if(MONO3D_BUILD_TOOLS)
   find_package(CLI11 2.1 REQUIRED)
   find_package(spdlog 1.10 REQUIRED)
+  # The server of the view.
+  pkg_check_modules(httplib REQUIRED IMPORTED_TARGET cpp-httplib>=0.11)
   if(MONO3D_BUILD_SYNTHETIC)
     # OpenCV's videoio reads videos by the same libraries, but sets no bit rate of those it writes.
     pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET

@@ -50,18 +50,45 @@ install(FILES ${PROJECT_BINARY_DIR}/package/mono3d.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# Of an installed program or library, where mono3d's libraries lie.
+# Of an installed program or library, where mono3d's libraries lie. A program of the build tree has
+# this from the start: CMake would pad a shorter path with empty entries, each of which means the
+# current folder, from which the program would then load libraries. Of a shared library it needs the
+# path in the build tree, which is longer.
 file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 if(MONO3D_BUILD_EVALUATION)
   set_target_properties(mono3d_evaluation_library PROPERTIES INSTALL_RPATH "$ORIGIN")
 endif()
 if(MONO3D_BUILD_TOOLS)
   get_property(targets DIRECTORY tools PROPERTY BUILDSYSTEM_TARGETS)
+  set(manuals)
   foreach(target IN LISTS targets)
     get_target_property(type ${target} TYPE)
     if(type STREQUAL "EXECUTABLE")
       set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
+      if(MONO3D_IS_SHARED)
+        set_target_properties(${target} PROPERTIES BUILD_RPATH ${PROJECT_BINARY_DIR}/libmono3d)
+      else()
+        set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+      endif()
       install(TARGETS ${target})
+      # Each tool writes its page of the manual and its completion from its own table of options.
+      if(NOT CMAKE_CROSSCOMPILING)
+        set(page ${PROJECT_BINARY_DIR}/manual/${target}.1)
+        set(completion ${PROJECT_BINARY_DIR}/completions/${target})
+        file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/manual ${PROJECT_BINARY_DIR}/completions)
+        # No test for leaks here: a sanitised tool would end with a status of its own.
+        set(tool ${CMAKE_COMMAND} -E env ASAN_OPTIONS=detect_leaks=0 $<TARGET_FILE:${target}>)
+        add_custom_command(OUTPUT ${page} ${completion}
+          COMMAND ${tool} --man-page > ${page}
+          COMMAND ${tool} --bash-completion > ${completion}
+          DEPENDS ${target} VERBATIM)
+        list(APPEND manuals ${page} ${completion})
+        # Optional: they are not there where only some targets were built.
+        install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
+        install(FILES ${completion}
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions OPTIONAL)
+      endif()
     endif()
   endforeach()
+  add_custom_target(manuals ALL DEPENDS ${manuals})
 endif()

@@ -15,6 +15,7 @@
 #include "bench/suite.h"
 #include "bench/suite_page.h"
 #include "bench/tracking_command.h"
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "evaluate/files.h"
 #include "mono3d/core/error.h"
@@ -39,8 +40,7 @@ void WriteResults(const Arguments& arguments, const std::vector<SequenceResult>&
       arguments.json.empty() ? output / "bench.json" : std::filesystem::path(arguments.json);
   const std::filesystem::path report =
       arguments.report.empty() ? output / "index.html" : std::filesystem::path(arguments.report);
-  WriteFileAtomically(
-      json, ToJson(results, name).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  WriteFileAtomically(json, JsonText(ToJson(results, name)));
   WriteFileAtomically(report, ToHtml(page));
   if (!arguments.markdown.empty()) WriteFileAtomically(arguments.markdown, ToMarkdown(page));
   for (const Table& table : page.sections[0].tables) {

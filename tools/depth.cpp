@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "depth/bundle_input.h"
 #include "mono3d/core/error.h"
@@ -71,7 +72,7 @@ int EstimateDepth(const Arguments& arguments, const DeviceOptions& device_option
   const DepthResult result =
       CreateDepthEstimator(device, arguments.depth, &times)->Estimate(bundle);
   WriteFileAtomically(folder / "bundle.json",
-                      Record(arguments, *device, posed, result, times.Snapshot()).dump(2) + "\n");
+                      JsonText(Record(arguments, *device, posed, result, times.Snapshot())));
   if (result.status != DepthStatus::kEstimated) throw Error("no depth: " + result.reason);
   const std::string name = std::filesystem::path(bundle.reference().frame.name).stem();
   WriteDepthMap(folder, name, result.map);

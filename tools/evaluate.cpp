@@ -130,7 +130,8 @@ int main(int argc, char** argv) {
     if (tool.app().got_subcommand("run")) {
       const std::filesystem::path folder = run.run;
       if (output.json.empty()) output.json = folder / "evaluation.json";
-      if (output.report.empty() && !no_report) output.report = folder / "report.html";
+      output.run_report = folder / "report.html";
+      if (output.report.empty() && !no_report) output.report = output.run_report;
     }
     const bool with_pictures = output.has_pictures();
     WriteEvaluation(tool.app().got_subcommand("trajectory")

@@ -4,7 +4,9 @@
 // mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
 
 #include <cstdio>
+#include <exception>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -15,20 +17,31 @@
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/output_file.h"
+#include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "reconstruct/adopted_files.h"
+#include "reconstruct/interim_results.h"
+#include "reconstruct/output_folder.h"
+#include "reconstruct/output_options.h"
+#include "reconstruct/presets.h"
 #include "reconstruct/processing.h"
+#include "reconstruct/run_view.h"
+#include "reconstruct/write_failures.h"
+#include "run_report/run_report.h"
 
 namespace mono3d::tools {
 namespace {
 
 struct Arguments {
+  std::string command;  // as it was given
   std::string input;
   CameraArguments camera;
   std::string output;
@@ -38,9 +51,11 @@ struct Arguments {
   FrameSourceOptions source;
   PipelineOptions pipeline;
   SelfCalibrationOptions self_calibration;
+  OutputArguments written;
   bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
+  RunView view;
 };
 
 std::vector<OptionField> ListAll(Arguments& arguments) {
@@ -152,35 +167,102 @@ struct Run {
   const RunWriter& writer;
   StageTimes& times;
   RunRecord& record;
+  FramesSoFar& frames;
+  WriteFailures& failures;
+  RunNotes& notes;
+  RunView& view;
+  std::filesystem::path folder;  // that is written to
 };
 
 struct Result {
   Reconstruction reconstruction;
   CamerasOfImages cameras;  // of the images as they are read, before --resize
+  std::optional<CameraModel> depth_camera = {};
 };
 
 // `run` and `progress_line` must outlive it.
 PipelineObserver MakeObserver(const Run& run, ProgressLine& progress_line,
                               const std::shared_ptr<AdoptedFiles::Run>& files) {
   PipelineObserver observer;
-  observer.on_frame = [&](const PipelineProgress& progress) { progress_line.Show(progress); };
+  observer.on_frame = [&](const PipelineProgress& progress) {
+    run.frames.Take(progress);
+    run.notes.AddProgress(progress);
+    progress_line.Show(progress);
+  };
   observer.on_depth_map = [&run, files](const DepthMap& map, const FusionResult&) {
     const ScopedStageTimer timer(&run.times, "io/write_depth_map");
-    files->WriteDepthMap(map);
+    run.failures.Try("depth maps", [&] { files->WriteDepthMap(map); });
+    run.notes.AddDepthMap(map);
   };
-  if (run.arguments.with_global_shutter_images) {
-    observer.on_keyframe = [&run, files](const Keyframe& keyframe) {
-      const ScopedStageTimer timer(&run.times, "io/write_global_shutter_image");
-      files->WriteKeyframeImage(keyframe.frame);
-    };
-  }
+  observer.on_keyframe = [&run, files](const Keyframe& keyframe) {
+    run.frames.Take(keyframe);
+    if (!run.arguments.with_global_shutter_images) return;
+    const ScopedStageTimer timer(&run.times, "io/write_global_shutter_image");
+    run.failures.Try("keyframe images", [&] { files->WriteKeyframeImage(keyframe.frame); });
+  };
+  run.view.AddTo(observer);
   return observer;
 }
 
-void SaveMap(const Arguments& arguments, const Reconstruction& result, const Tracker& tracker) {
-  if (!arguments.save_map.empty() && !result.maps.empty()) {
-    SaveMapFile(tracker, arguments.save_map);
+// The map of a run that came to its end takes the place of an earlier one, that of another does
+// not.
+void SaveMap(const Run& run, const Reconstruction& result, const Tracker& tracker) {
+  std::string path = run.arguments.save_map;
+  if (path.empty() || result.maps.empty()) return;
+  std::error_code ignored;
+  if (run.record.end != RunEnd::kFinished && std::filesystem::exists(path, ignored)) {
+    std::printf("%s stays as it was: the map of this run is %s.unfinished\n", path.c_str(),
+                path.c_str());
+    path += ".unfinished";
   }
+  SaveMapFile(tracker, path, result.maps.front().keyframes);
+}
+
+void NoteCamerasOfFiles(const Run& run, const Result& result) {
+  std::vector<CameraOfFiles>& cameras = run.record.cameras_of_files;
+  const bool is_undistorted = run.arguments.with_global_shutter_images;
+  if (result.depth_camera) {
+    cameras.push_back({is_undistorted ? "depth/, images_global_shutter/, sparse/" : "depth/",
+                       *result.depth_camera});
+  }
+  if (is_undistorted) return;
+  for (const CameraModel& camera : result.cameras.cameras) {
+    cameras.push_back({"images/, sparse/", camera});
+  }
+}
+
+void PlaceImages(const Run& run, Reconstruction& reconstruction) {
+  const ScopedStageTimer timer(&run.times, "io/write_images");
+  ImagePlacing placing = run.arguments.written.images;
+  // A run that takes the place of an earlier one is made beside it.
+  const std::filesystem::path images = std::filesystem::path(run.arguments.output) / kImagesOfRun;
+  if (placing != ImagePlacing::kNone && !MayPlaceImages(images)) {
+    std::printf("%s has other images in it: those of the keyframes are not written there\n",
+                images.c_str());
+    placing = ImagePlacing::kNone;
+  }
+  PlaceImagesOfRun(run.arguments.input, placing, run.folder, reconstruction);
+}
+
+// In the order of their worth; what cannot be written is noted, and the rest goes on.
+void Write(const Run& run, Result& result, const Tracker& tracker) {
+  Reconstruction& reconstruction = result.reconstruction;
+  NoteCamerasOfFiles(run, result);
+  NoteErrorOf(run.record, [&] { run.writer.WriteReconstruction(reconstruction); });
+  if (!run.arguments.with_global_shutter_images) {
+    NoteErrorOf(run.record, [&] { PlaceImages(run, reconstruction); });
+  }
+  NoteErrorOf(run.record, [&] {
+    if (run.arguments.with_global_shutter_images) {
+      run.writer.WriteSparseModelsOfKeyframeImages(reconstruction);
+    } else {
+      run.writer.WriteSparseModels(reconstruction, result.cameras);
+    }
+  });
+  NoteErrorOf(run.record, [&] { SaveMap(run, reconstruction, tracker); });
+  if (!run.arguments.with_mesh) return;
+  const ScopedStageTimer timer(&run.times, "io/write_mesh");
+  NoteErrorOf(run.record, [&] { run.writer.WriteMeshes(reconstruction, run.arguments.mesh); });
 }
 
 // With a camera that is known before, or learned from the input first.
@@ -190,21 +272,31 @@ Result RunWithKnownCamera(const Run& run) {
   PipelineOptions options = arguments.pipeline;
   options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
   result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
-  std::unique_ptr<FrameSource> source =
-      OpenFrameSource(arguments.input, result.cameras, arguments.source);
+  std::unique_ptr<FrameSource> source = run.view.Watched(
+      WithNotes(OpenFrameSource(arguments.input, result.cameras, arguments.source), run.notes));
   CatchStopSignals();
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
-  if (!arguments.map.empty()) LoadMapFile(*stages.tracker, arguments.map);
+  std::optional<WorldAxes> saved_axes;
+  if (!arguments.map.empty()) saved_axes = LoadMapFile(*stages.tracker, arguments.map);
   Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files.BeginRun()), options);
-  if (options.is_live) {
-    PushFrames(std::move(source), pipeline, run.record);
-  } else {
-    ProcessFrames(*source, pipeline, run.times, run.record);
+  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  {
+    InterimWriter interim(run.writer, run.frames, run.record,
+                          [&](std::uint64_t since) { return pipeline.Snapshot(since); });
+    if (options.is_live) {
+      PushFrames(std::move(source), pipeline, run.record);
+    } else {
+      ProcessFrames(*source, pipeline, run.times, run.record);
+    }
+    NoteErrorOf(run.record, [&] { interim.End(); });
   }
   result.reconstruction = FinishAfterAll(pipeline, run.record);
-  SaveMap(arguments, result.reconstruction, pipeline.tracker());
+  NoteErrorOf(run.record, [&] { watch.End(); });
+  result.depth_camera = files.DepthCamera();
+  ChooseAxes(arguments.written, saved_axes, result.reconstruction);
+  Write(run, result, pipeline.tracker());
   return result;
 }
 
@@ -225,99 +317,138 @@ CameraCalibration AtSizeOf(const CameraPrior& prior, CameraCalibration calibrati
   return calibration;
 }
 
-Result RunWhileLearningCamera(const Run& run) {
-  const Arguments& arguments = run.arguments;
-  const CameraPrior prior = FindPrior(arguments.input, arguments.camera);
-  CameraModel as_taken = prior.camera;
-  as_taken.distortion = {};
-  as_taken.shutter = {};
-  std::unique_ptr<FrameSource> source =
-      OpenFrameSource(arguments.input, as_taken, arguments.source);
-  CatchStopSignals();
-  Reconstruction made;
-  {
-    ProgressLine progress_line(source->num_frames());
-    AdoptedFiles files(run.writer);
-    SelfCalibrationSetup setup;
-    setup.prior = prior.Resized(source->camera().width, source->camera().height);
-    setup.create_stages = [&] { return CreateStages(arguments.pipeline, run.device, &run.times); };
-    setup.create_observer = [&](const CameraModel&) {
-      return MakeObserver(run, progress_line, files.BeginRun());
-    };
-    setup.on_adoption = [&](const SelfCalibration&) { files.RemoveBefore(); };
-    setup.calibrate = [&](const CameraPrior& known, const FootageOpener& open) {
-      const ScopedStageTimer timer(&run.times, "calibration");
-      return CalibrateCamera(known, open, arguments.camera.calibration);
-    };
-    SelfCalibratingPipeline pipeline(std::move(setup), arguments.pipeline,
-                                     arguments.self_calibration);
-    PushFrames(std::move(source), pipeline, run.record);
-    made = FinishAfterAll(pipeline, run.record);
-    SaveMap(arguments, made, pipeline.tracker());
-  }
-  SelfCalibration& learned = *made.self_calibration;
+// Brings what was learned to the size of the images as taken, writes it, and says it on stdout.
+void TellOfCamera(const Run& run, const CameraPrior& prior, Result& result) {
+  SelfCalibration& learned = *result.reconstruction.self_calibration;
   learned.camera = learned.adopted_at_frame
                        ? learned.camera.Resized(prior.camera.width, prior.camera.height)
                        : prior.camera;
   if (learned.calibration) {
     learned.calibration = AtSizeOf(prior, *std::move(learned.calibration));
     // A saved map needs the camera of its run.
-    const bool is_of_map = !arguments.save_map.empty();
+    const bool is_of_map = !run.arguments.save_map.empty();
     if (learned.calibration->is_learned) {
-      run.writer.WriteCamera(is_of_map ? learned.camera : learned.calibration->posterior.camera);
+      const CameraModel& camera =
+          is_of_map ? learned.camera : learned.calibration->posterior.camera;
+      NoteErrorOf(run.record, [&] { run.writer.WriteCamera(camera); });
     }
   }
   run.record.calibration = learned.calibration;
   const std::string line = CameraLine(learned);
   if (!line.empty()) std::printf("%s\n", line.c_str());
-  CamerasOfImages cameras{{learned.camera}};
-  return {std::move(made), std::move(cameras)};
+  result.cameras = {{learned.camera}};
 }
 
-void Write(const Run& run, const Result& result) {
-  const Reconstruction& reconstruction = result.reconstruction;
-  run.writer.WriteReconstruction(reconstruction);
-  if (run.arguments.with_mesh) {
-    const ScopedStageTimer timer(&run.times, "io/write_mesh");
-    NoteErrorOf(run.record, [&] { run.writer.WriteMeshes(reconstruction, run.arguments.mesh); });
+Result RunWhileLearningCamera(const Run& run) {
+  const Arguments& arguments = run.arguments;
+  const CameraPrior prior = FindPrior(arguments.input, arguments.camera);
+  CameraModel as_taken = prior.camera;
+  as_taken.distortion = {};
+  as_taken.shutter = {};
+  std::unique_ptr<FrameSource> source = run.view.Watched(
+      WithNotes(OpenFrameSource(arguments.input, as_taken, arguments.source), run.notes));
+  CatchStopSignals();
+  std::optional<ProgressLine> progress_line(source->num_frames());
+  AdoptedFiles files(run.writer);
+  SelfCalibrationSetup setup;
+  setup.prior = prior.Resized(source->camera().width, source->camera().height);
+  setup.create_stages = [&] { return CreateStages(arguments.pipeline, run.device, &run.times); };
+  setup.create_observer = [&](const CameraModel&) {
+    return MakeObserver(run, *progress_line, files.BeginRun());
+  };
+  setup.on_adoption = [&](const SelfCalibration&) {
+    run.frames.Forget();
+    files.RemoveBefore();
+    run.view.NoteAdoption();
+  };
+  setup.calibrate = [&](const CameraPrior& known, const FootageOpener& open) {
+    const ScopedStageTimer timer(&run.times, "calibration");
+    return CalibrateCamera(known, open, arguments.camera.calibration);
+  };
+  SelfCalibratingPipeline pipeline(std::move(setup), arguments.pipeline,
+                                   arguments.self_calibration);
+  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  {
+    InterimWriter interim(run.writer, run.frames, run.record,
+                          [&](std::uint64_t since) { return pipeline.Snapshot(since); });
+    PushFrames(std::move(source), pipeline, run.record);
+    NoteErrorOf(run.record, [&] { interim.End(); });
   }
-  if (run.arguments.with_global_shutter_images) {
-    run.writer.WriteSparseModelsOfKeyframeImages(reconstruction);
-  } else {
-    run.writer.WriteSparseModels(reconstruction, result.cameras);
+  Result result{FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
+  NoteErrorOf(run.record, [&] { watch.End(); });
+  ChooseAxes(arguments.written, {}, result.reconstruction);
+  progress_line.reset();
+  if (result.reconstruction.self_calibration) TellOfCamera(run, prior, result);
+  Write(run, result, pipeline.tracker());
+  return result;
+}
+
+Result MakeRun(const Run& run) {
+  return LearnsCameraLive(run.arguments) ? RunWhileLearningCamera(run) : RunWithKnownCamera(run);
+}
+
+// A run whose page cannot be written is none the worse.
+void WriteReport(const Run& run, const Reconstruction& reconstruction,
+                 const std::string& why_no_model, const std::filesystem::path& folder) {
+  const double start_ms = ProcessCpuMs();
+  try {
+    WriteRunReport(folder, {.reconstruction = reconstruction,
+                            .record = run.record,
+                            .notes = run.notes,
+                            .command = run.arguments.command,
+                            .no_model = why_no_model,
+                            .warnings = NotedWarnings()});
+    Log(LogLevel::kDebug,
+        "the report took " + std::to_string(ProcessCpuMs() - start_ms) + " ms of processor time");
+  } catch (const std::exception& error) {
+    Log(LogLevel::kWarning, std::string("no report: ") + error.what());
   }
+}
+
+int ReconstructInto(OutputFolder& output, Arguments& arguments,
+                    const std::shared_ptr<Device>& device, RunRecord& record) {
+  const double start_ms = WallClockMs();
+  const RunWriter writer(output.of_run());
+  StageTimes times;
+  FramesSoFar frames;
+  WriteFailures failures;
+  RunNotes notes;
+  arguments.view.Open();
+  const Run run{arguments, device,   writer, times,          record,
+                frames,    failures, notes,  arguments.view, output.of_run()};
+  const Result result = MakeRun(run);
+  failures.NoteIn(record);
+  record.stages = times.Snapshot();
+  record.wall_s = 1e-3 * (WallClockMs() - start_ms);
+  record.cpu_s = 1e-3 * ProcessCpuMs();
+  NoteErrorOf(record, [&] { writer.WriteRecord(result.reconstruction, record); });
+  const std::string why_no_model = WhyNoModel(result.reconstruction);
+  WriteReport(run, result.reconstruction, why_no_model, output.of_run());
+  const bool is_whole = record.end == RunEnd::kFinished && why_no_model.empty();
+  if (is_whole) output.TakePlaceOfEarlier();
+  PrintSummary(result.reconstruction, record, output.of_run() / "model.ply");
+  if (record.end == RunEnd::kFailed) throw Error(record.error);
+  if (!why_no_model.empty()) throw Error(why_no_model);
+  if (const std::string kept = output.Keep(); !kept.empty()) std::printf("%s\n", kept.c_str());
+  return 0;
 }
 
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
-  const double start_ms = WallClockMs();
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
   arguments.camera.calibration.Validate();
   arguments.self_calibration.Validate();
   RequireSameCamera(arguments);
+  if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
-  const RunWriter writer(arguments.output);
-
-  StageTimes times;
   RunRecord record;
   record.input = arguments.input;
   record.camera = arguments.camera.file;
   record.device = Info(*device);
-  const Run run{arguments, device, writer, times, record};
-  const Result result =
-      LearnsCameraLive(arguments) ? RunWhileLearningCamera(run) : RunWithKnownCamera(run);
-  Write(run, result);
   record.options = ListAll(arguments);
-  record.stages = times.Snapshot();
-  record.wall_s = 1e-3 * (WallClockMs() - start_ms);
-  record.cpu_s = 1e-3 * ProcessCpuMs();
-  writer.WriteRecord(result.reconstruction, record);
-  PrintSummary(result.reconstruction, record, writer.model_path());
-  if (record.end == RunEnd::kFailed) throw Error(record.error);
-  if (const std::string reason = WhyNoModel(result.reconstruction); !reason.empty()) {
-    throw Error(reason);
-  }
-  return 0;
+  OutputFolder output(arguments.output);
+  return KeepingOnFailure(output,
+                          [&] { return ReconstructInto(output, arguments, device, record); });
 }
 
 }  // namespace
@@ -326,17 +457,17 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
 int main(int argc, char** argv) {
   using namespace mono3d::tools;
   Tool tool("mono3d-reconstruct",
-            "Makes a coloured 3D model from the video of one camera.\n"
-            "Example: mono3d-reconstruct flight/ -o model/");
+            "Makes a coloured 3D model from a video or photographs of one camera.");
   Arguments arguments;
+  arguments.command = ShellCommand(argc, argv);
   tool.app()
       .add_option("INPUT", arguments.input,
                   "image folder, quoted glob (\"flight/*.jpg\") or video file")
       ->required();
-  tool.app().add_option(
-      "--camera", arguments.camera.file,
-      "calibration: OpenCV or ROS camera.yaml, or COLMAP cameras.txt; without it the "
-      "camera is learned from the images");
+  tool.app().add_option("--camera", arguments.camera.file,
+                        "calibration, as OpenCV, ROS, COLMAP, Kalibr, ORB-SLAM or nerfstudio write "
+                        "it; without it the "
+                        "camera is learned from the images");
   AddLensOption(tool.app(), arguments.camera);
   tool.app().add_flag("--camera-fixed", arguments.camera.is_held,
                       "hold the calibration, whatever the images say");
@@ -346,9 +477,12 @@ int main(int argc, char** argv) {
       ->required();
   tool.app().add_flag("--mesh", arguments.with_mesh,
                       "write mesh.ply as well: triangles through the surfels");
-  tool.app().add_flag("--global-shutter-images", arguments.with_global_shutter_images,
+  tool.app().add_flag("--global-shutter-images,--undistorted-images",
+                      arguments.with_global_shutter_images,
                       "write images_global_shutter/ as well: the keyframes' images without "
-                      "distortion and as of a global shutter; sparse/ is then of them");
+                      "distortion and as of a global shutter, as depth/ is of them; sparse/ is "
+                      "then of them, too");
+  AddOutputOptions(tool.app(), arguments.written);
   tool.app().add_option("--map", arguments.map,
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
@@ -359,6 +493,9 @@ int main(int argc, char** argv) {
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted; a camera "
                       "that is not known, or not held by --camera-fixed, is learned meanwhile");
+  AddPresets(tool, arguments.pipeline);
+  tool.ShowInHelp(ShownOptions(), kReconstructExamples);
+  arguments.view.AddOptions(tool.app());
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");

@@ -32,8 +32,8 @@ CameraVelocity FastMotion() {
   return velocity;
 }
 
-// A camera, a pose and a point, one after the other.
-constexpr int kNumUnknowns = kNumParameters + 6 + 3;
+// A camera, a pose, a point and a velocity's change, one after the other.
+constexpr int kNumUnknowns = kNumParameters + 6 + 3 + 6;
 using Unknowns = Eigen::Matrix<double, kNumUnknowns, 1>;
 
 struct Evaluated {
@@ -41,22 +41,24 @@ struct Evaluated {
   Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera;
   Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+  Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_velocity;
   bool is_in_front = false;
 };
 
 Evaluated EvaluateAt(const ReprojectionCost& cost, const Unknowns& at) {
   Evaluated result;
-  const std::array<const double*, 3> parameters = {at.data(), at.data() + kNumParameters,
-                                                   at.data() + kNumParameters + 6};
-  std::array<double*, 3> jacobians = {result.by_camera.data(), result.by_pose.data(),
-                                      result.by_point.data()};
+  const double* of_pose = at.data() + kNumParameters;
+  const std::array<const double*, 4> parameters = {at.data(), of_pose, of_pose + 6, of_pose + 9};
+  std::array<double*, 4> jacobians = {result.by_camera.data(), result.by_pose.data(),
+                                      result.by_point.data(), result.by_velocity.data()};
   result.is_in_front = cost.Evaluate(parameters.data(), result.residual.data(), jacobians.data());
   return result;
 }
 
 Unknowns SomeUnknowns(const CameraModel& camera, const Eigen::Vector3d& rotation) {
   Unknowns at;
-  at << ToParameters(camera), rotation, 0.3, -0.2, 0.1, 1.5, -0.8, 4;
+  at << ToParameters(camera), rotation, 0.3, -0.2, 0.1, 1.5, -0.8, 4, 0.05, -0.1, 0.08, 0.3, 0.2,
+      -0.4;
   return at;
 }
 
@@ -71,7 +73,7 @@ TEST_P(ReprojectionDerivatives, AreThoseOfDifferences) {
     const Evaluated found = EvaluateAt(cost, at);
     ASSERT_TRUE(found.is_in_front);
     Eigen::Matrix<double, 2, kNumUnknowns> J;
-    J << found.by_camera, found.by_pose, found.by_point;
+    J << found.by_camera, found.by_pose, found.by_point, found.by_velocity;
     for (int i = 0; i < kNumUnknowns; ++i) {
       constexpr double kStep = 1e-6;
       Unknowns more = at;
@@ -93,7 +95,8 @@ TEST_P(ReprojectionDerivatives, GoWithTheModelOfTheCamera) {
   const Eigen::Vector2d observed(500, 400);
   const ReprojectionCost cost(camera, observed, 0.5, velocity);
   const Unknowns at = SomeUnknowns(camera, Eigen::Vector3d::Zero());
-  const Eigen::Vector3d p_cam = at.segment<3>(kNumParameters + 3) + at.tail<3>();
+  const Eigen::Vector3d p_cam =
+      at.segment<3>(kNumParameters + 3) + at.segment<3>(kNumParameters + 6);
   const Eigen::Vector2d expected = (ProjectDistorted(camera, p_cam) - observed) / 0.5;
   EXPECT_LT((EvaluateAt(cost, at).residual - expected).norm(), 1e-9);
 }
@@ -105,7 +108,7 @@ TEST(ReprojectionCost, IsNoneBehindTheCamera) {
   const CameraModel camera = RollingCamera(LensModel::kBrown);
   const CameraVelocity velocity;
   Unknowns at = SomeUnknowns(camera, Eigen::Vector3d::Zero());
-  at.tail<1>().setConstant(-4);
+  at[kNumParameters + 8] = -4;
   EXPECT_FALSE(EvaluateAt({camera, {500, 400}, 0.5, velocity}, at).is_in_front);
 }
 

@@ -60,7 +60,7 @@ TEST(HealthMonitor, KnowsAModelThatNoPosesExplain) {
   for (int i = 0; i < 8; ++i) monitor.Add(Evidence(true, 1.2), true);
   EXPECT_EQ(monitor.Assess().state, HealthState::kBroken);
   EXPECT_THAT(monitor.Assess().reason, ::testing::HasSubstr("tracker has them: 100 %"));
-  EXPECT_THAT(monitor.Assess().reason, ::testing::HasSubstr("in sigmas: 120 %"));
+  EXPECT_THAT(monitor.Assess().reason, ::testing::HasSubstr("1.2 times their noise"));
   for (int i = 0; i < 4; ++i) monitor.Add(Evidence(true, 0.5), true);
   EXPECT_EQ(monitor.Assess().state, HealthState::kDegraded);  // 0.92 sigmas over all
 }

@@ -5,11 +5,13 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdint>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
@@ -313,6 +315,22 @@ TEST_F(CameraFile, RefusesWhatIsNoYamlInOneLine) {
   }
 }
 
+// The parser needs half a minute for these lines.
+TEST_F(CameraFile, RefusesAFileThatIsTooLargeForACalibration) {
+  std::string lines = "a: [\n";
+  for (int i = 0; i < 700'000; ++i) lines += "- 1\n";
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camera.yaml", lines)); },
+              ThrowsMessage<Error>(HasSubstr("too large for a calibration")));
+}
+
+TEST_F(CameraFile, RefusesAMatrixOfMoreValuesThanNumbersCount) {
+  const auto path = WriteText("camera.yaml",
+                              "image_width: 640\nimage_height: 480\n"
+                              "camera_matrix: {rows: 1000000, cols: 1000000, data: [1]}\n");
+  EXPECT_THAT([&] { ReadCameraFile(path); },
+              ThrowsMessage<Error>(HasSubstr("expected 1000000000000, found 1")));
+}
+
 TEST_F(CameraFile, ReadsKeysInAnyCaseAndListsOnOneLine) {
   const auto path = WriteText("camera.yaml",
                               "Image_Width: 640\nIMAGE_HEIGHT: 480  # px\n"
@@ -364,6 +382,9 @@ TEST_F(CameraFile, RefusesColmapCamerasThatItCannotHold) {
        "(expected 4, found 3)"},
       {"1 PINHOLE 640 480 500 501 320 nan\n", "expected a finite number, found nan"},
       {"1 PINHOLE 0 480 500 501 320 240\n", "bad image_width (expected a positive number"},
+      {"1 PINHOLE 640 1e300 500 501 320 240\n",
+       "bad size of the image (expected whole numbers up to 65535, found 1e300)"},
+      {"1 PINHOLE 640.5 480 500 501 320 240\n", "bad size of the image"},
       {"1 FOV 640 480 500 501 320 240 0.9\n",
        "unsupported camera model (expected SIMPLE_PINHOLE, PINHOLE, "},
       {"1 FULL_OPENCV 640 480 500 501 320 240 0 0 0 0 0 0.1 0 0\n", "k4 = k5 = k6 = 0"},
@@ -374,6 +395,138 @@ TEST_F(CameraFile, RefusesColmapCamerasThatItCannotHold) {
     EXPECT_THAT([&] { ReadCameraFile(WriteText("cameras.txt", c.lines)); },
                 ThrowsMessage<Error>(HasSubstr(c.message)));
   }
+}
+
+TEST_F(CameraFile, WithoutDistortionHasNone) {
+  const auto path = WriteText("camera.yaml",
+                              "image_width: 640\nimage_height: 480\n"
+                              "camera_matrix: [500, 0, 319.5, 0, 501, 239.5, 0, 0, 1]\n");
+  EXPECT_EQ(ReadCameraFile(path), (CameraModel{640, 480, 500, 501, 319.5, 239.5, {}}));
+}
+
+TEST_F(CameraFile, ReadsOpenCvXmlAndJson) {
+  const CameraModel camera = LensCamera();
+  for (const char* name : {"camera.xml", "camera.json"}) {
+    {
+      cv::FileStorage file(folder_ / name, cv::FileStorage::WRITE);
+      file << "image_width" << camera.width << "image_height" << camera.height;
+      file << "camera_matrix"
+           << cv::Mat_<double>(
+                  {3, 3}, {camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0});
+      file << "distortion_coefficients"
+           << cv::Mat_<double>({5, 1},
+                               {camera.distortion[0], camera.distortion[1], camera.distortion[2],
+                                camera.distortion[3], camera.distortion[4]});
+    }
+    EXPECT_EQ(ReadCameraFile(folder_ / name), camera) << name;
+  }
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("bad.xml", "<?xml version=\"1.0\"?>\n<a><b>")); },
+              ThrowsMessage<Error>(HasSubstr("bad.xml")));
+}
+
+TEST_F(CameraFile, ReadsKalibr) {
+  const std::string kalibr =
+      "cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n"
+      "  distortion_coeffs: [-0.25, 0.0625, 0.001, 0.002]\n  distortion_model: radtan\n"
+      "  intrinsics: [461.5, 460.25, 362.5, 246.5]\n  resolution: [752, 480]\n"
+      "  rostopic: /cam0/image_raw\n";
+  CameraModel expected{752, 480, 461.5, 460.25, 362.5, 246.5, {-0.25, 0.0625, 0.001, 0.002, 0}};
+  EXPECT_EQ(ReadCameraFile(WriteText("camchain.yaml", kalibr)), expected);
+  std::string fisheye = kalibr;
+  fisheye.replace(fisheye.find("radtan"), 6, "equidistant");
+  expected.lens = LensModel::kFisheye;
+  EXPECT_EQ(ReadCameraFile(WriteText("camchain.yaml", fisheye)), expected);
+  std::string omni = kalibr;
+  omni.replace(omni.find("pinhole"), 7, "omni");
+  EXPECT_THAT(
+      [&] { ReadCameraFile(WriteText("camchain.yaml", omni)); },
+      ThrowsMessage<Error>(HasSubstr(
+          "camchain.yaml:3: camera calibration: unsupported camera model (expected pinhole, "
+          "found omni)")));
+  std::string two = kalibr + kalibr;
+  two.replace(two.rfind("cam0:"), 5, "cam1:");
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("camchain.yaml", two)); },
+              ThrowsMessage<Error>(HasSubstr("several cameras in one file")));
+}
+
+TEST_F(CameraFile, ReadsOrbSlam) {
+  const std::string size = "Camera.width: 640\nCamera.height: 480\n";
+  const std::string first =  // of ORB-SLAM2
+      "%YAML:1.0\n\nCamera.fx: 517.25\nCamera.fy: 516.5\nCamera.cx: 318.5\nCamera.cy: 255.25\n"
+      "Camera.k1: 0.25\nCamera.k2: -0.95\nCamera.p1: -0.005\nCamera.p2: 0.002\nCamera.k3: 1.5\n"
+      "Camera.fps: 30.0\n";
+  EXPECT_EQ(
+      ReadCameraFile(WriteText("TUM1.yaml", first + size)),
+      (CameraModel{640, 480, 517.25, 516.5, 318.5, 255.25, {0.25, -0.95, -0.005, 0.002, 1.5}}));
+  const std::string third =  // of ORB-SLAM3
+      "%YAML:1.0\nFile.version: \"1.0\"\nCamera.type: \"KannalaBrandt8\"\n"
+      "Camera1.fx: 190.5\nCamera1.fy: 190.25\nCamera1.cx: 254.5\nCamera1.cy: 256.5\n"
+      "Camera1.k1: 0.003\nCamera1.k2: 0.0007\nCamera1.k3: -0.002\nCamera1.k4: 0.0002\n" +
+      size;
+  EXPECT_EQ(ReadCameraFile(WriteText("TUM-VI.yaml", third)),
+            (CameraModel{640,
+                         480,
+                         190.5,
+                         190.25,
+                         254.5,
+                         256.5,
+                         {0.003, 0.0007, -0.002, 0.0002, 0},
+                         {},
+                         LensModel::kFisheye}));
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("TUM1.yaml", first)); },
+              ThrowsMessage<Error>(HasSubstr("key is missing (expected camera.width)")));
+}
+
+TEST_F(CameraFile, ReadsNerfstudio) {
+  const std::string json =
+      "{\n  \"camera_model\": \"OPENCV\",\n  \"fl_x\": 1072.5, \"fl_y\": 1068.25,\n"
+      "  \"cx\": 504.5, \"cy\": 300, \"w\": 1008, \"h\": 600,\n"
+      "  \"k1\": 0.25, \"k2\": -0.5, \"p1\": 0.001,\n"
+      "  \"frames\": [{\"file_path\": \"images/1.jpg\", \"transform_matrix\": [[1, 0], [0, "
+      "1]]}]\n}\n";
+  // Their principal point counts from a corner.
+  EXPECT_EQ(ReadCameraFile(WriteText("transforms.json", json)),
+            (CameraModel{1008, 600, 1072.5, 1068.25, 504, 299.5, {0.25, -0.5, 0.001, 0, 0}}));
+  const CameraModel by_angle = ReadCameraFile(WriteText(
+      "transforms.json", "{\"camera_angle_x\": 1.5707963267948966, \"w\": 800, \"h\": 600}"));
+  EXPECT_NEAR(by_angle.fx, 400, 1e-9);
+  EXPECT_NEAR(by_angle.fy, 400, 1e-9);
+  EXPECT_EQ(by_angle.cx, 399.5);
+}
+
+// One camera of a cameras.bin, by https://colmap.github.io/format.html.
+std::string ColmapBinary(std::int32_t model, const std::vector<double>& params) {
+  std::string bytes;
+  const auto append = [&](auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  append(std::uint64_t{1});
+  append(std::uint32_t{7});
+  append(model);
+  append(std::uint64_t{640});
+  append(std::uint64_t{480});
+  for (const double param : params) append(param);
+  return bytes;
+}
+
+TEST_F(CameraFile, ReadsColmapBinary) {
+  EXPECT_EQ(ReadCameraFile(WriteText("cameras.bin", ColmapBinary(2, {500, 320, 240, 0.25}))),
+            (CameraModel{640, 480, 500, 500, 319.5, 239.5, {0.25, 0, 0, 0, 0}}));
+  EXPECT_EQ(
+      ReadCameraFile(
+          WriteText("cameras.bin", ColmapBinary(5, {500, 501, 320, 240, 0.1, 0.2, 0.3, 0.4}))),
+      (CameraModel{
+          640, 480, 500, 501, 319.5, 239.5, {0.1, 0.2, 0.3, 0.4, 0}, {}, LensModel::kFisheye}));
+  EXPECT_THAT(
+      [&] {
+        ReadCameraFile(WriteText("cameras.bin", ColmapBinary(2, {500, 320})));
+      },
+      ThrowsMessage<Error>(HasSubstr("cameras.bin: camera calibration: the file is trunc")));
+  EXPECT_THAT(
+      [&] {
+        ReadCameraFile(WriteText("cameras.bin", ColmapBinary(10, {500, 320})));
+      },
+      ThrowsMessage<Error>(HasSubstr("unsupported camera model")));
 }
 
 }  // namespace

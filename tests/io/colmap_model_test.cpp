@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdint>
+#include <cstring>
 #include <string>
 
 #include "io/temporary_folder.h"
@@ -103,6 +105,70 @@ TEST_F(ColmapModel, IsWrittenInColmapsFormAndPixels) {
   EXPECT_THAT(ReadText(folder_ / "points3D.txt"), HasSubstr(" 255 0 128 "));
   EXPECT_THAT(ReadText(folder_ / "points3D.txt"), HasSubstr(" 1 0 8 0\n2 "));
   EXPECT_THAT(ReadText(folder_ / "points3D.txt"), HasSubstr(" 8 1\n"));
+}
+
+// Values at their places of https://colmap.github.io/format.html#binary-file-format.
+template <typename T>
+T ValueAt(const std::string& bytes, std::size_t& position) {
+  T value{};
+  EXPECT_LE(position + sizeof value, bytes.size());
+  std::memcpy(&value, bytes.data() + position, sizeof value);
+  position += sizeof value;
+  return value;
+}
+
+TEST_F(ColmapModel, IsWrittenInColmapsBinaryFormToo) {
+  SparseModel model = SmallModel();
+  model.camera.distortion = {-0.1, 0.02, 0.001, -0.002, 0.5};
+  WriteColmapModel(folder_, model);
+
+  const std::string cameras = ReadText(folder_ / "cameras.bin");
+  std::size_t at = 0;
+  EXPECT_EQ(ValueAt<std::uint64_t>(cameras, at), 1U);
+  EXPECT_EQ(ValueAt<std::uint32_t>(cameras, at), 1U);
+  EXPECT_EQ(ValueAt<std::int32_t>(cameras, at), 6) << "FULL_OPENCV";
+  EXPECT_EQ(ValueAt<std::uint64_t>(cameras, at), 80U);
+  EXPECT_EQ(ValueAt<std::uint64_t>(cameras, at), 60U);
+  for (const double param : {100.5, 101., 40., 29.75, -0.1, 0.02, 0.001, -0.002, 0.5, 0., 0., 0.}) {
+    EXPECT_EQ(ValueAt<double>(cameras, at), param);
+  }
+  EXPECT_EQ(at, cameras.size());
+
+  const std::string images = ReadText(folder_ / "images.bin");
+  at = 0;
+  EXPECT_EQ(ValueAt<std::uint64_t>(images, at), 3U);
+  EXPECT_EQ(ValueAt<std::uint32_t>(images, at), 1U);
+  for (const double value : {1, 0, 0, 0, 0, 0, 0}) EXPECT_EQ(ValueAt<double>(images, at), value);
+  EXPECT_EQ(ValueAt<std::uint32_t>(images, at), 1U) << "its camera";
+  EXPECT_EQ(images.substr(at, 6), std::string("a.png\0", 6));
+  at += 6;
+  EXPECT_EQ(ValueAt<std::uint64_t>(images, at), 2U);
+  EXPECT_EQ(ValueAt<double>(images, at), 44.5);
+  EXPECT_EQ(ValueAt<double>(images, at), 30);
+  EXPECT_EQ(ValueAt<std::uint64_t>(images, at), 1U);
+  at += 2 * sizeof(double);
+  EXPECT_EQ(ValueAt<std::uint64_t>(images, at), ~std::uint64_t{0}) << "no point";
+  EXPECT_EQ(ValueAt<std::uint32_t>(images, at), 8U);
+  const Pose T_cam_world = model.images[1].T_world_cam.Inverse();
+  EXPECT_EQ(ValueAt<double>(images, at), T_cam_world.rotation().w());
+  at += 3 * sizeof(double);
+  EXPECT_EQ(ValueAt<double>(images, at), T_cam_world.translation().x());
+
+  const std::string points = ReadText(folder_ / "points3D.bin");
+  at = 0;
+  EXPECT_EQ(ValueAt<std::uint64_t>(points, at), 2U);
+  EXPECT_EQ(ValueAt<std::uint64_t>(points, at), 1U);
+  for (const double value : {0.1, 0., 2.}) EXPECT_EQ(ValueAt<double>(points, at), value);
+  EXPECT_EQ(points.substr(at, 3), "\x01\x02\x03");
+  at += 3;
+  EXPECT_EQ(ValueAt<double>(points, at), ReprojectionErrors_px(model)[0]);
+  EXPECT_EQ(ValueAt<std::uint64_t>(points, at), 2U);
+  for (const std::uint32_t value : {1U, 0U, 8U, 0U, 2U}) {
+    EXPECT_EQ(ValueAt<std::uint32_t>(points, at), value);  // the last one: the next id, lower half
+  }
+  at = points.size() - 2 * sizeof(std::uint32_t);
+  EXPECT_EQ(ValueAt<std::uint32_t>(points, at), 8U);
+  EXPECT_EQ(ValueAt<std::uint32_t>(points, at), 1U);
 }
 
 TEST_F(ColmapModel, IsATrajectoryToo) {

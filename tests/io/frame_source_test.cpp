@@ -188,8 +188,18 @@ TEST_F(FrameSourceTest, RefusesWhatIsNotThere) {
       ThrowsMessage<Error>(HasSubstr("no image is left to read (expected a start below 2")));
 }
 
-TEST_F(FrameSourceTest, RefusesImagesOfTwoSizes) {
-  WriteImages(1);
+TEST_F(FrameSourceTest, SkipsAndCountsImagesOfAnotherSize) {
+  WriteImages(4);
+  WriteImage("img0.png", 0, kWidth / 2, kHeight / 2);
+  WriteImage("img2.png", 2, 2 * kWidth, 2 * kHeight);
+  const auto source = OpenFrameSource(folder_, TestCamera());
+  std::vector<std::int64_t> indices;
+  while (const std::optional<Frame> frame = source->Next()) indices.push_back(frame->index);
+  EXPECT_EQ(indices, (std::vector<std::int64_t>{1, 3}));
+  EXPECT_EQ(source->num_skipped(), 2);
+}
+
+TEST_F(FrameSourceTest, RefusesImagesThatAreAllOfAnotherSize) {
   WriteImage("img1.png", 1, 2 * kWidth, 2 * kHeight);
   EXPECT_THAT([&] { ReadAll(); },
               ThrowsMessage<Error>(HasSubstr("img1.png: image has another size than the "

@@ -106,6 +106,15 @@ TEST_F(ImageFile, MayHaveBytesBehindItsEnd) {
   }
 }
 
+// By what its head says, before memory is asked for.
+TEST_F(ImageFile, ThatSaysItIsHugeIsRefused) {
+  std::string png = Encode(".png", Noise(CV_8UC3));
+  png.replace(16, 8, std::string("\0\0\x7D\0\0\0\x7D\0", 8));
+  EXPECT_THAT([&] { Read(png); },
+              ThrowsMessage<Error>(HasSubstr("the image is too large (expected at most 268435456 "
+                                             "pixels, found 32000x32000)")));
+}
+
 TEST_F(ImageFile, ThatIsNoImageIsRefused) {
   EXPECT_THAT([&] { Read("just a text file with a wrong name\n"); },
               ThrowsMessage<Error>(HasSubstr("image: not an image, or not of a known kind")));

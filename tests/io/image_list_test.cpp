@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/io/frame_source.h"
 
 namespace mono3d {
@@ -19,6 +21,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
+using testing::UnorderedElementsAre;
 
 using ImageListTest = TemporaryFolderTest;
 
@@ -57,6 +60,18 @@ TEST_F(ImageListTest, IsInNaturalOrderAndHasImagesOnly) {
   }
   std::filesystem::create_directory(folder_ / "folder.jpg");
   EXPECT_THAT(Names(ListImages(folder_)), ElementsAre("img1.jpeg", "img2.PNG", "img10.jpg"));
+}
+
+TEST_F(ImageListTest, SaysOnceWhatIsNamedAsAnImageAndIsNone) {
+  WriteText("img1.jpg", "x");
+  std::filesystem::create_directory(folder_ / "img2.jpg");
+  std::filesystem::create_symlink(folder_ / "none", folder_ / "img3.jpg");
+  std::vector<std::string> warnings;
+  SetLogSink([&](LogLevel, std::string_view message) { warnings.emplace_back(message); });
+  for (int i = 0; i < 2; ++i) EXPECT_THAT(Names(ListImages(folder_)), ElementsAre("img1.jpg"));
+  SetLogSink({});
+  EXPECT_THAT(warnings, UnorderedElementsAre(HasSubstr("img2.jpg: left out"),
+                                             HasSubstr("img3.jpg: left out")));
 }
 
 TEST_F(ImageListTest, OfASequenceFolderIsThatOfItsImages) {

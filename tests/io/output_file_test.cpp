@@ -8,6 +8,7 @@
 
 #include <csignal>
 #include <string>
+#include <vector>
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
@@ -16,7 +17,9 @@ namespace mono3d {
 namespace {
 
 using testing::AllOf;
+using testing::Each;
 using testing::HasSubstr;
+using testing::SizeIs;
 using testing::ThrowsMessage;
 
 using OutputFile = TemporaryFolderTest;
@@ -36,38 +39,62 @@ TEST_F(OutputFile, LeavesNothingWhenNotCommitted) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
-// /dev/full takes no byte: "No space left on device". What is written beside goes there.
-TEST_F(OutputFile, NamesTheFileWhenTheDiskIsFull) {
-  const auto path = WriteText("model.ply", "old");
-  std::filesystem::create_symlink("/dev/full", folder_ / "model.ply.partial");
-  // A small file shows the error when its buffer is flushed, a large one while it is written.
-  EXPECT_THAT(
-      [&] { WriteFileAtomically(path, "new"); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("model.ply: "), HasSubstr("No space left on device"))));
-  std::filesystem::create_symlink("/dev/full", folder_ / "model.ply.partial");
-  EXPECT_THAT(
-      [&] { WriteFileAtomically(path, std::string(1 << 20, 'x')); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("model.ply: "), HasSubstr("No space left on device"))));
-  EXPECT_EQ(ReadText(path), "old");
+// Where others may write into the folder, a link would lead what is written to a file elsewhere.
+TEST_F(OutputFile, FollowsNoLink) {
+  const auto elsewhere = WriteText("elsewhere.txt", "precious");
+  std::filesystem::create_directory(folder_ / "out");
+  const auto path = WriteText("out/model.ply", "old");
+  std::filesystem::create_symlink(elsewhere, folder_ / "out/model.ply.partial");
+  std::filesystem::create_symlink(elsewhere, folder_ / "out/.mono3d_probe");
+  CreateOutputFolder(folder_ / "out");
+  WriteFileAtomically(path, "new");
+  EXPECT_EQ(ReadText(elsewhere), "precious");
+  EXPECT_EQ(ReadText(path), "new");
+  EXPECT_FALSE(std::filesystem::is_symlink(path));
+}
+
+TEST_F(OutputFile, TakesThePlaceOfWhatWasLeftHalfWritten) {
+  WriteText("model.ply.partial", "half");
+  WriteFileAtomically(folder_ / "model.ply", "new");
+  EXPECT_EQ(ReadText(folder_ / "model.ply"), "new");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "model.ply.partial"));
 }
 
+TEST_F(OutputFile, TellsBeforehandWhatCannotBeWritten) {
+  RequireWritableFile(folder_ / "a.txt");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  const auto path = WriteText("b.txt", "old");
+  RequireWritableFile(path);
+  EXPECT_EQ(ReadText(path), "old");
+  EXPECT_THAT([&] { RequireWritableFile(folder_); },
+              ThrowsMessage<Error>(HasSubstr("cannot write the file: Is a directory")));
+  EXPECT_THAT([&] { RequireWritableFile(folder_ / "none" / "a.txt"); },
+              ThrowsMessage<Error>(HasSubstr("none/a.txt: cannot create the file")));
+}
+
+// As a full disk: a small file shows the error when its buffer is flushed, a large one while it is
+// written.
 TEST_F(OutputFile, NamesTheFileWhenItGrowsBeyondTheQuota) {
+  const auto path = WriteText("big.pfm", "old");
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{4096, before.rlim_max};
+  const rlimit small{512, before.rlim_max};
   auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
   setrlimit(RLIMIT_FSIZE, &small);
-  std::string message;
-  try {
-    WriteFileAtomically(folder_ / "big.pfm", std::string(1 << 20, 'x'));
-  } catch (const Error& error) {
-    message = error.what();
+  std::vector<std::string> messages;
+  for (const std::size_t num_bytes : {1000, 1 << 20}) {
+    try {
+      WriteFileAtomically(path, std::string(num_bytes, 'x'));
+    } catch (const Error& error) {
+      messages.emplace_back(error.what());
+    }
   }
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
-  EXPECT_THAT(message, AllOf(HasSubstr("big.pfm: cannot write"), HasSubstr("File too large")));
-  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  EXPECT_THAT(messages, SizeIs(2));
+  EXPECT_THAT(messages, Each(AllOf(HasSubstr("big.pfm: cannot write"), HasSubstr("too large"))));
+  EXPECT_EQ(ReadText(path), "old");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "big.pfm.partial"));
 }
 
 TEST_F(OutputFile, FailsAsInputOrOutput) {

@@ -6,9 +6,12 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/core/timing.h"
 
 namespace mono3d {
@@ -69,10 +72,22 @@ TEST(PacedSource, ThrowsWhatItsSourceThrowsAfterTheFramesBefore) {
               ThrowsMessage<Error>(HasSubstr("another size")));
 }
 
-// Of a frame that is due in an hour and a stop that comes at once.
+TEST(PacedSource, DoesNotWaitForTheEndOfALongGap) {
+  std::vector<std::string> warnings;
+  SetLogSink([&](LogLevel, std::string_view message) { warnings.emplace_back(message); });
+  PacedSource source(std::make_unique<SteadySource>(3, 3600));
+  const double before_s = 1e-3 * WallClockMs();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(source.Next());
+  SetLogSink({});
+  EXPECT_LT(1e-3 * WallClockMs() - before_s, 600);
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_THAT(warnings[0], HasSubstr("a gap of 3600 s"));
+}
+
+// Of a frame that is due in a few seconds and a stop that comes at once.
 TEST(PacedSource, EndsWhenToldToStop) {
   std::atomic<bool> stop = false;
-  PacedSource source(std::make_unique<SteadySource>(2, 3600), &stop);
+  PacedSource source(std::make_unique<SteadySource>(2, 9), &stop);
   EXPECT_TRUE(source.Next());
   stop = true;
   EXPECT_FALSE(source.Next());

@@ -136,7 +136,15 @@ TEST(ViewSelection, MakesNothingWithoutParallax) {
   std::vector<PosedKeyframe> keyframes;
   for (int i = 0; i < 100; ++i) keyframes.push_back(MakeKeyframe(i, 0.00001 * i, 0.3 * i));
   EXPECT_TRUE(selector.Select(keyframes).empty());
-  EXPECT_THAT(selector->Findings(), AllOf(HasSubstr("100 keyframes"), HasSubstr("baseline 0.0")));
+  EXPECT_THAT(selector->Findings(), AllOf(HasSubstr("100 keyframes"), HasSubstr("baseline 0.0"),
+                                          HasSubstr("hardly moved sideways")));
+}
+
+TEST(ViewSelection, SaysThatImagesAreTooFarApart) {
+  TrackedSelector selector;
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(selector.Add(MakeKeyframe(i, 1.5 * i)));
+  EXPECT_TRUE(selector.Finish().empty());
+  EXPECT_THAT(selector->Findings(), HasSubstr("the images are too far apart"));
 }
 
 // 0.02 is aimed for between neighbours.

@@ -14,9 +14,11 @@
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
+#include "mono3d/pipeline/run_folder.h"
 
 namespace mono3d {
 namespace {
@@ -84,7 +86,7 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   Reconstruction reconstruction;
   reconstruction.maps = {MakeMap(0, 5)};
   reconstruction.counts.num_frames = 7;
-  reconstruction.counts.untracked_frames["# matches, # needed"] = 2;
+  reconstruction.counts.untracked_frames["58 to 62 matches, 100 needed"] = 2;
   PipelineOptions options;
   options.keyframes.best_angle_deg = 4;
   RunRecord record;
@@ -100,7 +102,7 @@ TEST_F(RunWriterTest, RecordsOptionsCountsReasonsAndTimes) {
   EXPECT_EQ(run["options"]["keyframes.best_angle_deg"], 4.0);
   EXPECT_EQ(run["counts"]["frames"], 7);
   EXPECT_EQ(run["counts"]["images_skipped"], 1);
-  EXPECT_EQ(run["counts"]["untracked_frames"]["# matches, # needed"], 2);
+  EXPECT_EQ(run["counts"]["untracked_frames"]["58 to 62 matches, 100 needed"], 2);
   EXPECT_EQ(run["maps"][0]["surfels"], 2);
   EXPECT_EQ(run["maps"][0]["surfels_inferred"], 1);
   EXPECT_EQ(run["stages"]["depth/census"]["calls"], 3);
@@ -132,6 +134,29 @@ TEST_F(RunWriterTest, TellsOfEachCameraOfPhotos) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "learned_camera_2.yaml"));
 }
 
+TEST_F(RunWriterTest, SaysWhichFilesAreOfWhichCamera) {
+  CameraModel taken = {.width = 8, .height = 6, .fx = 8, .fy = 8, .cx = 3.5, .cy = 2.5};
+  taken.distortion = {-0.1, 0.01, 0, 0, 0};
+  const DepthMap map = MakeDepthMap(7);
+  const RunWriter writer(folder_);
+  writer.WriteDepthMap(map);
+  writer.WriteDepthCamera(map.camera);
+  EXPECT_EQ(ReadCameraFile(folder_ / "depth/camera.yaml"), map.camera);
+  RunRecord record;
+  record.cameras_of_files = {{"depth/", map.camera}, {"images/, sparse/", taken}};
+  writer.WriteRecord({}, record);
+  const auto cameras =
+      nlohmann::json::parse(std::ifstream(folder_ / "run.json"))["cameras_of_files"];
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_EQ(cameras[0]["files"], "depth/");
+  EXPECT_EQ(cameras[0]["camera"]["width"], 4);
+  EXPECT_EQ(cameras[1]["files"], "images/, sparse/");
+  EXPECT_EQ(cameras[1]["camera"]["width"], 8);
+  EXPECT_EQ(cameras[1]["camera"]["k1"], -0.1);
+  const RunWriter next(folder_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/camera.yaml"));
+}
+
 TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   {
     const RunWriter earlier(folder_);
@@ -148,6 +173,54 @@ TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
+}
+
+TEST_F(RunWriterTest, WritesWhatItCanAndSaysWhatItCannot) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5), MakeMap(3, 2)};
+  const RunWriter writer(folder_);
+  std::filesystem::create_directories(folder_ / "trajectory.txt" / "in the way");
+  EXPECT_THROW(writer.WriteReconstruction(reconstruction), Error);
+  EXPECT_EQ(ReadPly(writer.model_path()).size(), 2U);
+  EXPECT_EQ(ReadTrajectory(folder_ / "keyframes.txt").size(), 1U);
+  EXPECT_EQ(ReadTrajectory(folder_ / "trajectory_map3.txt").size(), 2U);
+}
+
+TEST_F(RunWriterTest, MakesFoldersAgainThatAreRemovedMeanwhile) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5)};
+  const RunWriter writer(folder_);
+  std::filesystem::remove_all(folder_);
+  writer.WriteDepthMap(MakeDepthMap(42));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/000042.depth.pfm"));
+  std::filesystem::remove_all(folder_);
+  writer.WriteReconstruction(reconstruction);
+  EXPECT_EQ(ReadPly(writer.model_path()).size(), 2U);
+}
+
+TEST_F(RunWriterTest, PutsANewRunInPlaceOfAnEarlierOne) {
+  Reconstruction reconstruction;
+  reconstruction.maps = {MakeMap(0, 5), MakeMap(3, 2)};
+  EXPECT_FALSE(HoldsRun(folder_));
+  {
+    const RunWriter earlier(folder_);
+    EXPECT_FALSE(HoldsRun(folder_));
+    earlier.WriteReconstruction(reconstruction);
+    earlier.WriteDepthMap(MakeDepthMap(7));
+    std::ofstream(folder_ / "notes.txt") << "mine";
+  }
+  EXPECT_TRUE(HoldsRun(folder_));
+  reconstruction.maps = {MakeMap(0, 4)};
+  const RunWriter next(folder_ / "unfinished_1");
+  next.WriteReconstruction(reconstruction);
+  next.WriteDepthMap(MakeDepthMap(8));
+  ReplaceRun(folder_, folder_ / "unfinished_1");
+  EXPECT_EQ(ReadTrajectory(folder_ / "trajectory.txt").size(), 4U);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/000008.depth.pfm"));
+  for (const char* name : {"depth/000007.depth.pfm", "trajectory_map3.txt", "unfinished_1"}) {
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  }
 }
 
 SparseModel MakeSparseModel() {

@@ -5,8 +5,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
@@ -161,12 +164,88 @@ TEST_F(BadInput, ImagesOfTwoSizesForTheDepthTool) {
   ExpectError(Depth(images().string()), kFailure, "3.png", "found 32x64");
 }
 
-TEST_F(BadInput, ImagesOfTwoSizesKeepWhatIsThereSoFar) {
+TEST_F(BadInput, AnImageOfAnotherSizeIsSkippedAndCounted) {
   WriteImage("3.png", 32);
   const CommandResult result = Reconstruct();
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("skipped: 3.png"), HasSubstr("found 32x64")));
+  EXPECT_THAT(ReadText(folder_ / "out" / "run.json"), HasSubstr("\"images_skipped\": 1"));
+}
+
+TEST_F(BadInput, MessagesDoNothingToATerminal) {
+  WriteText(camera(), "image_width: \"\\e[31m" + std::string(5000, 'x') + "\"\n");
+  const CommandResult result = Reconstruct();
+  ExpectError(result, kFailure, "\\x1b[31mxxx", "bytes)");
+  EXPECT_EQ(result.errors.find('\x1b'), std::string::npos);
+  EXPECT_LT(result.errors.size(), 1000U);
+}
+
+TEST_F(BadInput, PipesAndDevicesAreRefusedAtOnce) {
+  const std::string pipe = (folder_ / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& file : {pipe, std::string("/dev/zero")}) {
+    ExpectError(
+        RunCommand(std::string("timeout 20 ") + MONO3D_RECONSTRUCT_TOOL + " " + images().string() +
+                       " --camera " + file + " -o " + (folder_ / "out").string(),
+                   folder_),
+        kFailure, file, "not a regular one");
+    ExpectError(RunCommand(std::string("timeout 20 ") + MONO3D_RECONSTRUCT_TOOL + " " + file +
+                               " -o " + (folder_ / "out").string(),
+                           folder_),
+                kFailure, file, "neither a file nor a folder");
+  }
+}
+
+TEST_F(BadInput, TooLittleMemoryIsSaid) {
+  for (const char* limit_kb : {"700000", "1000000"}) {
+    const CommandResult result =
+        RunCommand("ulimit -v " + std::string(limit_kb) + "; " + MONO3D_DEPTH_TOOL + " " +
+                       images().string() + " --camera " + camera().string() + " --poses " +
+                       (folder_ / "poses.txt").string() + " -o " + (folder_ / "out").string(),
+                   folder_);
+    ExpectError(result, kFailure, "not enough memory", "");
+  }
+}
+
+TEST_F(BadInput, AFileSizeLimitIsAnErrorOfTheFile) {
+  // Files of at most 4 KiB: run.json is larger.
+  const CommandResult result =
+      RunCommand("ulimit -f 8; " + std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images().string() +
+                     " --camera " + camera().string() + " -o " + (folder_ / "out").string(),
+                 folder_);
   EXPECT_EQ(result.exit_status, kFailure);
-  EXPECT_THAT(result.errors, AllOf(HasSubstr("3.png"), HasSubstr("found 32x64")));
-  EXPECT_THAT(ReadText(folder_ / "out" / "run.json"), HasSubstr("\"end\": \"failed\""));
+  EXPECT_THAT(result.errors, HasSubstr("run.json: cannot write the file: File too large"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out" / "run.json.partial"));
+}
+
+TEST_F(BadInput, AClosedStderrEndsNoRun) {
+  const CommandResult result =
+      RunCommand("( " + std::string(MONO3D_RECONSTRUCT_TOOL) + " --no-such-option; echo $? >" +
+                     (folder_ / "status").string() + " ) 2>&1 | true",
+                 folder_);
+  EXPECT_EQ(ReadText(folder_ / "status"), "2\n");
+}
+
+TEST_F(BadInput, ARecordOfManyNestedArraysIsRefused) {
+  std::filesystem::create_directories(folder_ / "run");
+  WriteText(folder_ / "run" / "run.json",
+            "{\"x\":" + std::string(60'000, '[') + std::string(60'000, ']') + "}");
+  WriteText(folder_ / "run" / "trajectory.txt", ReadText(folder_ / "poses.txt"));
+  WriteText(folder_ / "groundtruth.txt", ReadText(folder_ / "poses.txt"));
+  const CommandResult result = RunCommand(std::string(MONO3D_EVALUATE_TOOL) + " run " +
+                                              (folder_ / "run").string() + " " + folder_.string(),
+                                          folder_);
+  EXPECT_THAT(result.exit_status, testing::AnyOf(0, kFailure)) << result.errors;
+}
+
+TEST_F(BadInput, TheDepthToolTakesNamesThatAreNotUtf8) {
+  std::string names;
+  for (int i = 0; i < 5; ++i) {
+    const std::string name = "\xE4" + std::to_string(i) + ".png";
+    std::filesystem::rename(images() / (std::to_string(i) + ".png"), images() / name);
+  }
+  const CommandResult result = Depth(images().string());
+  EXPECT_EQ(result.errors.find("invalid UTF-8"), std::string::npos) << result.errors;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / "bundle.json"));
 }
 
 TEST_F(BadInput, FourImagesForTheDepthTool) {
@@ -215,6 +294,20 @@ TEST_F(BadInput, UnknownDeviceIsWrongUsage) {
 TEST_F(BadInput, StillImagesGiveAReasonWhyThereIsNoModel) {
   const CommandResult result = Reconstruct();
   ExpectError(result, kFailure, "no model", "reason");
+  EXPECT_THAT(ReadText(folder_ / "out/report.html"), testing::HasSubstr("There is no model"));
+}
+
+TEST_F(BadInput, APresetChangesDefaultsAndNotWhatIsGiven) {
+  const auto options_of = [&](const std::string& extra) {
+    std::filesystem::remove_all(folder_ / "out");
+    EXPECT_EQ(Reconstruct(extra).exit_status, kFailure);  // no model
+    return nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"))["options"];
+  };
+  const auto fast = options_of("--fast --keyframes.num_images 3");
+  EXPECT_EQ(fast["depth.pyramid.level"], 1);
+  EXPECT_EQ(fast["keyframes.num_images"], 3);
+  EXPECT_EQ(options_of("--depth.pyramid.level 0 --fast")["depth.pyramid.level"], 0);
+  EXPECT_EQ(options_of("--best")["keyframes.num_images"], 9);
 }
 
 }  // namespace

@@ -8,9 +8,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
+#include "common/advice.h"
 #include "common/summary.h"
+#include "common/warnings.h"
+#include "tools/command.h"
 
 namespace mono3d::tools {
 namespace {
@@ -71,6 +76,63 @@ TEST(Summary, NamesTheStateOfTheModelWithItsReason) {
               AllOf(HasSubstr("the model is degraded: drifts\n"), HasSubstr(model)));
   EXPECT_THAT(Summary(Health(HealthState::kBroken, "refuses")),
               HasSubstr("the model is broken: refuses\n"));
+}
+
+TEST(Summary, SaysWhatLikelyMadeTheModelBadAndWhatToDo) {
+  Reconstruction result;
+  result.maps.resize(1);
+  result.maps[0].health = Health(HealthState::kBroken, "refuses");
+  RunRecord record;
+  EXPECT_EQ(AdviceOfModel({}, record).cause, "");
+  EXPECT_THAT(AdviceOfModel(result, record).cause, HasSubstr("a wrong calibration, blur"));
+  record.calibration.emplace();
+  record.calibration->is_learned = record.calibration->determines_focal_length = true;
+  EXPECT_THAT(AdviceOfModel(result, record).cause, HasSubstr("the images agree with the camera"));
+  record.calibration.reset();
+  result.maps[0].fusions.resize(2);
+  for (FusionRecord& fusion : result.maps[0].fusions) {
+    fusion.registration.registered = true;
+    fusion.registration.contradiction = 0.3;
+  }
+  EXPECT_THAT(AdviceOfModel(result, record).cause, HasSubstr("scene seems to move"));
+  result.maps.resize(4);
+  EXPECT_THAT(AdviceOfModel(result, record).cause, HasSubstr("wrong order"));
+  record.camera = "camera.yaml";  // and no word of the images: it was held
+  EXPECT_THAT(AdviceOfModel(result, record).remedy, HasSubstr("without --camera-fixed"));
+  record.calibration.emplace();
+  record.calibration->variation.principal_point_px = 3;
+  EXPECT_THAT(AdviceOfModel(result, record).cause, HasSubstr("stabilisation"));
+  result.maps[0].health = {};
+  EXPECT_EQ(AdviceOfModel(result, record).cause, "");
+}
+
+TEST(Summary, WhyThereIsNoModelIsTheCauseAndTheRemedy) {
+  Reconstruction result;
+  result.counts.untracked_frames["12 to 20 features, 50 needed"] = 7;
+  EXPECT_THAT(WhyNoModel(result),
+              AllOf(HasSubstr("12 to 20 features"), HasSubstr("too little structure"),
+                    HasSubstr("textured ground")));
+  result.maps.resize(1);
+  result.counts.selector_findings = "the images are too far apart: at 41 degrees, 30 at most";
+  EXPECT_EQ(WhyNoModel(result),
+            "no model: no depth, the images are too far apart: at 41 degrees, 30 at most");
+}
+
+TEST(Guide, ListsEveryCauseWithItsRemedy) {
+  const std::string guide = ReadText(MONO3D_GUIDE);
+  EXPECT_GE(AllAdvice().size(), 20U);
+  for (const Advice& advice : AllAdvice()) {
+    EXPECT_THAT(guide, HasSubstr(" | " + advice.cause + " | " + advice.remedy + " |"));
+  }
+}
+
+TEST(Warnings, AreToldOnceAndCounted) {
+  EXPECT_TRUE(NoteWarning("a test's own warning"));
+  EXPECT_FALSE(NoteWarning("a test's own warning"));
+  const std::vector<NotedWarning> noted = NotedWarnings();
+  const auto found = std::ranges::find(noted, "a test's own warning", &NotedWarning::message);
+  ASSERT_NE(found, noted.end());
+  EXPECT_EQ(found->times, 2);
 }
 
 }  // namespace

@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <sstream>
 #include <string>
@@ -77,6 +79,30 @@ double TrajectoryRmse_m(const std::filesystem::path& trajectory) {
   return std::sqrt(sum / static_cast<double>(truth.size()));
 }
 
+// How far the z axis of a run is from that of the truth, which points up.
+double TiltOfZ_deg(const std::filesystem::path& trajectory) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const std::vector<StampedPose> truth = ReadTrajectory(kExample / "groundtruth.txt");
+  for (const StampedPose& pose : ReadTrajectory(trajectory)) {
+    const auto i = static_cast<std::size_t>(std::lround(30 * pose.timestamp_s));
+    sum += (truth.at(i).T_world_cam.rotation() * pose.T_world_cam.rotation().inverse())
+               .toRotationMatrix();
+  }
+  const Eigen::Vector3d up = sum.col(2).normalized();
+  return std::acos(std::min(1.0, up.z())) * 180 / std::numbers::pi;
+}
+
+// One file that needs nothing else, small enough to send.
+void ExpectReport(const std::filesystem::path& output, const std::string& text) {
+  const std::string page = ReadText(output / "report.html");
+  EXPECT_THAT(page, HasSubstr(text));
+  EXPECT_THAT(page, HasSubstr("</html>"));
+  EXPECT_THAT(page, Not(HasSubstr("http:")));
+  EXPECT_THAT(page, Not(HasSubstr("https:")));
+  EXPECT_LT(page.size(), 3'000'000U);
+  EXPECT_GT(std::filesystem::file_size(output / "overview.png"), 1000U);
+}
+
 TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
   // 40 frames of a flight at 88 m mean depth: half a percent of that.
   constexpr double kMaxRmse_m = 0.44;
@@ -107,10 +133,13 @@ TEST_F(ExampleRun, TracksTheFlightAndMakesAModelTwiceTheSame) {
   EXPECT_GE(ReadTrajectory(folder_ / "a/trajectory.txt").size(), 36U);
   EXPECT_LT(TrajectoryRmse_m(folder_ / "a/trajectory.txt"), kMaxRmse_m);
   EXPECT_GT(ReadPly(folder_ / "a/model.ply").size(), 20'000U);
+  EXPECT_LT(TiltOfZ_deg(folder_ / "a/trajectory.txt"), 3);
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "a/run.json"));
   EXPECT_EQ(record["end"], "finished");
   EXPECT_GE(record["counts"]["fused"], 2);
   EXPECT_EQ(record["options"]["resize"], "384x224");
+  ExpectReport(folder_ / "a", "view3d");
+  ExpectReport(folder_ / "b", "The model is degraded. Likely cause: ");
 }
 
 TEST_F(ExampleRun, SavesItsMapAndSparseModelAndGoesOnInTheMap) {
@@ -127,6 +156,15 @@ TEST_F(ExampleRun, SavesItsMapAndSparseModelAndGoesOnInTheMap) {
   // As the images in the folder are, not as they were resized to.
   EXPECT_EQ(sparse.camera, ReadCameraFile(kExample / "camera.yaml"));
   EXPECT_TRUE(std::filesystem::exists(kExample / "images" / sparse.images[0].name));
+  for (const SparseImage& image : sparse.images) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "first/images" / image.name)) << image.name;
+  }
+  const CameraModel depth_camera = ReadCameraFile(folder_ / "first/depth/camera.yaml");
+  EXPECT_EQ(depth_camera.width, 384);
+  const auto& cameras_of_files = record["cameras_of_files"];
+  ASSERT_EQ(cameras_of_files.size(), 2U);
+  EXPECT_EQ(cameras_of_files[0]["camera"]["fx"], depth_camera.fx);
+  EXPECT_EQ(cameras_of_files[1]["camera"]["fx"], sparse.camera.fx);
 
   // Twelve frames need not make a model.
   const CommandResult second =
@@ -143,6 +181,15 @@ TEST_F(ExampleRun, SavesItsMapAndSparseModelAndGoesOnInTheMap) {
   }
   const auto trajectory = ReadTrajectory(folder_ / "second/trajectory.txt");
   EXPECT_GE(trajectory.size(), 34U) << "one trajectory with the frames of the map";
+  // In the axes of the first run, to which the map has gone on.
+  EXPECT_EQ(record["maps"][0]["axes"]["of"], "level");
+  const auto again = nlohmann::json::parse(std::ifstream(folder_ / "second/run.json"));
+  EXPECT_EQ(again["maps"][0]["axes"]["of"], "saved map");
+  const StampedPose before = ReadTrajectory(folder_ / "first/keyframes.txt").at(0);
+  const StampedPose now = ReadTrajectory(folder_ / "second/keyframes.txt").at(0);
+  const Pose moved = before.T_world_cam.Inverse() * now.T_world_cam;
+  EXPECT_LT(moved.translation().norm(), 0.01);
+  EXPECT_LT(moved.RotationAngle(), 0.01);
   EXPECT_LT(TrajectoryRmse_m(folder_ / "second/trajectory.txt"), kMaxRmse_m);
 
   WriteText(folder_ / "first.map", ReadText(folder_ / "first.map").substr(0, 5000));
@@ -160,9 +207,10 @@ TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
   const CommandResult result =
       RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images.string() + " --camera " +
                      (kExample / "camera.yaml").string() + " -o " + (folder_ / "out").string() +
-                     kSmallRun + " --max-frames 36",
+                     kSmallRun + " --max-frames 36 --axes first-camera",
                  folder_);
   ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_LT(ReadTrajectory(folder_ / "out/keyframes.txt").at(0).T_world_cam.RotationAngle(), 0.01);
   EXPECT_THAT(result.errors, HasSubstr(names.at(15).filename().string()));
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
   EXPECT_EQ(record["counts"]["images_skipped"], 1);
@@ -209,6 +257,7 @@ TEST_F(ExampleRun, AnInterruptEndsInOrderWithTheModelSoFar) {
   const auto record = nlohmann::json::parse(std::ifstream(output / "run.json"));
   EXPECT_EQ(record["end"], "stopped");
   EXPECT_LT(record["counts"]["frames"], 76);
+  ExpectReport(output, "stopped before the end");
 }
 
 TEST_F(ExampleRun, AnInterruptEndsALiveRunInOrderWithAllFiles) {
@@ -395,20 +444,69 @@ int NumOptionsOf(const std::string& help) {
   return num_options;
 }
 
-TEST(Tools, HelpListsWhatPeopleSetAndHelpAllEverything) {
+TEST(Tools, HelpListsTheDozenThatMatterAndHelpAllEverything) {
   const std::filesystem::path folder = testing::TempDir();
   const std::string tool = MONO3D_RECONSTRUCT_TOOL;
   const CommandResult help = RunCommand(tool + " --help", folder);
   EXPECT_EQ(help.exit_status, 0);
   EXPECT_THAT(help.output, HasSubstr("--help-all"));
-  EXPECT_THAT(help.output, HasSubstr("--depth.pyramid.level"));
-  EXPECT_THAT(help.output, Not(HasSubstr("--depth.sgm.p1")));
-  EXPECT_LE(NumOptionsOf(help.output), 30);
+  EXPECT_THAT(help.output, HasSubstr("--camera "));
+  EXPECT_THAT(help.output, HasSubstr("--photos"));
+  EXPECT_THAT(help.output, HasSubstr("\nExamples:\n  mono3d-reconstruct "));
+  EXPECT_THAT(help.output, Not(HasSubstr("--depth.")));
+  EXPECT_LE(NumOptionsOf(help.output), 16);
   const CommandResult all = RunCommand(tool + " --help-all", folder);
   EXPECT_EQ(all.exit_status, 0);
   EXPECT_THAT(all.output, HasSubstr("--depth.pyramid.level"));
   EXPECT_THAT(all.output, HasSubstr("--depth.sgm.p1"));
   EXPECT_GE(NumOptionsOf(all.output), 90);
+}
+
+TEST(Tools, HelpOfTheOthersIsShortToo) {
+  const std::filesystem::path folder = testing::TempDir();
+  for (const char* tool : {MONO3D_DEPTH_TOOL, MONO3D_CALIBRATE_TOOL, MONO3D_RENDER_TOOL}) {
+    const CommandResult help = RunCommand(std::string(tool) + " --help", folder);
+    EXPECT_EQ(help.exit_status, 0);
+    EXPECT_LE(NumOptionsOf(help.output), 30) << tool;
+  }
+}
+
+TEST(Tools, AMisspeltOptionIsAnsweredByTheOneThatIsMeant) {
+  const std::filesystem::path folder = testing::TempDir();
+  const auto errors_of = [&](const std::string& arguments) {
+    const CommandResult result = RunCommand(arguments, folder);
+    EXPECT_EQ(result.exit_status, kWrongUsage) << arguments;
+    return result.errors;
+  };
+  const std::string reconstruct = std::string(MONO3D_RECONSTRUCT_TOOL) + " in -o out ";
+  EXPECT_THAT(errors_of(reconstruct + "--mehs"), HasSubstr("did you mean --mesh?"));
+  EXPECT_THAT(errors_of(reconstruct + "--max_frames=3"), HasSubstr("did you mean --max-frames?"));
+  EXPECT_THAT(errors_of(reconstruct + "--xyzzyxyzzy"), Not(HasSubstr("did you mean")));
+  EXPECT_THAT(errors_of(std::string(MONO3D_EVALUATE_TOOL) + " depth a b --max-dept 3"),
+              HasSubstr("did you mean --max-depth?"));
+  EXPECT_THAT(errors_of(reconstruct + "--fast --best"), HasSubstr("--best"));
+}
+
+TEST(Tools, TheManualAndTheCompletionComeFromTheSameTable) {
+  const std::filesystem::path folder = testing::TempDir();
+  const std::string tool = MONO3D_RECONSTRUCT_TOOL;
+  const CommandResult page = RunCommand(tool + " --man-page", folder);
+  EXPECT_EQ(page.exit_status, 0);
+  EXPECT_THAT(page.output, HasSubstr(".TH MONO3D\\-RECONSTRUCT 1 "));
+  EXPECT_THAT(page.output, HasSubstr("\\-\\-depth.sgm.p1"));
+  EXPECT_THAT(page.output, HasSubstr("\n.BI \"\\-\\-mesh\"\nwrite mesh.ply"));
+  EXPECT_THAT(page.output, HasSubstr("\n.BI \"\\-\\-device\" \" TEXT\"\nVulkan device"));
+  EXPECT_THAT(page.output, HasSubstr(".SH EXAMPLES"));
+  const std::string script = (folder / "mono3d_completion").string();
+  ASSERT_EQ(RunCommand(tool + " --bash-completion > " + script, folder).exit_status, 0);
+  const CommandResult completed =
+      RunCommand("bash -c '. " + script +
+                     "; COMP_WORDS=(mono3d-reconstruct --mes); COMP_CWORD=1; _mono3d_reconstruct; "
+                     "echo \"${COMPREPLY[@]}\"'",
+                 folder);
+  EXPECT_THAT(completed.output, testing::StartsWith("--mesh"));
+  EXPECT_THAT(completed.output, Not(HasSubstr("--camera")));
+  std::filesystem::remove(script);
 }
 
 TEST(Tools, HelpVersionAndDevicesNeedNoInput) {

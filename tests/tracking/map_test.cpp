@@ -106,6 +106,23 @@ TEST(Map, FindsACulledKeyframeByItsAnchor) {
   EXPECT_EQ(map.T_cam_world(1).translation(), Eigen::Vector3d(-1, 0, 5));
 }
 
+TEST(Map, TakesTheNewestKeyframesBackAsIfTheyHadNeverCome) {
+  Map map = ThreeKeyframes();
+  const PointId old = AddSeen(map, 0, {0, 1, 2});
+  const PointId newer = AddSeen(map, 1, {1, 2});
+  const PointId looks_newer = AddSeen(map, 2, {0, 1, 2});
+  map.point(looks_newer).patch.emplace();
+  map.point(looks_newer).patch_keyframe = 2;
+  map.TakeBackKeyframes(2);
+  EXPECT_EQ(map.keyframes().size(), 2U);
+  ASSERT_TRUE(map.IsAlive(old));
+  EXPECT_EQ(map.point(old).observations.size(), 2U);
+  EXPECT_LT(map.point(old).created_at, 2U);
+  EXPECT_FALSE(map.IsAlive(newer));
+  EXPECT_FALSE(map.IsAlive(looks_newer));
+  EXPECT_EQ(map.InOrderOfFlight(), (std::vector<KeyframeId>{0, 1}));
+}
+
 TEST(Map, KeepsNoMemoryForWhatIsGone) {
   Map map = ThreeKeyframes();
   const PointId point = AddSeen(map, 0, {1, 2});

@@ -159,9 +159,9 @@ TEST(SavedMap, IsRefusedWhenForeignDamagedOrOfAnotherVersion) {
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 1);
   EXPECT_THAT(load(changed), ThrowsMessage<Error>(HasSubstr("damaged")));
   std::string newer = SavedBytes();
-  newer[11] = 6;  // behind the eleven bytes of "mono3d map\n"
+  newer[11] = 7;  // behind the eleven bytes of "mono3d map\n"
   EXPECT_THAT(load(newer), ThrowsMessage<Error>(
-                               HasSubstr("another version (expected version 5, found version 6)")));
+                               HasSubstr("another version (expected version 6, found version 7)")));
 }
 
 TEST(SavedMap, NeedsATrackerThatHasNotBegunAndSeesItsCamera) {

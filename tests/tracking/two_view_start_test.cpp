@@ -21,6 +21,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kNoise_px = 0.3;
+constexpr double kStretch_px = 2.5;  // of a wrong lens, at the border
 // 0.3 px of 345 over 200 points and 10 % of baseline.
 constexpr double kMaxRotationErrorDeg = 0.5;
 constexpr double kMaxDirectionErrorDeg = 5;
@@ -122,6 +123,25 @@ TEST(StartFromTwoViews, SaysWhyItDoesNotStart) {
 
   const auto close = MakeViews(false, {Pose(), Motion(0.02)}, random);
   EXPECT_TRUE(Start(close, MatchAll()).candidates.empty());
+}
+
+// Views from nearly one place through a lens that is told wrongly: a turn and a shift against each
+// other explain them by a parallax that is not there.
+TEST(StartFromTwoViews, TakesNoParallaxFromAWrongLens) {
+  std::mt19937 random(SeedFromTestName());
+  const CameraModel camera = SmallCamera();
+  int num_starts = 0;
+  for (int i = 0; i < 60; ++i) {
+    auto views = MakeViews(false, {Pose(), Motion(0.03)}, random);
+    for (Feature& feature : views.back().features) {
+      const Eigen::Vector2d from_centre = feature.pixel - Eigen::Vector2d(camera.cx, camera.cy);
+      feature.pixel.y() += kStretch_px * std::pow(from_centre.x() / camera.cx, 2);
+      feature.pixel += Eigen::Vector2d(Normal(random, 0.7), Normal(random, 0.7));
+    }
+    const StartAttempt attempt = Start(views, MatchAll());
+    if (!attempt.candidates.empty() && !attempt.candidates[0].is_planar) ++num_starts;
+  }
+  EXPECT_EQ(num_starts, 0);
 }
 
 TEST(SelectMotion, TellsTheTwoMotionsOverAPlaneApartByAThirdView) {

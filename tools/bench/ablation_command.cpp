@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "mono3d/core/options.h"
 #include "mono3d/io/output_file.h"
@@ -38,7 +39,7 @@ int RunAblation(const AblationArguments& arguments) {
     std::printf("%s\n", ToText(table).c_str());
     markdown += ToMarkdown(table) + "\n";
   }
-  if (!arguments.json.empty()) WriteFileAtomically(arguments.json, ToJson(result).dump(2) + "\n");
+  if (!arguments.json.empty()) WriteFileAtomically(arguments.json, JsonText(ToJson(result)));
   if (!arguments.markdown.empty()) WriteFileAtomically(arguments.markdown, markdown);
   return 0;
 }

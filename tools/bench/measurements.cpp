@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "mono3d/io/output_file.h"
 
@@ -33,7 +34,7 @@ DepthCommand::DepthCommand(CLI::App& tool)
 int DepthCommand::Run() const {
   RequireOption(options_.num_repeats >= 1, "repeat", "at least 1", options_.num_repeats);
   const DepthBenchResult result = BenchDepth(options_, device_);
-  if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
+  if (!json_.empty()) WriteFileAtomically(json_, JsonText(ToJson(result)));
   std::printf("%s\n", ToText(ToTable(result)).c_str());
   return 0;
 }
@@ -63,7 +64,7 @@ int FusionCommand::Run() const {
   RequireOption(options_.num_surfels >= one_map, "surfels", "no less than a depth map has pixels",
                 options_.num_surfels);
   const FusionBenchResult result = BenchFusion(options_, device_);
-  if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
+  if (!json_.empty()) WriteFileAtomically(json_, JsonText(ToJson(result)));
   for (const Table& table : ToTables(result)) std::printf("%s\n", ToText(table).c_str());
   return 0;
 }

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "mono3d/core/options.h"
 #include "mono3d/io/output_file.h"
@@ -36,7 +37,7 @@ int PlaceCommand::Run() const {
     std::printf("%s\n", ToText(table).c_str());
     markdown += ToMarkdown(table) + "\n";
   }
-  if (!json_.empty()) WriteFileAtomically(json_, ToJson(result).dump(2) + "\n");
+  if (!json_.empty()) WriteFileAtomically(json_, JsonText(ToJson(result)));
   if (!markdown_.empty()) WriteFileAtomically(markdown_, markdown);
   return 0;
 }

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "bench/process.h"
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
@@ -22,7 +23,7 @@ constexpr const char* kCommandFile = "bench.json";  // what made the results bes
 // Nothing when the file is not there or is no JSON object.
 Json ReadJson(const std::filesystem::path& path) {
   std::ifstream file(path);
-  Json json = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+  Json json = ParseJson<Json>(file);
   return json.is_object() ? json : Json::object();
 }
 
@@ -105,7 +106,7 @@ SequenceResult RunSequence(const SuiteOptions& options, const std::filesystem::p
     reason = RunCommand(commands.evaluate, output / "evaluate.log", options.time_limit_s);
     if (!reason.empty()) return FailedSequence(name, reason);
     // Written last: it says that the rest is complete.
-    WriteFileAtomically(output / kCommandFile, ToJson(commands).dump(2) + "\n");
+    WriteFileAtomically(output / kCommandFile, JsonText(ToJson(commands)));
   }
   return ReadSequenceResult(name, ReadJson(output / "run.json"),
                             ReadJson(output / "evaluation.json"));

@@ -14,6 +14,7 @@
 #include <set>
 
 #include "bench/paper_figures.h"
+#include "common/json_file.h"
 #include "mono3d/core/version.h"
 
 namespace mono3d::tools {
@@ -35,7 +36,7 @@ std::string Devices(std::span<const SequenceResult> results, const std::filesyst
   std::set<std::string> names;
   for (const SequenceResult& result : results) {
     std::ifstream file(output / result.name / "run.json");
-    const Json record = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+    const Json record = ParseJson<Json>(file);
     const Json::json_pointer at("/device/name");
     if (record.is_object() && record.contains(at) && record.at(at).is_string()) {
       names.insert(record.at(at).get<std::string>());

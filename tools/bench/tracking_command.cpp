@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/json_file.h"
 #include "common/tool.h"
 #include "mono3d/core/options.h"
 #include "mono3d/io/output_file.h"
@@ -25,7 +26,7 @@ int RunTrackingBench(const TrackingBenchOptions& options, const std::string& jso
   RequireOption(options.mean_depth_m >= 0, "mean-depth", "a length in metres, 0: not known",
                 options.mean_depth_m);
   const TrackingBenchResult result = BenchTracking(options);
-  if (!json.empty()) WriteFileAtomically(json, ToJson(result).dump(2) + "\n");
+  if (!json.empty()) WriteFileAtomically(json, JsonText(ToJson(result)));
   std::printf("%s\n", ToText(ToTable(result)).c_str());
   return 0;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/camera_choice.h"
+#include "common/json_file.h"
 #include "drawing/residual_picture.h"
 #include "mono3d/io/output_file.h"
 
@@ -194,7 +195,7 @@ void WriteCalibrationReport(const std::filesystem::path& folder,
                             const CameraCalibration& calibration) {
   CreateOutputFolder(folder);
   const CameraModel& camera = calibration.posterior.camera;
-  WriteFileAtomically(folder / "calibration.json", CalibrationJson(calibration).dump(2) + "\n");
+  WriteFileAtomically(folder / "calibration.json", JsonText(CalibrationJson(calibration)));
   WritePicture(folder / "residuals.png", ResidualFieldPicture(calibration.residuals, camera));
   WritePicture(folder / "residuals_by_radius.png",
                ResidualByRadiusPicture(calibration.residuals, camera));

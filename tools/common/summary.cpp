@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <system_error>
 
+#include "common/advice.h"
 #include "mono3d/core/timing.h"
 
 namespace mono3d::tools {
@@ -20,6 +22,11 @@ std::string MostFrequent(const std::map<std::string, std::int64_t>& reasons) {
     count = std::max(count, times);
   }
   return most;
+}
+
+std::string WithAdvice(const std::string& reason) {
+  const std::string advice = ToText(AdviceOf(reason));
+  return advice.empty() ? reason : reason + " (" + advice + ")";
 }
 
 }  // namespace
@@ -68,27 +75,31 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
   if (!result.maps.empty() && result.maps[0].health.state != HealthState::kGood) {
     const ModelHealth& health = result.maps[0].health;
     std::printf("the model is %s: %s\n", ToString(health.state), health.reason.c_str());
+    std::printf("likely cause: %s\n", ToText(AdviceOfModel(result, record)).c_str());
   }
   if (!result.maps.empty() && !result.maps[0].model.empty()) {
     std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
                 record.end == RunEnd::kStopped ? "  (stopped before the end of the input)" : "");
   }
+  const std::filesystem::path report = model_path.parent_path() / "report.html";
+  std::error_code ignored;
+  if (std::filesystem::exists(report, ignored)) std::printf("report %s\n", report.c_str());
 }
 
 std::string WhyNoModel(const Reconstruction& result) {
   if (result.maps.empty()) {
     return "no model: tracking never started; most frequent reason: " +
-           MostFrequent(result.counts.untracked_frames);
+           WithAdvice(MostFrequent(result.counts.untracked_frames));
   }
   if (!result.maps[0].model.empty()) return {};
   const std::string& found = result.counts.selector_findings;
-  const std::string views = found.empty() ? "" : " (" + found + ")";
   if (result.counts.num_bundles == 0) {
-    return "no model: no three keyframes show the same from places apart" + views;
+    return "no model: no depth" + (found.empty() ? "" : ", " + found);
   }
   std::string reason = MostFrequent(result.counts.rejected_bundles);
   if (reason.empty()) reason = MostFrequent(result.counts.rejected_depth_maps);
-  return "no model: no depth map was fused; most frequent reason: " + reason + views;
+  return "no model: no depth map was fused; most frequent reason: " + WithAdvice(reason) +
+         (found.empty() ? "" : " (" + found + ")");
 }
 
 }  // namespace mono3d::tools

@@ -13,11 +13,16 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <utility>
 
 #include "common/common_options.h"
+#include "common/manual.h"
+#include "common/warnings.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
+#include "mono3d/core/printable.h"
 #include "mono3d/core/version.h"
 
 namespace mono3d::tools {
@@ -42,13 +47,13 @@ void SendLogToStderr(const std::string& name, bool verbose) {
   SetLogSink([logger](LogLevel level, std::string_view message) {
     switch (level) {
       case LogLevel::kDebug:
-        logger->debug(message);
+        logger->debug(Printable(message));
         break;
       case LogLevel::kInfo:
-        logger->info(message);
+        logger->info(Printable(message));
         break;
       case LogLevel::kWarning:
-        logger->warn(message);
+        if (NoteWarning(message)) logger->warn(Printable(message));  // one message once
         break;
     }
   });
@@ -80,13 +85,13 @@ void PrintDevices() {
 }
 
 // Leaves out of the help what few people set.
-void HideRareOptions(CLI::App& app) {
+void HideUncommonOptions(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     const std::vector<std::string>& names = option->get_lnames();
     if (!names.empty() && !IsCommonOption(names[0])) option->group("");
   }
   for (CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
-    HideRareOptions(*subcommand);
+    HideUncommonOptions(*subcommand);
   }
 }
 
@@ -126,12 +131,43 @@ void Tool::AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
   }
 }
 
-int Tool::PrintError(const std::string& message, int status) const {
-  std::string line = message;
-  for (char& c : line) {
-    if (c == '\n' || c == '\r') c = ' ';
+void Tool::ShowInHelp(std::vector<std::string> names, const std::string& examples) {
+  shown_ = std::move(names);
+  examples_ = examples;
+  app_.footer("\nExamples:\n" + examples + "\n--help-all lists every option.");
+}
+
+CLI::Option* Tool::AddPreset(const std::string& flag, const std::string& help,
+                             std::function<void()> apply) {
+  presets_.push_back({flag, std::move(apply)});
+  // From a file it would come too late to be a default.
+  return app_.add_flag(flag, help)->configurable(false);
+}
+
+void Tool::HideRareOptions() {
+  if (shown_.empty()) {
+    HideUncommonOptions(app_);
+    return;
   }
-  std::fprintf(stderr, "%s: error: %s\n", name_.c_str(), line.c_str());
+  for (CLI::Option* option : app_.get_options()) {
+    const std::vector<std::string>& names = option->get_lnames();
+    if (!names.empty() && std::ranges::find(shown_, names[0]) == shown_.end()) option->group("");
+  }
+}
+
+std::string Tool::Suggestion(int argc, const char* const* argv) const {
+  for (int i = 1; i < argc; ++i) {
+    std::string_view word = argv[i];
+    if (!word.starts_with("--")) continue;
+    word = word.substr(2, word.find('=') == word.npos ? word.npos : word.find('=') - 2);
+    const std::string nearest = NearestOption(app_, word);
+    if (!nearest.empty() && nearest != word) return "; did you mean --" + nearest + "?";
+  }
+  return {};
+}
+
+int Tool::PrintError(const std::string& message, int status) const {
+  std::fprintf(stderr, "%s: error: %s\n", name_.c_str(), Printable(message).c_str());
   return status;
 }
 
@@ -141,9 +177,24 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
   };
   // It needs none of the required arguments.
   common_.list_devices = kind_ == ToolKind::kOfTheChain && is_given("--list-devices");
-  if (!is_given("--help-all")) HideRareOptions(app_);
+  if (is_given("--man-page") || is_given("--bash-completion")) {  // for the build
+    const std::string text =
+        is_given("--man-page") ? ManPage(app_, examples_) : BashCompletion(app_);
+    std::fputs(text.c_str(), stdout);
+    return 0;
+  }
+  // For the help alone: a hidden option has no name in CLI11's messages.
+  if (is_given("--help") || is_given("-h")) HideRareOptions();
+  for (const Preset& preset : presets_) {
+    if (is_given(preset.flag)) preset.apply();
+  }
   // FFmpeg would print lines of its own beside ours: -8 is its AV_LOG_QUIET.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  // A closed pipe or a limit of the file size is an error of the call that writes, and no reason to
+  // die with half a result.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     SendLogToStderr(name_, false);
     if (common_.list_devices) {
@@ -155,14 +206,24 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
     return body();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app_.exit(error);  // --help, --version
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+      return PrintError(error.what() + Suggestion(argc, argv) + " (see --help)", 2);
+    }
     return PrintError(std::string(error.what()) + " (see --help)", 2);
   } catch (const UsageError& error) {
     return PrintError(error.what(), 2);
-  } catch (const std::bad_alloc&) {
-    return PrintError("not enough memory on this machine", 1);
   } catch (const std::exception& error) {
-    return PrintError(error.what(), 1);
+    return PrintError(WordsOf(error), 1);
   }
+}
+
+std::string WordsOf(const std::exception& error) {
+  const auto* of_opencv = dynamic_cast<const cv::Exception*>(&error);
+  const bool is_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                         (of_opencv != nullptr && of_opencv->code == cv::Error::StsNoMem);
+  if (is_memory) return "not enough memory on this machine";
+  if (of_opencv != nullptr) return "OpenCV: " + Printable(of_opencv->err);
+  return error.what();
 }
 
 const std::atomic<bool>& StopRequested() { return stop_requested; }
@@ -170,6 +231,8 @@ const std::atomic<bool>& StopRequested() { return stop_requested; }
 void CatchStopSignals() {
   std::signal(SIGINT, OnStopSignal);
   std::signal(SIGTERM, OnStopSignal);
+  // Ignored by nohup: it stays so.
+  if (std::signal(SIGHUP, OnStopSignal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 }  // namespace mono3d::tools

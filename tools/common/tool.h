@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
@@ -44,20 +45,43 @@ class Tool {
   static void AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
                          const std::string& prefix = {});
 
+  // --help lists these long options alone, and below them `examples`; without a call, those that
+  // IsCommonOption tells. The man page has the examples as well.
+  void ShowInHelp(std::vector<std::string> names, const std::string& examples);
+
+  // A flag that changes values of other options; what is given beside it goes first.
+  CLI::Option* AddPreset(const std::string& flag, const std::string& help,
+                         std::function<void()> apply);
+
   // Reads the arguments and runs `body`. Returns the exit status: what `body` returns, 2 for wrong
   // usage, 1 for any other failure. An error is one line on stderr.
   int Run(int argc, const char* const* argv, const std::function<int()>& body);
 
  private:
+  struct Preset {
+    std::string flag;
+    std::function<void()> apply;
+  };
+
   int PrintError(const std::string& message, int status) const;
+  void HideRareOptions();
+  // "; did you mean --mesh?" where an argument is no option.
+  std::string Suggestion(int argc, const char* const* argv) const;
 
   std::string name_;
   CLI::App app_;
   ToolKind kind_;
   CommonArguments common_;
+  std::vector<std::string> shown_;  // in the help; empty: by IsCommonOption
+  std::string examples_;
+  std::vector<Preset> presets_;
 };
 
-// True once SIGINT or SIGTERM has come. A second signal ends the process at once.
+// What went wrong, in one line.
+std::string WordsOf(const std::exception& error);
+
+// True once SIGINT, SIGTERM or SIGHUP (a closed terminal) has come. A second signal of the same
+// kind ends the process at once.
 const std::atomic<bool>& StopRequested();
 void CatchStopSignals();
 

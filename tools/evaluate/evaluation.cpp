@@ -4,22 +4,44 @@
 #include "evaluate/evaluation.h"
 
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 
+#include "common/json_file.h"
 #include "mono3d/core/version.h"
 #include "mono3d/io/output_file.h"
+#include "run_report/run_report.h"
 
 namespace mono3d::tools {
+namespace {
+
+// One page of the run and its evaluation, or the latter alone where the run left none.
+std::string ReportHtml(const Page& page, const std::string& run_report) {
+  std::ifstream file(run_report, std::ios::binary);
+  const std::string html{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  Page with_heading = page;
+  // The page of the run tells it already.
+  std::erase_if(with_heading.sections,
+                [](const Section& section) { return section.title == kRecordTitle; });
+  Section heading;
+  heading.title = "Compared with the truth";
+  heading.paragraphs = {page.subtitle};
+  with_heading.sections.insert(with_heading.sections.begin(), heading);
+  const std::string both = html.empty() ? "" : WithEvaluation(html, with_heading);
+  return both.empty() ? ToHtml(page) : both;
+}
+
+}  // namespace
 
 void WriteEvaluation(const Evaluation& evaluation, const EvaluationOutput& output) {
   std::fputs(ToText(evaluation.page).c_str(), stdout);
   if (!output.json.empty()) {
     // Invalid UTF-8 in a path must not cost the user the record.
-    WriteFileAtomically(output.json,
-                        evaluation.json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    WriteFileAtomically(output.json, JsonText(evaluation.json));
   }
   if (!output.pictures.empty()) WritePictures(output.pictures, evaluation.page);
   if (!output.report.empty()) {
-    WriteFileAtomically(output.report, ToHtml(evaluation.page));
+    WriteFileAtomically(output.report, ReportHtml(evaluation.page, output.run_report));
     std::printf("\nreport %s\n", output.report.c_str());
   }
 }

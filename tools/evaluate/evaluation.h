@@ -16,6 +16,9 @@ namespace mono3d::tools {
 
 using Json = nlohmann::ordered_json;
 
+// Of the section that tells what run.json does; the page of a run has the same already.
+inline constexpr const char* kRecordTitle = "The run";
+
 // What one call of mono3d-evaluate found: to read, and to compute with.
 struct Evaluation {
   Page page;
@@ -27,6 +30,8 @@ struct EvaluationOutput {
   std::string json;      // file
   std::string pictures;  // folder
   std::string report;    // file, HTML
+  // The report of the run: where it is there, the figures go onto that page.
+  std::string run_report = {};
   bool has_pictures() const { return !pictures.empty() || !report.empty(); }
 };
 

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "common/json_file.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d::tools {
@@ -88,7 +89,9 @@ Table OptionTable(const Json& record) {
   table.columns = {"option", "value"};
   const Json options = record.value("options", Json::object());
   for (const auto& [name, value] : options.items()) {
-    table.rows.push_back({name, value.is_string() ? value.get<std::string>() : value.dump()});
+    table.rows.push_back({name, value.is_string()
+                                    ? value.get<std::string>()
+                                    : value.dump(-1, ' ', false, Json::error_handler_t::replace)});
   }
   return table;
 }
@@ -97,7 +100,7 @@ Table OptionTable(const Json& record) {
 
 Json ReadRecord(const std::filesystem::path& path) {
   std::ifstream file(path);
-  const Json json = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+  const Json json = ParseJson<Json>(file);
   if (json.is_discarded() || !json.is_object()) {
     throw Error(ErrorParts{.what = "not the record of a run",
                            .where = path.string(),
@@ -109,7 +112,7 @@ Json ReadRecord(const std::filesystem::path& path) {
 
 Section RecordSection(const Json& record) {
   Section section;
-  section.title = "The run";
+  section.title = kRecordTitle;
   section.tables = {CountTable(record), TimeTable(record)};
   section.folded_tables = {StageTable(record), OptionTable(record)};
   return section;

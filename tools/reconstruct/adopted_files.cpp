@@ -11,6 +11,10 @@ void AdoptedFiles::Run::WriteDepthMap(const DepthMap& map) {
   {
     const std::lock_guard lock(mutex_);
     depth_maps_.insert(map.frame_index);
+    if (!depth_camera_) {
+      depth_camera_ = map.camera;
+      writer_.WriteDepthCamera(map.camera);
+    }
   }
   writer_.WriteDepthMap(map);
 }
@@ -36,6 +40,15 @@ void AdoptedFiles::RemoveBefore() {
   for (const std::string& name : before_->keyframe_images_) {
     if (!latest_->keyframe_images_.contains(name)) writer_.RemoveKeyframeImage(name);
   }
+}
+
+std::optional<CameraModel> AdoptedFiles::DepthCamera() const {
+  for (const std::shared_ptr<Run>& run : {latest_, before_}) {
+    if (run == nullptr) continue;
+    const std::lock_guard lock(run->mutex_);
+    if (run->depth_camera_) return run->depth_camera_;
+  }
+  return std::nullopt;
 }
 
 }  // namespace mono3d::tools

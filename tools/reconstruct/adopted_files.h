@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -29,7 +30,8 @@ class AdoptedFiles {
    private:
     friend class AdoptedFiles;
     const RunWriter& writer_;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
+    std::optional<CameraModel> depth_camera_;
     std::set<std::int64_t> depth_maps_;      // by frame
     std::set<std::string> keyframe_images_;  // by name of the frame
   };
@@ -38,6 +40,9 @@ class AdoptedFiles {
   // The latest run was adopted: removes what only the one before it has written. Nobody writes
   // through that any more.
   void RemoveBefore();
+
+  // Of the depth maps that are there; nothing where there are none.
+  std::optional<CameraModel> DepthCamera() const;
 
  private:
   const RunWriter& writer_;

@@ -3,23 +3,19 @@
 
 #include "reconstruct/processing.h"
 
+#include <exception>
 #include <optional>
 #include <utility>
 
 #include "common/tool.h"
-#include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/io/paced_source.h"
 
 namespace mono3d::tools {
 namespace {
 
-void NoteFailure(const Error& error, RunRecord& record) {
-  Log(LogLevel::kWarning, std::string(error.what()) + "; writing what there is so far");
-  if (record.end == RunEnd::kFailed) return;  // the first one is the reason
-  record.end = RunEnd::kFailed;
-  record.error = error.what();
-}
+// An end that fails is tried again: it leaves out the stage that failed.
+constexpr int kMaxEnds = 3;
 
 // `process_next` until it has no more frames.
 template <typename ProcessNext>
@@ -29,8 +25,8 @@ void ProcessAll(RunRecord& record, const ProcessNext& process_next) {
       if (!process_next()) return;
     }
     record.end = RunEnd::kStopped;
-  } catch (const Error& error) {
-    NoteFailure(error, record);
+  } catch (const std::exception& error) {
+    NoteFailure(WordsOf(error), record);
   }
 }
 
@@ -48,18 +44,27 @@ void PushAll(std::unique_ptr<FrameSource> source, AnyPipeline& pipeline, RunReco
   record.num_skipped_images = paced.num_skipped();
 }
 
-// `stop`, and once more after an error.
+// `stop`, and again after an error; an empty result where it fails each time.
 template <typename StopPipeline>
 Reconstruction StopAfterAll(RunRecord& record, const StopPipeline& stop) {
-  try {
-    return stop();
-  } catch (const Error& error) {
-    NoteFailure(error, record);
-    return stop();
+  for (int i = 0; i < kMaxEnds; ++i) {
+    try {
+      return stop();
+    } catch (const std::exception& error) {
+      NoteFailure(WordsOf(error), record);
+    }
   }
+  return {};
 }
 
 }  // namespace
+
+void NoteFailure(const std::string& reason, RunRecord& record) {
+  Log(LogLevel::kWarning, reason + "; writing what there is so far");
+  if (record.end == RunEnd::kFailed) return;  // the first one is the reason
+  record.end = RunEnd::kFailed;
+  record.error = reason;
+}
 
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
   ProcessAll(record, [&] {
@@ -91,8 +96,8 @@ void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pi
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step) {
   try {
     step();
-  } catch (const Error& error) {
-    NoteFailure(error, record);
+  } catch (const std::exception& error) {
+    NoteFailure(WordsOf(error), record);
   }
 }
 

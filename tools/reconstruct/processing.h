@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "mono3d/core/timing.h"
 #include "mono3d/io/frame_source.h"
@@ -25,10 +26,13 @@ void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunReco
 void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pipeline,
                 RunRecord& record);
 
+// The run failed, unless it had failed before.
+void NoteFailure(const std::string& reason, RunRecord& record);
+
 // Runs `step`; an error in it is what the run failed by, unless it had failed before.
 void NoteErrorOf(RunRecord& record, const std::function<void()>& step);
 
-// Finish, or Stop of a live run; what there is in spite of an error in it.
+// Finish, or Stop of a live run; what there is in spite of an error in it, which may be nothing.
 Reconstruction FinishAfterAll(Pipeline& pipeline, RunRecord& record);
 Reconstruction FinishAfterAll(SelfCalibratingPipeline& pipeline, RunRecord& record);
 

@@ -15,13 +15,17 @@
 namespace mono3d::tools {
 namespace {
 
-std::string PngDataUri(const Figure& figure) {
+std::string DataUri(const Figure& figure) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", figure.image, bytes)) {
+  const bool is_jpeg = figure.jpeg_quality > 0;
+  const std::vector<int> settings =
+      is_jpeg ? std::vector<int>{cv::IMWRITE_JPEG_QUALITY, figure.jpeg_quality}
+              : std::vector<int>{};
+  if (!cv::imencode(is_jpeg ? ".jpg" : ".png", figure.image, bytes, settings)) {
     throw Error(ErrorParts{
         .what = "cannot compress the picture", .where = figure.name, .expected = {}, .found = {}});
   }
-  return "data:image/png;base64," + ToBase64(bytes);
+  return (is_jpeg ? "data:image/jpeg;base64," : "data:image/png;base64,") + ToBase64(bytes);
 }
 
 // Within a page the name of the SVG language is understood; the page shall name no address.
@@ -34,12 +38,13 @@ std::string WithoutNamespace(std::string svg) {
 std::string FigureHtml(const Figure& figure) {
   std::string html = "<figure id=\"" + EscapeHtml(figure.name) + "\">\n";
   if (figure.image.empty()) {
-    html += "<div class=\"drawing\" role=\"img\" aria-label=\"" + EscapeHtml(figure.alternative) +
-            "\">" + WithoutNamespace(figure.svg) + "</div>\n";
+    html += "<div class=\"drawing" + std::string(figure.is_wide ? " wide" : "") +
+            "\" role=\"img\" aria-label=\"" + EscapeHtml(figure.alternative) + "\">" +
+            WithoutNamespace(figure.svg) + "</div>\n";
   } else {
     html += "<img alt=\"" + EscapeHtml(figure.alternative) + "\" width=\"" +
             std::to_string(figure.image.cols) + "\" height=\"" + std::to_string(figure.image.rows) +
-            "\" src=\"" + PngDataUri(figure) + "\">\n";
+            "\" src=\"" + DataUri(figure) + "\">\n";
   }
   return html + "<figcaption>" + EscapeHtml(figure.caption) + "</figcaption>\n</figure>\n";
 }
@@ -59,16 +64,6 @@ std::string SectionHtml(const Section& section) {
   return html + "</section>\n";
 }
 
-std::string KeyFiguresHtml(const std::vector<KeyFigure>& key_figures) {
-  if (key_figures.empty()) return {};
-  std::string html = "<dl class=\"key\">\n";
-  for (const KeyFigure& key : key_figures) {
-    html += "<div><dt>" + EscapeHtml(key.label) + "</dt><dd><b>" + EscapeHtml(key.value) +
-            "</b><span>" + EscapeHtml(key.detail) + "</span></dd></div>\n";
-  }
-  return html + "</dl>\n";
-}
-
 }  // namespace
 
 std::string ToText(const Page& page) {
@@ -82,6 +77,22 @@ std::string ToText(const Page& page) {
   return text;
 }
 
+std::string KeyFiguresHtml(const Page& page) {
+  if (page.key_figures.empty()) return {};
+  std::string html = "<dl class=\"key\">\n";
+  for (const KeyFigure& key : page.key_figures) {
+    html += "<div><dt>" + EscapeHtml(key.label) + "</dt><dd><b>" + EscapeHtml(key.value) +
+            "</b><span>" + EscapeHtml(key.detail) + "</span></dd></div>\n";
+  }
+  return html + "</dl>\n";
+}
+
+std::string SectionsHtml(const Page& page) {
+  std::string html;
+  for (const Section& section : page.sections) html += SectionHtml(section);
+  return html;
+}
+
 std::string ToHtml(const Page& page) {
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
@@ -89,8 +100,8 @@ std::string ToHtml(const Page& page) {
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
       EscapeHtml(page.title) + "</title>\n<style>\n" + kStyle +
       "</style>\n</head>\n<body>\n<main>\n<header>\n<h1>" + EscapeHtml(page.title) + "</h1>\n<p>" +
-      EscapeHtml(page.subtitle) + "</p>\n</header>\n" + KeyFiguresHtml(page.key_figures);
-  for (const Section& section : page.sections) html += SectionHtml(section);
+      EscapeHtml(page.subtitle) + "</p>\n</header>\n" + KeyFiguresHtml(page) +
+      page.html_after_key_figures + SectionsHtml(page) + page.html_after_sections;
   return html + "<footer>" + EscapeHtml(page.footer) + "</footer>\n</main>\n</body>\n</html>\n";
 }
 

@@ -19,6 +19,8 @@ struct Figure {
   std::string alternative;  // what is to be seen, for those who cannot see it
   cv::Mat image;            // 8 bits; empty for a drawing
   std::string svg = {};
+  int jpeg_quality = 0;  // of an image on the page, where a loss does no harm; 0: PNG
+  bool is_wide = false;  // a drawing as wide as the page
 };
 
 // One number that says how well a part went.
@@ -44,12 +46,19 @@ struct Page {
   std::vector<KeyFigure> key_figures;
   std::vector<Section> sections;
   std::string footer;
+  // As they are.
+  std::string html_after_key_figures = {};
+  std::string html_after_sections = {};
 };
 
 // The tables and paragraphs.
 std::string ToText(const Page& page);
-// One self-contained page: pictures and style are in it, nothing is loaded, no script is run.
+// One self-contained page: pictures and style are in it, and nothing is loaded. No script is run
+// but those in Section::html.
 std::string ToHtml(const Page& page);
+// Parts of it.
+std::string KeyFiguresHtml(const Page& page);
+std::string SectionsHtml(const Page& page);
 
 // <folder>/<name>.png, or .svg for a drawing, of every figure. Throws Error.
 void WritePictures(const std::filesystem::path& folder, const Page& page);

@@ -53,6 +53,14 @@ figure { margin: 1.6rem 0; }
 figure img, .drawing svg { display: block; max-width: 100%; height: auto; }
 figure img { background: #fff; border: 1px solid var(--line); border-radius: 6px; }
 .drawing { max-width: 40rem; color: var(--text); }
+.drawing.wide { max-width: 60rem; overflow-x: auto; }
+.drawing.wide svg { min-width: 34rem; }
+pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px;
+  padding: .7rem .9rem; white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
+.view3d canvas { display: block; width: 100%; height: min(65vh, 36rem, 110vw); border-radius: 6px;
+  border: 1px solid var(--line); touch-action: none; cursor: grab; }
+.view3d-controls { display: flex; flex-wrap: wrap; gap: 1rem; align-items: center;
+  margin-top: .5rem; font-size: .9rem; }
 figcaption { font-size: .88rem; margin-top: .5rem; max-width: 46rem; }
 .curve { fill: none; stroke: var(--accent, #1f5fa8); stroke-width: 2; }
 .curve.oracle { stroke: var(--second, #c2571a); stroke-dasharray: 6 4; }

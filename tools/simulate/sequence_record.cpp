@@ -8,6 +8,7 @@
 #include <sstream>
 #include <variant>
 
+#include "common/json_file.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/version.h"
 #include "mono3d/io/output_file.h"
@@ -31,7 +32,7 @@ std::string Difference(const SequenceRecord& there, const SequenceRecord& wanted
 
 SequenceRecord Parse(const std::filesystem::path& path) {
   std::ifstream file(path);
-  SequenceRecord record = SequenceRecord::parse(file, nullptr, /*allow_exceptions=*/false);
+  SequenceRecord record = ParseJson<SequenceRecord>(file);
   if (record.is_object() && record.contains("options") && record.contains("complete")) {
     return record;
   }
@@ -101,7 +102,7 @@ std::optional<SequenceRecord> FindRecord(const std::filesystem::path& folder,
 bool IsComplete(const SequenceRecord& record) { return record["complete"] == true; }
 
 void WriteRecord(const std::filesystem::path& folder, const SequenceRecord& record) {
-  WriteFileAtomically(folder / "sequence.json", record.dump(2) + "\n");
+  WriteFileAtomically(folder / "sequence.json", JsonText(record));
 }
 
 SequenceRecord ToJson(const synthetic::FlightStatistics& statistics) {

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "common/json_file.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d::tools {
@@ -89,7 +90,7 @@ std::string FolderTable(const std::vector<SuiteSequence>& suite,
   double depth_sum_m = 0;
   for (const SuiteSequence& sequence : suite) {
     std::ifstream file(folder / sequence.name / "sequence.json");
-    const SequenceRecord record = SequenceRecord::parse(file, nullptr, /*allow_exceptions=*/false);
+    const SequenceRecord record = ParseJson<SequenceRecord>(file);
     if (!record.is_object() || !record.contains("complete") || !IsComplete(record)) continue;
     const synthetic::FlightSamples own = ReadSamples(folder / sequence.name, record);
     samples.Append(own);

@@ -121,9 +121,17 @@ ParameterFlags ToHold(const CameraProblem& problem, std::size_t camera,
   return (!is_determined || is_like_prior) && !problem.is_fixed(camera);
 }
 
-// After some parameters were held.
+// After some parameters were held: until the weights have settled, which are those of residuals
+// that the others no longer explain at first.
 void SolveAgain(CameraProblem& problem) {
-  for (const double min_gain : {1e-4, 1e-6}) problem.Solve(min_gain);
+  constexpr int kMaxRounds = 10;
+  constexpr double kSettledShare = 0.01;  // of a weight
+  double before = 0;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    problem.Solve(kMinGains.back());
+    if (std::abs(problem.sigma_px() - before) < kSettledShare * before) break;
+    before = problem.sigma_px();
+  }
 }
 
 // The uncertainty is that with all free.

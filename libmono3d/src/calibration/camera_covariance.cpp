@@ -20,13 +20,25 @@ constexpr std::size_t kNumBlocks = 12;
 
 using Observations = std::span<const CameraProblem::Observation>;
 
+// Pose and velocity of an image.
+constexpr int kNumOfView = 12;
+using ByImage = Eigen::Matrix<double, 2, kNumOfView>;
+
+ByImage ByImageOf(const CameraProblem::Linearised& row) {
+  ByImage by_image;
+  by_image << row.by_pose, row.by_velocity;
+  return by_image;
+}
+
+Eigen::Index RowOfImage(std::size_t image) { return kNumOfView * static_cast<Eigen::Index>(image); }
+
 using CameraRows = Eigen::Matrix<double, kNumParameters, Eigen::Dynamic>;
 
 // The observations of one point, without the point.
 struct PointTerm {
   std::vector<CameraProblem::Linearised> observations;
-  std::vector<std::size_t> camera;                         // of each
-  std::vector<Eigen::Matrix<double, 6, 3>> pose_by_point;  // W of each image
+  std::vector<std::size_t> camera;                                   // of each
+  std::vector<Eigen::Matrix<double, kNumOfView, 3>> image_by_point;  // W of each image
   // Of all cameras, one below the other.
   Eigen::Matrix<double, Eigen::Dynamic, 3> camera_by_point;
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  // of the point's own information
@@ -45,7 +57,7 @@ PointTerm MakeTerm(const CameraProblem& problem, Observations observations) {
         term.observations.emplace_back(problem.Linearise(observation));
     term.camera.push_back(problem.camera_of(observation));
     information += row.by_point.transpose() * row.by_point;
-    term.pose_by_point.emplace_back(row.by_pose.transpose() * row.by_point);
+    term.image_by_point.emplace_back(ByImageOf(row).transpose() * row.by_point);
     term.camera_by_point.middleRows<kNumParameters>(RowOfCamera(term.camera.back())) +=
         row.by_camera.transpose() * row.by_point;
   }
@@ -60,24 +72,26 @@ PointTerm MakeTerm(const CameraProblem& problem, Observations observations) {
 class ReducedSystem {
  public:
   explicit ReducedSystem(const CameraProblem& problem)
-      : cameras_at_(6 * static_cast<Eigen::Index>(problem.num_images())),
+      : cameras_at_(RowOfImage(problem.num_images())),
         num_of_cameras_(RowOfCamera(problem.num_cameras())),
         S_(Eigen::MatrixXd::Zero(cameras_at_ + num_of_cameras_, cameras_at_ + num_of_cameras_)) {}
 
   void Add(Observations observations, const PointTerm& term) {
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const CameraProblem::Linearised& row = term.observations[i];
-      const Eigen::Index at = 6 * static_cast<Eigen::Index>(observations[i].image);
+      const ByImage by_image = ByImageOf(row);
+      const Eigen::Index at = RowOfImage(observations[i].image);
       const Eigen::Index camera_at = cameras_at_ + RowOfCamera(term.camera[i]);
-      S_.block<6, 6>(at, at) += row.by_pose.transpose() * row.by_pose;
-      S_.block<6, kNumParameters>(at, camera_at) += row.by_pose.transpose() * row.by_camera;
+      S_.block<kNumOfView, kNumOfView>(at, at) += by_image.transpose() * by_image;
+      S_.block<kNumOfView, kNumParameters>(at, camera_at) += by_image.transpose() * row.by_camera;
       S_.block<kNumParameters, kNumParameters>(camera_at, camera_at) +=
           row.by_camera.transpose() * row.by_camera;
-      const Eigen::Matrix<double, 6, 3> Y = term.pose_by_point[i] * term.inverse;
-      S_.block(at, cameras_at_, 6, num_of_cameras_) -= Y * term.camera_by_point.transpose();
+      const Eigen::Matrix<double, kNumOfView, 3> Y = term.image_by_point[i] * term.inverse;
+      S_.block(at, cameras_at_, kNumOfView, num_of_cameras_) -=
+          Y * term.camera_by_point.transpose();
       for (std::size_t k = 0; k < observations.size(); ++k) {
-        const Eigen::Index other = 6 * static_cast<Eigen::Index>(observations[k].image);
-        S_.block<6, 6>(at, other) -= Y * term.pose_by_point[k].transpose();
+        const Eigen::Index other = RowOfImage(observations[k].image);
+        S_.block<kNumOfView, kNumOfView>(at, other) -= Y * term.image_by_point[k].transpose();
       }
     }
     S_.bottomRightCorner(num_of_cameras_, num_of_cameras_) -=
@@ -89,11 +103,15 @@ class ReducedSystem {
   std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem) {
     S_.bottomLeftCorner(num_of_cameras_, cameras_at_) =
         S_.topRightCorner(cameras_at_, num_of_cameras_).transpose();
+    for (std::size_t image = 0; image < problem.num_images(); ++image) {
+      const Eigen::Index at = RowOfImage(image) + 6;
+      S_.block<6, 6>(at, at) += problem.velocity_information(image);
+    }
     for (const std::size_t image : problem.held_images()) {
-      for (Eigen::Index i = 0; i < 6; ++i) Fix(6 * static_cast<Eigen::Index>(image) + i);
+      for (Eigen::Index i = 0; i < 6; ++i) Fix(RowOfImage(image) + i);
     }
     for (const CameraProblem::HeldCoordinate& held : problem.held_coordinates()) {
-      Fix(6 * static_cast<Eigen::Index>(held.image) + held.coordinate);
+      Fix(RowOfImage(held.image) + held.coordinate);
     }
     Eigen::MatrixXd cameras = Eigen::MatrixXd::Zero(S_.rows(), num_of_cameras_);
     for (std::size_t camera = 0; camera < problem.num_cameras(); ++camera) {
@@ -155,7 +173,7 @@ ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& o
 // Of one camera, whose rows of the inverse `rows` are.
 ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<PointTerm>& terms,
                              std::size_t camera, const CameraRows& rows) {
-  const Eigen::Index cameras_at = 6 * static_cast<Eigen::Index>(problem.num_images());
+  const Eigen::Index cameras_at = RowOfImage(problem.num_images());
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
   ParameterMatrix by_both = ParameterMatrix::Zero();
@@ -168,8 +186,8 @@ ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<Poi
     Eigen::Matrix<double, kNumParameters, 3> through_point =
         rows.rightCols(rows.cols() - cameras_at) * term.camera_by_point;
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      through_point += rows.middleCols<6>(6 * static_cast<Eigen::Index>(observations[i].image)) *
-                       term.pose_by_point[i];
+      through_point +=
+          rows.middleCols<kNumOfView>(RowOfImage(observations[i].image)) * term.image_by_point[i];
     }
     through_point *= term.inverse;
     std::array<ParameterVector, kNumBlocks> in_block;
@@ -178,8 +196,8 @@ ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<Poi
       const CameraProblem::Linearised& row = term.observations[i];
       const Eigen::Index camera_at = cameras_at + RowOfCamera(term.camera[i]);
       in_block[observations[i].image / block] +=
-          (rows.middleCols<6>(6 * static_cast<Eigen::Index>(observations[i].image)) *
-               row.by_pose.transpose() +
+          (rows.middleCols<kNumOfView>(RowOfImage(observations[i].image)) *
+               ByImageOf(row).transpose() +
            rows.middleCols<kNumParameters>(camera_at) * row.by_camera.transpose() -
            through_point * row.by_point.transpose()) *
           row.residual;
@@ -202,6 +220,11 @@ ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<Poi
       if (!problem.is_fixed(other)[i]) prior_information[i] = 1 / (sigma * sigma);
     }
     covariance += by_other * prior_information.asDiagonal() * by_other.transpose();
+  }
+  for (std::size_t image = 0; image < problem.num_images(); ++image) {
+    const Eigen::Matrix<double, kNumParameters, 6> by_velocity =
+        rows.middleCols<6>(RowOfImage(image) + 6);
+    covariance += by_velocity * problem.velocity_information(image) * by_velocity.transpose();
   }
   // Never below what independent errors give.
   const ParameterMatrix inverse = rows.middleCols<kNumParameters>(cameras_at + RowOfCamera(camera));

@@ -84,8 +84,8 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
           : posterior.camera.shutter.reads_columns;
   const Parameter readout = is_by_columns ? kReadoutByColumns : kReadoutByRows;
   result.determines_readout = is_determined[readout];
-  // The adjustment takes velocities for known. They come from differences of poses, which do not
-  // follow a shake of some hertz to better than this share.
+  // The adjustment takes the errors of velocities for independent. As they come from differences of
+  // poses, which fall short of a shake of some hertz by this share, they are not.
   constexpr double kVelocityError = 0.01;
   posterior.readout_sigma_s =
       std::hypot(sigmas[readout], kVelocityError * posterior.camera.shutter.readout_s);

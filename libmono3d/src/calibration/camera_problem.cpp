@@ -4,7 +4,9 @@
 #include "calibration/camera_problem.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -24,6 +26,8 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 constexpr double kLossScale = 2.385;
 constexpr double kMadToSigma = 1.4826;
 constexpr double kRoundingOfShares = 1e-9;
+// Of how an image moves: differences of poses do not follow a shake of some hertz to better.
+constexpr double kVelocityShare = 0.01;
 
 struct PriorError {
   template <typename T>
@@ -104,7 +108,7 @@ void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& 
   const Pose& T_world_first = map.images[images.front()].T_world_cam;
   for (const std::size_t i : images) {
     poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
-    velocities_.push_back(map.images[i].velocity.value_or(CameraVelocity()));
+    velocities_.push_back({map.images[i].velocity.value_or(CameraVelocity())});
     camera_of_image_.push_back(map.images[i].camera);
   }
   AddPoints(map, images, first_image, max_points);
@@ -114,6 +118,7 @@ void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& 
     camera_of_image_.resize(first_image);
     return;
   }
+  WeighVelocities(first_image);
   ChooseGauge(first_image);
 }
 
@@ -174,7 +179,7 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
 
 ReprojectionCost CameraProblem::CostOf(const Observation& observation, double sigma_px) const {
   return {cameras_[camera_of(observation)].shape, observation.pixel, sigma_px,
-          velocities_[observation.image]};
+          velocities_[observation.image].known};
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::size_t> camera) const {
@@ -182,9 +187,9 @@ std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::siz
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
     if (camera && camera_of(observation) != *camera) continue;
-    const double* parameters[] = {cameras_[camera_of(observation)].parameters.data(),
-                                  poses_[observation.image].data(),
-                                  points_[observation.point].data()};
+    const double* parameters[] = {
+        cameras_[camera_of(observation)].parameters.data(), poses_[observation.image].data(),
+        points_[observation.point].data(), velocities_[observation.image].change.data()};
     Eigen::Vector2d found_less_observed;
     if (!CostOf(observation, 1).Evaluate(parameters, found_less_observed.data(), nullptr)) continue;
     residuals.push_back({observation.pixel, -found_less_observed});
@@ -208,11 +213,84 @@ void CameraProblem::AddCamera(FreeCamera& camera, ceres::Problem& problem) {
   }
 }
 
+// A velocity comes from poses that others than this camera found, and from differences in time: it
+// is known by how the image moves, to a share of that. A turn and a shift that move the image
+// nearly alike, as far away or straight above the ground, are known but together.
+void CameraProblem::WeighVelocities(std::size_t first_image) {
+  using Information = VelocityInformation;
+  std::vector<Information> sums(poses_.size() - first_image, Information::Zero());
+  std::vector<double> squared_flows(sums.size(), 0);
+  for (const Observation& observation : observations_) {
+    if (observation.image < first_image) continue;
+    const PoseBlock& pose = poses_[observation.image];
+    const Eigen::Vector3d turn(pose[0], pose[1], pose[2]);
+    const double angle = turn.norm();
+    const Eigen::Vector3d p_first(points_[observation.point].data());
+    Eigen::Vector3d p_cam(pose[3], pose[4], pose[5]);
+    p_cam += angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * p_first : p_first;
+    const double distance = p_cam.norm();
+    if (!(distance > 0)) continue;
+    // How the ray to the point turns, per second.
+    const Eigen::Vector3d ray = p_cam / distance;
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+    Eigen::Matrix<double, 3, 6> J;
+    for (int i = 0; i < 3; ++i) J.col(i) = Eigen::Vector3d::Unit(i).cross(ray);
+    J.rightCols<3>() = across / distance;
+    const CameraVelocity& known = velocities_[observation.image].known;
+    Eigen::Matrix<double, 6, 1> velocity;
+    velocity << known.angular_rad_per_s, known.linear_su_per_s;
+    sums[observation.image - first_image] += J.transpose() * J;
+    squared_flows[observation.image - first_image] += (J * velocity).squaredNorm();
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double variance = kVelocityShare * kVelocityShare * squared_flows[i];
+    if (!(variance > 0) || Eigen::LLT<Information>(sums[i]).info() != Eigen::Success) continue;
+    velocities_[first_image + i].information = sums[i] / variance;
+  }
+}
+
+bool CameraProblem::HasFreeVelocity(std::size_t image) const {
+  const FreeCamera& camera = cameras_[camera_of_image_[image]];
+  const auto is_zero = [&](Parameter readout) {
+    return camera.is_fixed[readout] && camera.parameters[readout] == 0;
+  };
+  return !velocities_[image].information.isZero() &&
+         !(is_zero(kReadoutByRows) && is_zero(kReadoutByColumns));
+}
+
+// Velocities that come from a wrong camera are off by more than is said: by what the images say of
+// them. Never less.
+double CameraProblem::VelocityVariance() const {
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < velocities_.size(); ++i) {
+    if (!HasFreeVelocity(i)) continue;
+    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> change(velocities_[i].change.data());
+    sum += change.dot(velocities_[i].information * change);
+    count += 6;
+  }
+  return count > 0 ? std::max(1., sum / count) : 1;
+}
+
+void CameraProblem::AddVelocity(std::size_t image, ceres::Problem& problem) {
+  ImageVelocity& velocity = velocities_[image];
+  problem.AddParameterBlock(velocity.change.data(), 6);  // some see no point
+  if (!HasFreeVelocity(image)) {
+    problem.SetParameterBlockConstant(velocity.change.data());
+    return;
+  }
+  const Eigen::MatrixXd root =
+      Eigen::LLT<VelocityInformation>(velocity_information(image)).matrixU();
+  problem.AddResidualBlock(new ceres::NormalPrior(root, Eigen::VectorXd::Zero(6)), nullptr,
+                           velocity.change.data());
+}
+
 void CameraProblem::Solve(double min_gain) {
   // A coordinate cannot be measured better than this: interpolation of 8-bit images.
   constexpr double kMinSigma_px = 0.01;
   sigma_px_ =
       std::max(kMinSigma_px, kMadToSigma * UpperMedianOrZero(AbsoluteErrors_px(Residuals())));
+  velocity_variance_ = VelocityVariance();
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::CauchyLoss loss(kLossScale);
@@ -220,12 +298,15 @@ void CameraProblem::Solve(double min_gain) {
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (std::array<double, 3>& point : points_) ordering->AddElementToGroup(point.data(), 0);
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
+  for (ImageVelocity& of : velocities_) ordering->AddElementToGroup(of.change.data(), 1);
   for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 1);
   for (const Observation& observation : observations_) {
     problem.AddResidualBlock(new ReprojectionCost(CostOf(observation, sigma_px_)), &loss,
                              cameras_[camera_of(observation)].parameters.data(),
-                             poses_[observation.image].data(), points_[observation.point].data());
+                             poses_[observation.image].data(), points_[observation.point].data(),
+                             velocities_[observation.image].change.data());
   }
+  for (std::size_t i = 0; i < velocities_.size(); ++i) AddVelocity(i, problem);
   for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
   for (const std::size_t image : held_images_) {
     problem.SetParameterBlockConstant(poses_[image].data());
@@ -264,13 +345,16 @@ CameraProblem::Linearised CameraProblem::Linearise(const Observation& observatio
   Linearised result;
   const FreeCamera& camera = cameras_[camera_of(observation)];
   const double* parameters[] = {camera.parameters.data(), poses_[observation.image].data(),
-                                points_[observation.point].data()};
-  double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data()};
+                                points_[observation.point].data(),
+                                velocities_[observation.image].change.data()};
+  double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data(),
+                         result.by_velocity.data()};
   if (!CostOf(observation, sigma_px_).Evaluate(parameters, result.residual.data(), jacobians)) {
     result.residual.setZero();
     result.by_camera.setZero();
     result.by_pose.setZero();
     result.by_point.setZero();
+    result.by_velocity.setZero();
     return result;
   }
   double rho[3];
@@ -280,6 +364,7 @@ CameraProblem::Linearised CameraProblem::Linearise(const Observation& observatio
   result.by_camera *= weight;
   result.by_pose *= weight;
   result.by_point *= weight;
+  result.by_velocity *= HasFreeVelocity(observation.image) ? weight : 0;
   result.weight = weight;
   for (int i = 0; i < kNumParameters; ++i) {
     if (camera.is_fixed[i]) result.by_camera.col(i).setZero();

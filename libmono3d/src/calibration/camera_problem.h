@@ -31,6 +31,9 @@ class CameraProblem {
   // Of all maps. Time grows with the square of the images and with the points.
   static constexpr std::size_t kMaxImages = 100;
 
+  // Of angular and linear velocity.
+  using VelocityInformation = Eigen::Matrix<double, 6, 6>;
+
   struct Observation {
     std::size_t image;      // position in poses()
     std::size_t point;      // position in points()
@@ -40,6 +43,7 @@ class CameraProblem {
   struct Linearised {
     Eigen::Vector2d residual;
     Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_velocity;  // zero where that is not varied
     Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera;
     Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
     double weight = 0;  // of the robust loss, in all of them
@@ -93,6 +97,11 @@ class CameraProblem {
   const ParameterVector& prior_sigmas(std::size_t camera = 0) const {
     return cameras_[camera].prior_sigmas;
   }
+  // What is known of an image's velocity before the adjustment; zero where it is not varied.
+  VelocityInformation velocity_information(std::size_t image) const {
+    if (!HasFreeVelocity(image)) return VelocityInformation::Zero();
+    return velocities_[image].information / velocity_variance_;
+  }
   // The gauge of the maps: images whose poses are not varied, and single coordinates.
   const std::vector<std::size_t>& held_images() const { return held_images_; }
   const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
@@ -102,6 +111,13 @@ class CameraProblem {
   ReprojectionCost CostOf(const Observation& observation, double sigma_px) const;
 
   using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
+
+  // Of an image's middle line.
+  struct ImageVelocity {
+    CameraVelocity known;  // zero where the map has none
+    VelocityInformation information = VelocityInformation::Zero();
+    std::array<double, 6> change = {};  // angular and linear
+  };
 
   struct FreeCamera {
     FreeCamera(const CameraModel& start, const CameraPrior& camera_prior);
@@ -119,18 +135,24 @@ class CameraProblem {
   void AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
                  std::size_t first_image, std::size_t max_points);
   static void AddCamera(FreeCamera& camera, ceres::Problem& problem);
+  void AddVelocity(std::size_t image, ceres::Problem& problem);
+  // Is that of the image varied? Only where its lines are not all read at once.
+  bool HasFreeVelocity(std::size_t image) const;
+  void WeighVelocities(std::size_t first_image);
+  double VelocityVariance() const;
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
 
   std::vector<FreeCamera> cameras_;
   std::vector<std::size_t> camera_of_image_;
-  std::vector<PoseBlock> poses_;            // of the middle line
-  std::vector<CameraVelocity> velocities_;  // of each image; zero where it is not known
+  std::vector<PoseBlock> poses_;           // of the middle line
+  std::vector<ImageVelocity> velocities_;  // of each image
   std::vector<std::array<double, 3>> points_;
   std::vector<Observation> observations_;
   std::vector<std::size_t> held_images_;
   std::vector<HeldCoordinate> held_coordinates_;
   double sigma_px_ = 1;
+  double velocity_variance_ = 1;  // of the velocities, by that of their information
 };
 
 }  // namespace mono3d::calibration

@@ -86,6 +86,8 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   const Eigen::Map<const Eigen::Vector3d> rotation(parameters[1]);
   const Eigen::Map<const Eigen::Vector3d> translation(parameters[1] + 3);
   const Eigen::Map<const Eigen::Vector3d> p_first(parameters[2]);
+  const Eigen::Map<const Eigen::Vector3d> angular_change(parameters[3]);
+  const Eigen::Map<const Eigen::Vector3d> linear_change(parameters[3] + 3);
   Eigen::Map<Eigen::Vector2d> error(residual);
 
   const Turn of_pose(rotation);
@@ -93,7 +95,9 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   // Into the camera's frame at the time of the line that the pixel is on.
   const double time_s =
       camera[kReadoutByRows] * row_share_ + camera[kReadoutByColumns] * column_share_;
-  const CameraVelocity& v = *velocity_;
+  CameraVelocity v = *velocity_;
+  v.angular_rad_per_s += angular_change;
+  v.linear_su_per_s += linear_change;
   const Turn of_line(time_s * v.angular_rad_per_s + 0.5 * time_s * time_s * v.angular_rad_per_s2);
   const Eigen::Vector3d turned = of_line.R * (rotated + translation);
   const Eigen::Vector3d p_line =
@@ -128,6 +132,11 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   if (jacobians[2] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point(jacobians[2]);
     by_point = by_cam * of_pose.R;
+  }
+  if (jacobians[3] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_velocity(jacobians[3]);
+    by_velocity.leftCols<3>() = -time_s * by_line * CrossMatrix(turned) * of_line.left;
+    by_velocity.rightCols<3>() = time_s * by_line;
   }
   return true;
 }

@@ -3,6 +3,9 @@
 
 #include "mono3d/core/atomic_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <system_error>
 #include <utility>
@@ -11,11 +14,31 @@
 
 namespace mono3d {
 
+namespace {
+
+// A new file: what lies there under its name, half written or a link to another file, goes.
+int CreateNew(const std::filesystem::path& path) {
+  constexpr mode_t kReadAndWrite = 0666;  // less the umask
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  const int descriptor = open(path.c_str(), kFlags, kReadAndWrite);
+  if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  std::error_code ignored;
+  const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
+  errno = EEXIST;
+  const bool may_go =
+      type == std::filesystem::file_type::regular || type == std::filesystem::file_type::symlink;
+  if (!may_go || unlink(path.c_str()) != 0) return -1;
+  return open(path.c_str(), kFlags, kReadAndWrite);
+}
+
+}  // namespace
+
 AtomicFile::AtomicFile(std::filesystem::path path, std::string_view partial_suffix)
     : path_(std::move(path)) {
   partial_path_ = path_;
   partial_path_ += partial_suffix;
-  file_ = std::fopen(partial_path_.c_str(), "wb");
+  const int descriptor = CreateNew(partial_path_);
+  file_ = descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
   if (file_ == nullptr) ThrowSystemError("cannot create the file", path_, errno);
 }
 
@@ -31,9 +54,12 @@ void AtomicFile::Write(std::string_view bytes) {
   ThrowSystemError("cannot write the file", path_, errno);
 }
 
-void AtomicFile::Commit() {
+void AtomicFile::Commit(Durability durability) {
   // What is still in the buffer is written here: this is where a full disk shows with small files.
-  const int flush_error = std::fflush(file_) == 0 ? 0 : errno;
+  int flush_error = std::fflush(file_) == 0 ? 0 : errno;
+  // Where the file system cannot promise it (EINVAL), the file is written all the same.
+  const bool is_synchronised = flush_error == 0 && durability == Durability::kOnDisk;
+  if (is_synchronised && fdatasync(fileno(file_)) != 0 && errno != EINVAL) flush_error = errno;
   const int close_error = std::fclose(std::exchange(file_, nullptr)) == 0 ? 0 : errno;
   if (flush_error != 0) ThrowSystemError("cannot write the file", path_, flush_error);
   if (close_error != 0) ThrowSystemError("cannot write the file", path_, close_error);
@@ -43,10 +69,11 @@ void AtomicFile::Commit() {
   partial_path_.clear();
 }
 
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes,
+                         Durability durability) {
   AtomicFile file(path);
   file.Write(bytes);
-  file.Commit();
+  file.Commit(durability);
 }
 
 }  // namespace mono3d

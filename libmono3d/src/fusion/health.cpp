@@ -17,6 +17,14 @@ std::string Percent(const char* what, double share) {
   return text.data();
 }
 
+// What depth maps differ from the model by over what their noise explains.
+std::string TimesTheNoise(double sigmas) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(),
+                "depth maps at a distance from the model of %.1f times their noise", sigmas);
+  return text.data();
+}
+
 }  // namespace
 
 const char* ToString(HealthState state) {
@@ -74,15 +82,13 @@ ModelHealth HealthMonitor::Assess() const {
     // or the poses behind them are wrong.
     health.state = HealthState::kBroken;
     health.reason = Percent("depth maps not where the tracker has them", health.moved_share) +
-                    ", " +
-                    Percent("and where they are, off the model in sigmas", health.depth_residual);
+                    ", " + TimesTheNoise(health.depth_residual);
   } else if (health.accepted_share < options_.good_accepted_share) {
     health.reason = Percent("depth maps that fit the model", health.accepted_share);
   } else if (health.moved_share > options_.max_moved_share) {
     health.reason = Percent("depth maps not where the tracker has them", health.moved_share);
   } else if (health.depth_residual > options_.max_depth_residual) {
-    health.reason =
-        Percent("distance of depth maps from the model in sigmas", health.depth_residual);
+    health.reason = TimesTheNoise(health.depth_residual);
   } else if (std::abs(health.scale_drift) > options_.max_scale_drift) {
     health.reason = Percent("scale of the tracker off by", health.scale_drift);
   } else {

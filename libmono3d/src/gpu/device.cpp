@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "gpu/address_space.h"
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
 #include "gpu/host_memory.h"
@@ -76,6 +77,7 @@ vk::raii::DeviceMemory Device::Allocate(const vk::MemoryRequirements& requiremen
 
 void Device::Run(const vk::raii::CommandBuffer& commands, const vk::raii::Fence& fence,
                  const std::string& what) const {
+  RequireAddressSpace(what, kDriverCallBytes);
   const vk::CommandBuffer handle = *commands;
   const vk::SubmitInfo submit({}, {}, handle);
   device_.resetFences(*fence);
@@ -89,6 +91,7 @@ void Device::Run(const vk::raii::CommandBuffer& commands, const vk::raii::Fence&
 }
 
 std::shared_ptr<Device> OpenDeviceWith(const DeviceOptions& options, HostMemory host_memory) {
+  RequireAddressSpace("opening the device", kOpeningBytes);
   Instance instance = CreateInstance(options.validation);
   std::vector<Candidate> candidates = ListCandidates(instance);
   Candidate& chosen = candidates[ChooseCandidate(candidates, options.device)];

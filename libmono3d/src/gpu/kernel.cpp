@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gpu/address_space.h"
 #include "gpu/kernel_pipeline.h"
 
 namespace mono3d {
@@ -141,6 +142,7 @@ Kernel::Kernel(std::shared_ptr<Device> device, const KernelSource& source,
   }
   CheckCapabilities(*kernel);
   CheckLimits(*kernel);
+  RequireAddressSpace(source.name, kDriverCallBytes);
   CallVulkan(source.name, "making the pipeline", [&] {
     kernel->set_layout = MakeSetLayout(*kernel);
     kernel->layout = MakeLayout(*kernel);

@@ -92,7 +92,7 @@ void WriteCacheFile(const std::filesystem::path& file, const std::vector<std::by
   AtomicFile output(file, "." + std::to_string(getpid()) + ".partial");
   output.Write({reinterpret_cast<const char*>(&header), sizeof(header)});
   output.Write({reinterpret_cast<const char*>(data.data()), data.size()});
-  output.Commit();
+  output.Commit(Durability::kInCache);
 }
 
 PipelineCache::PipelineCache(const vk::raii::PhysicalDevice& physical,

@@ -3,8 +3,6 @@
 
 #include "mono3d/io/camera_file.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -13,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "io/calibration_yaml.h"
+#include "io/camera_forms.h"
 #include "io/colmap_cameras.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
@@ -21,140 +21,8 @@
 namespace mono3d {
 namespace {
 
-std::string LowerCase(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-// The calibration in YAML, with the messages that go with it. Keys count in any case of letters.
-class CalibrationYaml {
- public:
-  explicit CalibrationYaml(const std::filesystem::path& path) : path_(path) {
-    try {
-      // Header "%YAML:1.0" and tags "!!opencv-matrix" of OpenCV are a directive and a type that
-      // YAML does not know, which are to be passed over.
-      for (const YAML::Node& document : YAML::LoadAll(ReadBytes(path))) AddKeys(document, "");
-    } catch (const YAML::Exception& error) {
-      Throw(LineAt(error.mark), "not YAML: " + error.msg, {}, {});
-    }
-  }
-
-  int Size(const std::string& key) const {
-    const std::vector<double> numbers = Numbers(key, Require(key).value);
-    if (numbers.size() != 1 || numbers[0] < 1 || numbers[0] > 1e6 ||
-        numbers[0] != std::floor(numbers[0])) {
-      Throw(Line(key), "bad " + key, "one positive whole number", Text(keys_.at(key).value));
-    }
-    return static_cast<int>(numbers[0]);
-  }
-
-  // The numbers of a matrix: a list, or rows, cols and a list named data.
-  std::vector<double> Matrix(const std::string& key) const {
-    Require(key);
-    const std::string data = keys_.contains(key + ".data") ? key + ".data" : key;
-    const std::vector<double> numbers = Numbers(key, keys_.at(data).value);
-    for (const char* part : {".rows", ".cols"}) {
-      if (!keys_.contains(key + part)) return numbers;
-    }
-    const int num_numbers = Size(key + ".rows") * Size(key + ".cols");
-    if (static_cast<std::size_t>(num_numbers) != numbers.size()) {
-      Throw(Line(data), "wrong number of values in " + key, std::to_string(num_numbers),
-            std::to_string(numbers.size()));
-    }
-    return numbers;
-  }
-
-  // The number of an optional key.
-  std::optional<double> FindNumber(const std::string& key) const {
-    if (!keys_.contains(key)) return std::nullopt;
-    const std::vector<double> numbers = Numbers(key, Require(key).value);
-    if (numbers.size() != 1) {
-      Throw(Line(key), "bad " + key, "one number", Text(keys_.at(key).value));
-    }
-    return numbers[0];
-  }
-
-  // The text of an optional key.
-  std::optional<std::string> Find(const std::string& key) const {
-    if (!keys_.contains(key)) return std::nullopt;
-    return Text(keys_.at(key).value);
-  }
-
-  // "camera.yaml:12"
-  std::string Line(const std::string& key) const { return LineAt(keys_.at(key).mark); }
-
-  [[noreturn]] static void Throw(const std::string& where, const std::string& what,
-                                 const std::string& expected, const std::string& found,
-                                 ErrorCode code = ErrorCode::kInvalidInput) {
-    throw Error(ErrorParts{.what = "camera calibration: " + what,
-                           .where = where,
-                           .expected = expected,
-                           .found = found,
-                           .code = code});
-  }
-
- private:
-  struct Key {
-    YAML::Mark mark;    // of the key itself, the last one where there are several
-    int num_times = 0;  // that the key is there
-    YAML::Node value;
-  };
-
-  // The keys of a map and of the maps in it, as "outer.inner".
-  void AddKeys(const YAML::Node& map, const std::string& prefix) {
-    if (!map.IsMap()) return;
-    for (const auto& pair : map) {
-      if (!pair.first.IsScalar()) continue;
-      const std::string name = prefix + LowerCase(pair.first.Scalar());
-      Key& key = keys_[name];
-      key.mark = pair.first.Mark();
-      ++key.num_times;
-      key.value.reset(pair.second);  // = would change the document itself
-      if (prefix.empty()) AddKeys(pair.second, name + ".");
-    }
-  }
-
-  const Key& Require(const std::string& key) const {
-    const auto found = keys_.find(key);
-    if (found == keys_.end()) Throw(path_, "key is missing", key, {});
-    const int num_times = found->second.num_times;
-    if (num_times > 1) {
-      Throw(Line(key), "several cameras in one file", key + " once", std::to_string(num_times));
-    }
-    return found->second;
-  }
-
-  std::string LineAt(const YAML::Mark& mark) const {
-    return AtLine(path_, static_cast<std::size_t>(mark.line) + 1);
-  }
-
-  static std::string Text(const YAML::Node& value) {
-    if (value.IsMap()) return "keys and values";
-    if (value.IsSequence()) return "a list";
-    return value.Scalar().empty() ? "nothing" : value.Scalar();
-  }
-
-  // Of a scalar, or of a list of such; none of any other value.
-  std::vector<double> Numbers(const std::string& key, const YAML::Node& value) const {
-    std::vector<double> numbers;
-    const auto add = [&](const YAML::Node& item) {
-      const std::optional<double> number =
-          item.IsScalar() ? ParseNumber(item.Scalar()) : std::nullopt;
-      if (!number) Throw(LineAt(item.Mark()), "bad value in " + key, "a finite number", Text(item));
-      numbers.push_back(*number);
-    };
-    if (value.IsScalar()) add(value);
-    if (value.IsSequence()) std::ranges::for_each(value, add);
-    return numbers;
-  }
-
-  const std::filesystem::path& path_;
-  std::map<std::string, Key> keys_;
-};
-
 void TakeCameraMatrix(const CalibrationYaml& yaml, CameraModel& camera) {
-  const std::string key = "camera_matrix";
+  const std::string key = yaml.FirstOf({"cameramatrix", "camera_matrix"});
   const std::vector<double> K = yaml.Matrix(key);
   if (K.size() != 9) {
     yaml.Throw(yaml.Line(key), "wrong number of values in " + key, "9", std::to_string(K.size()));
@@ -187,8 +55,9 @@ LensModel LensOf(const CalibrationYaml& yaml) {
 }
 
 void TakeDistortion(const CalibrationYaml& yaml, CameraModel& camera) {
-  const std::string key = "distortion_coefficients";
+  const std::string key = yaml.FirstOf({"distcoeffs", "dist_coeffs", "distortion_coefficients"});
   camera.lens = LensOf(yaml);
+  if (!yaml.Has(key)) return;  // none
   const bool is_fisheye = camera.lens == LensModel::kFisheye;
   const std::size_t max_coefficients = is_fisheye ? 4 : camera.distortion.size();
   const std::vector<double> coefficients = yaml.Matrix(key);
@@ -255,10 +124,18 @@ std::string ShutterText(const CameraModel& camera) {
 }  // namespace
 
 CameraModel ReadCameraFile(const std::filesystem::path& path) {
+  const std::string bytes = ReadBytes(path);
+  if (IsColmapBinaryCameras(bytes)) return ParseColmapBinaryCameras(path, bytes);
   const std::vector<std::string> lines = ReadLines(path);
   if (IsColmapCameras(lines)) return ParseColmapCameras(path, lines);
   const CalibrationYaml yaml(path);
   CameraModel camera;
+  for (const auto parse : {ParseKalibr, ParseOrbSlam, ParseNerfstudio}) {
+    const std::optional<CameraModel> found = parse(yaml);
+    if (!found) continue;
+    Validate(*found, path);
+    return *found;
+  }
   camera.width = yaml.Size("image_width");
   camera.height = yaml.Size("image_height");
   TakeCameraMatrix(yaml, camera);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -17,26 +19,27 @@ namespace {
 
 // A camera line begins with CAMERA_ID MODEL WIDTH HEIGHT.
 constexpr std::size_t kNumCameraWords = 4;
-// Nobody has larger images; keeps a wild number from overflowing.
-constexpr double kMaxImageSide_px = 1e6;
+// Of a JPEG file; nobody has larger images.
+constexpr double kMaxImageSide_px = 65535;
 
 struct Model {
   std::string_view name;
+  std::int32_t id;                // in binary files
   std::size_t num_focal_lengths;  // then cx cy
   // k1 k2 p1 p2 k3 k4 k5 k6, of a fisheye lens k1 k2 k3 k4: as many as there are.
   std::size_t num_distortion;
   LensModel lens = LensModel::kBrown;
 };
 
-constexpr std::array<Model, 9> kModels = {{{"SIMPLE_PINHOLE", 1, 0},
-                                           {"PINHOLE", 2, 0},
-                                           {"SIMPLE_RADIAL", 1, 1},
-                                           {"RADIAL", 1, 2},
-                                           {"OPENCV", 2, 4},
-                                           {"FULL_OPENCV", 2, 8},
-                                           {"SIMPLE_RADIAL_FISHEYE", 1, 1, LensModel::kFisheye},
-                                           {"RADIAL_FISHEYE", 1, 2, LensModel::kFisheye},
-                                           {"OPENCV_FISHEYE", 2, 4, LensModel::kFisheye}}};
+constexpr std::array<Model, 9> kModels = {{{"SIMPLE_PINHOLE", 0, 1, 0},
+                                           {"PINHOLE", 1, 2, 0},
+                                           {"SIMPLE_RADIAL", 2, 1, 1},
+                                           {"RADIAL", 3, 1, 2},
+                                           {"OPENCV", 4, 2, 4},
+                                           {"FULL_OPENCV", 6, 2, 8},
+                                           {"SIMPLE_RADIAL_FISHEYE", 8, 1, 1, LensModel::kFisheye},
+                                           {"RADIAL_FISHEYE", 9, 1, 2, LensModel::kFisheye},
+                                           {"OPENCV_FISHEYE", 5, 2, 4, LensModel::kFisheye}}};
 
 [[noreturn]] void ThrowBadCamera(const std::string& where, const std::string& what,
                                  const std::string& expected, const std::string& found,
@@ -86,8 +89,14 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
   }
   CameraModel camera;
   camera.lens = model.lens;
-  camera.width = static_cast<int>(std::clamp(values[0], 0.0, kMaxImageSide_px));
-  camera.height = static_cast<int>(std::clamp(values[1], 0.0, kMaxImageSide_px));
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (values[i] > kMaxImageSide_px || values[i] != std::floor(values[i])) {
+      ThrowBadCamera(where, "bad size of the image", "whole numbers up to 65535",
+                     std::string(words[2 + i]));
+    }
+  }
+  camera.width = static_cast<int>(std::max(values[0], 0.0));
+  camera.height = static_cast<int>(std::max(values[1], 0.0));
   const double* params = values.data() + 2;
   camera.fx = params[0];
   camera.fy = params[model.num_focal_lengths - 1];
@@ -108,6 +117,22 @@ CameraModel ParseCamera(const std::vector<std::string_view>& words, const std::s
 }
 
 }  // namespace
+
+ColmapCamera ToColmapCamera(const CameraModel& camera) {
+  constexpr double kToCentre = 0.5;  // from a corner of the top-left pixel to its centre
+  const auto [k1, k2, p1, p2, k3] = camera.distortion;
+  ColmapCamera result;
+  result.params = {camera.fx, camera.fy, camera.cx + kToCentre, camera.cy + kToCentre};
+  const bool is_fisheye = camera.lens == LensModel::kFisheye;  // whose k3 and k4 are p1 and p2
+  result.model = is_fisheye                ? "OPENCV_FISHEYE"
+                 : !camera.HasDistortion() ? "PINHOLE"
+                 : k3 == 0                 ? "OPENCV"
+                                           : "FULL_OPENCV";
+  if (camera.HasDistortion()) result.params.insert(result.params.end(), {k1, k2, p1, p2});
+  if (k3 != 0) result.params.insert(result.params.end(), {k3, 0, 0, 0});
+  result.model_id = FindModel(result.model, {}).id;
+  return result;
+}
 
 bool IsColmapCameras(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
@@ -150,6 +175,35 @@ CameraModel ParseColmapCameras(const std::filesystem::path& path,
     camera = ParseCamera(words, AtLine(path, i + 1));
   }
   return camera.value();  // IsColmapCameras has seen one
+}
+
+bool IsColmapBinaryCameras(std::string_view bytes) {
+  // The number of cameras in 8 bytes, of which text has none that is 0.
+  return bytes.size() >= sizeof(std::uint64_t) && bytes.substr(0, 8).ends_with(std::string(4, 0));
+}
+
+CameraModel ParseColmapBinaryCameras(const std::filesystem::path& path, std::string_view bytes) {
+  const auto take = [&]<typename T>(T value) {
+    if (bytes.size() < sizeof value) ThrowBadCamera(path, "the file is truncated", {}, {});
+    std::memcpy(&value, bytes.data(), sizeof value);
+    bytes.remove_prefix(sizeof value);
+    return value;
+  };
+  const auto num_cameras = take(std::uint64_t{});
+  if (num_cameras != 1) {
+    ThrowBadCamera(path, "several cameras in one file", "one camera", std::to_string(num_cameras));
+  }
+  const auto id = take(std::uint32_t{});
+  const auto model_id = take(std::int32_t{});
+  const auto found = std::ranges::find(kModels, model_id, &Model::id);
+  if (found == kModels.end()) FindModel("number " + std::to_string(model_id), path);
+  // In the words of the text form.
+  std::string line = std::to_string(id) + " " + std::string(found->name);
+  line += " " + std::to_string(take(std::uint64_t{}));
+  line += " " + std::to_string(take(std::uint64_t{}));
+  const std::size_t num_params = found->num_focal_lengths + 2 + found->num_distortion;
+  for (std::size_t i = 0; i < num_params; ++i) line += " " + ToText(take(double{}));
+  return ParseCamera(Words(line), path);
 }
 
 }  // namespace mono3d

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/colmap_binary.h"
 #include "io/colmap_cameras.h"
 #include "io/colmap_images.h"
 #include "io/text.h"
@@ -30,18 +31,10 @@ std::string Joined(std::initializer_list<double> numbers) {
 std::string CameraId(std::size_t position) { return std::to_string(position + 1); }
 
 std::string CameraText(const CameraModel& camera, std::size_t position) {
-  const auto [k1, k2, p1, p2, k3] = camera.distortion;
-  const bool is_fisheye = camera.lens == LensModel::kFisheye;  // whose k3 and k4 are p1 and p2
-  const char* model = is_fisheye                ? "OPENCV_FISHEYE"
-                      : !camera.HasDistortion() ? "PINHOLE"
-                      : k3 == 0                 ? "OPENCV"
-                                                : "FULL_OPENCV";
-  std::string text = CameraId(position) + " " + model +
-                     Joined({static_cast<double>(camera.width)}) +
-                     Joined({static_cast<double>(camera.height)}) +
-                     Joined({camera.fx, camera.fy, camera.cx + kHalfPixel, camera.cy + kHalfPixel});
-  if (camera.HasDistortion()) text += Joined({k1, k2, p1, p2});
-  if (k3 != 0) text += Joined({k3, 0, 0, 0});
+  const ColmapCamera form = ToColmapCamera(camera);
+  std::string text = CameraId(position) + " " + form.model + " " + std::to_string(camera.width) +
+                     " " + std::to_string(camera.height);
+  for (const double param : form.params) text += Joined({param});
   return text + "\n";
 }
 
@@ -156,6 +149,7 @@ void WriteColmapModel(const std::filesystem::path& folder, const SparseModel& mo
   WriteFileAtomically(folder / "cameras.txt", CamerasText(model));
   WriteFileAtomically(folder / "images.txt", ImagesText(model));
   WriteFileAtomically(folder / "points3D.txt", PointsText(model));
+  WriteColmapBinary(folder, model);
 }
 
 SparseModel ReadColmapModel(const std::filesystem::path& folder) {

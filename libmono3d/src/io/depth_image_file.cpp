@@ -11,6 +11,7 @@
 
 #include "io/exr_file.h"
 #include "io/image_file.h"
+#include "io/image_metadata.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/pfm_file.h"

@@ -85,7 +85,8 @@ void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
                            .expected = "an 8-bit image",
                            .found = cv::typeToString(image.type())});
   }
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                      Durability::kInCache);  // a run writes thousands
 }
 
 void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,

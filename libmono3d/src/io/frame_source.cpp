@@ -12,6 +12,7 @@
 #include "io/image_source.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/image/undistorter.h"
 
 namespace mono3d {
@@ -59,53 +60,74 @@ CameraModel CameraOfImages(const CameraModel& calibration, const std::string& re
 class PreparedFrames : public FrameSource {
  public:
   PreparedFrames(std::unique_ptr<ImageSource> source, const CameraModel& calibration,
-                 const std::string& resize)
+                 const std::string& resize, bool skips_other_sizes)
       : source_(std::move(source)),
         calibration_(calibration),
+        skips_other_sizes_(skips_other_sizes),
         is_resizing_(!resize.empty()),
         undistorter_(CameraOfImages(calibration, resize)) {
     if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, resize);
   }
 
   std::optional<Frame> Next() override {
-    std::optional<SourceImage> image = source_->Next();
-    if (!image) return std::nullopt;
-    const cv::Mat resized = Resize(*image);
-    return Frame{image->index, image->timestamp_s,
-                 image->name,  undistorter_.Undistort(resized),
-                 camera(),     sensor_};
+    while (std::optional<SourceImage> image = source_->Next()) {
+      if (!Fits(image->bgr.size())) {
+        Skip(*image);
+        continue;
+      }
+      has_fitting_ = true;
+      return Frame{image->index, image->timestamp_s,
+                   image->name,  undistorter_.Undistort(Resize(image->bgr)),
+                   camera(),     sensor_};
+    }
+    if (first_other_size_ && !has_fitting_) throw Error(*first_other_size_);
+    return std::nullopt;
   }
 
   std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
-  std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  std::int64_t num_skipped() const override { return source_->num_skipped() + num_of_other_sizes_; }
   const CameraModel& camera() const override { return undistorter_.camera(); }
 
  private:
-  cv::Mat Resize(const SourceImage& image) const {
-    const cv::Size size = image.bgr.size();
-    const bool is_calibrated_size =
-        size.width == calibration_.width && size.height == calibration_.height;
-    const bool fits = is_resizing_ ? HaveSameShape(size, calibration_) : is_calibrated_size;
-    if (!fits) {
-      throw Error(ErrorParts{
-          .what = is_resizing_ ? "image has another shape than the calibration"
-                               : "image has another size than the calibration; see --resize, or "
-                                 "--photos for those of several cameras",
-          .where = image.name,
-          .expected = SizeText(calibration_.width, calibration_.height),
-          .found = SizeText(size.width, size.height)});
+  bool Fits(cv::Size size) const {
+    if (is_resizing_) return HaveSameShape(size, calibration_);
+    return size.width == calibration_.width && size.height == calibration_.height;
+  }
+
+  // Throws where it was asked for by name, or the calibration is that of no image.
+  void Skip(const SourceImage& image) {
+    constexpr int kMaxAtStart = 10;
+    const Error error(ErrorParts{
+        .what = is_resizing_ ? "image has another shape than the calibration"
+                             : "image has another size than the calibration; see --resize, or "
+                               "--photos for those of several cameras",
+        .where = image.name,
+        .expected = SizeText(calibration_.width, calibration_.height),
+        .found = SizeText(image.bgr.cols, image.bgr.rows)});
+    if (!first_other_size_) first_other_size_ = error;
+    ++num_of_other_sizes_;
+    if (!skips_other_sizes_ || (!has_fitting_ && num_of_other_sizes_ >= kMaxAtStart)) {
+      throw Error(*first_other_size_);
     }
+    Log(LogLevel::kWarning, std::string("skipped: ") + error.what());
+  }
+
+  cv::Mat Resize(const cv::Mat& bgr) const {
     const cv::Size target(camera().width, camera().height);
-    if (size == target) return image.bgr;
+    if (bgr.size() == target) return bgr;
     cv::Mat resized;
     // Averaging over areas keeps a smaller image free of aliasing.
-    const bool shrinks = target.width < size.width;
-    cv::resize(image.bgr, resized, target, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
+    const bool shrinks = target.width < bgr.cols;
+    cv::resize(bgr, resized, target, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
     return resized;
   }
 
   std::unique_ptr<ImageSource> source_;
   CameraModel calibration_;
+  bool skips_other_sizes_;
+  bool has_fitting_ = false;  // an image of the calibration's size was there
+  std::int64_t num_of_other_sizes_ = 0;
+  std::optional<Error> first_other_size_;
   bool is_resizing_;
   Undistorter undistorter_;
   CameraModel sensor_;  // where it has a rolling shutter
@@ -151,7 +173,8 @@ void FrameSourceOptions::Validate() const {
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
                                              const FrameSourceOptions& options) {
   options.Validate();
-  return std::make_unique<PreparedFrames>(OpenImages(input, options), camera, options.resize);
+  return std::make_unique<PreparedFrames>(OpenImages(input, options), camera, options.resize,
+                                          KindOfInput(input) != InputKind::kImage);
 }
 
 std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,
@@ -159,7 +182,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& ima
                                              const FrameSourceOptions& options) {
   options.Validate();
   return std::make_unique<PreparedFrames>(OpenImageList({"images", images, {}, false}, options),
-                                          camera, options.resize);
+                                          camera, options.resize, /*skips_other_sizes=*/false);
 }
 
 }  // namespace mono3d

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/image_metadata.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 
@@ -53,6 +54,20 @@ bool IsCompleteJpeg(std::string_view bytes) {
   throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
 }
 
+// Before it is decoded: a small file may say that its image is huge. 805 MB in three bytes a pixel.
+void RequireDecodableSize(const std::filesystem::path& path) {
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+  const ImageMetadata metadata = ReadImageMetadata(path);
+  const std::int64_t num_pixels = std::int64_t{metadata.width} * metadata.height;
+  if (num_pixels <= kMaxPixels) return;
+  throw Error(
+      ErrorParts{.what = "the image is too large",
+                 .where = path,
+                 .expected = "at most " + std::to_string(kMaxPixels) + " pixels",
+                 .found = std::to_string(metadata.width) + "x" + std::to_string(metadata.height),
+                 .code = ErrorCode::kUnsupported});
+}
+
 }  // namespace
 
 bool IsCompletePng(std::string_view bytes) {
@@ -69,9 +84,11 @@ bool IsCompletePng(std::string_view bytes) {
 cv::Mat ReadImage(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);
   if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
+  if (bytes.size() > INT32_MAX) ThrowUnreadable(path, "the file is too large for an image");
   const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
   const bool is_cut_png = bytes.starts_with(kPngSignature) && !IsCompletePng(bytes);
   if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated");
+  RequireDecodableSize(path);
   cv::Mat image;
   try {
     const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());

@@ -15,9 +15,6 @@ namespace mono3d {
 // itself returns a truncated JPEG as an image that is grey from some row on.
 cv::Mat ReadImage(const std::filesystem::path& path);
 
-// The first bytes of every PNG file.
-inline constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1A\n";
-
 // Do the chunks of the PNG file with these bytes go on to the last one?
 bool IsCompletePng(std::string_view bytes);
 

@@ -9,11 +9,14 @@
 #include <array>
 #include <cctype>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/io/frame_source.h"
 
 namespace mono3d {
@@ -34,11 +37,24 @@ std::string_view TakeNumber(std::string_view& text) {
   return number;
 }
 
-bool IsImage(const std::filesystem::path& path) {
+// What is named as an image counts in the numbers of the frames that are given to it.
+bool IsFileOrWarn(const std::filesystem::path& path) {
   std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) return true;
+  static std::mutex mutex;
+  static std::set<std::filesystem::path> warned_of;  // once: a folder is listed several times
+  const std::lock_guard lock(mutex);
+  if (!warned_of.insert(path).second) return false;
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  Log(LogLevel::kWarning, path.string() + ": left out, and not counted among the frames: " +
+                              (is_folder ? "a folder" : "a link to nothing, or no file"));
+  return false;
+}
+
+bool IsImage(const std::filesystem::path& path) {
   // Hidden files are not the user's: "._img1.jpg" is what macOS leaves on memory cards.
   return !path.filename().string().starts_with('.') && HasImageExtension(path) &&
-         std::filesystem::is_regular_file(path, ignored);
+         IsFileOrWarn(path);
 }
 
 std::vector<std::string> ImagesInFolder(const std::filesystem::path& folder) {
@@ -119,6 +135,13 @@ InputKind KindOfInput(const std::string& input) {
                            .expected = {},
                            .found = {},
                            .code = ErrorCode::kNotFound});
+  }
+  if (!std::filesystem::is_regular_file(input, ignored)) {
+    throw Error(ErrorParts{.what = "neither a file nor a folder: pipes and devices are not read",
+                           .where = input,
+                           .expected = {},
+                           .found = {},
+                           .code = ErrorCode::kUnsupported});
   }
   return HasImageExtension(input) ? InputKind::kImage : InputKind::kVideo;
 }

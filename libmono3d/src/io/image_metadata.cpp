@@ -9,7 +9,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "io/image_file.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 
@@ -77,9 +76,10 @@ void ReadJpegHead(std::istream& file, ImageMetadata& metadata) {
 
 ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
   ImageMetadata metadata;
-  std::ifstream file(path, std::ios::binary);
   std::error_code ignored;
-  if (!file.is_open() || std::filesystem::is_directory(path, ignored)) {
+  std::ifstream file;
+  if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
+  if (!file.is_open()) {
     ReadBytes(path);  // says why it cannot be read
     return metadata;
   }

@@ -5,8 +5,12 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace mono3d {
+
+// The first bytes of every PNG file.
+inline constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1A\n";
 
 // What an image file says beside its pixels, as it is stored.
 struct ImageMetadata {

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,10 @@ ImageList FindImages(const std::string& input);
 // Throws Error when `options` leave no image. `options` are valid.
 std::unique_ptr<ImageSource> OpenImageList(ImageList list, const FrameSourceOptions& options);
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourceOptions& options);
+
+// Hands over these frames of a video as they are, up to the first one that cannot be decoded.
+void ReadVideoFrames(const std::string& path, const std::set<std::int64_t>& indices,
+                     const std::function<void(std::int64_t, const cv::Mat&)>& take);
 
 // "768x448"; nothing when it is anything else.
 std::optional<cv::Size> ParseSize(const std::string& text);

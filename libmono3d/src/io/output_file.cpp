@@ -3,8 +3,11 @@
 
 #include "mono3d/io/output_file.h"
 
+#include <unistd.h>
+
 #include <cerrno>
-#include <cstdio>
+#include <cstdlib>
+#include <string>
 #include <system_error>
 
 #include "core/system_error.h"
@@ -23,12 +26,20 @@ void CreateOutputFolder(const std::filesystem::path& folder) {
                            .found = "a file",
                            .code = ErrorCode::kIo});
   }
-  // Only an attempt tells: permissions, read-only mounts, quotas.
-  const std::filesystem::path probe = folder / ".mono3d_probe";
-  std::FILE* file = std::fopen(probe.c_str(), "wb");
-  if (file == nullptr) ThrowSystemError("cannot write into the folder", folder, errno);
-  std::fclose(file);
+  // Only an attempt tells: permissions, read-only mounts, quotas. mkstemp follows no link.
+  std::string probe = folder / ".mono3d_probe_XXXXXX";
+  const int file = mkstemp(probe.data());
+  if (file < 0) ThrowSystemError("cannot write into the folder", folder, errno);
+  close(file);
   std::filesystem::remove(probe, error);
+}
+
+void RequireWritableFile(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    ThrowSystemError("cannot write the file", file, EISDIR);
+  }
+  const AtomicFile probe(file);
 }
 
 }  // namespace mono3d

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <string>
 #include <thread>
 #include <utility>
 
+#include "mono3d/core/log.h"
 #include "mono3d/core/timing.h"
 
 namespace mono3d {
@@ -15,6 +18,8 @@ namespace {
 
 // So soon a stop is noticed; a person does not notice it.
 constexpr double kMaxSleep_s = 0.05;
+// A camera that pauses for longer was switched off meanwhile, or its clock was set.
+constexpr double kMaxWait_s = 10;
 
 double PacedClock_s() { return 1e-3 * WallClockMs(); }
 
@@ -28,6 +33,12 @@ std::optional<Frame> PacedSource::Next() {
   std::optional<Frame> frame = source_->Next();
   if (!frame) return std::nullopt;
   if (!start_s_) start_s_ = PacedClock_s() - frame->timestamp_s;
+  const double gap_s = *start_s_ + frame->timestamp_s - PacedClock_s();
+  if (gap_s > kMaxWait_s) {
+    Log(LogLevel::kWarning, frame->name + ": a gap of " + std::to_string(std::llround(gap_s)) +
+                                " s in the time stamps is not waited for");
+    *start_s_ -= gap_s;
+  }
   const double due_s = *start_s_ + frame->timestamp_s;
   for (double wait_s = due_s - PacedClock_s(); wait_s > 0; wait_s = due_s - PacedClock_s()) {
     if (IsStopped()) return std::nullopt;

@@ -109,7 +109,7 @@ void WritePfm(const std::filesystem::path& path, const cv::Mat& image) {
   file.Write(std::to_string(image.cols) + " " + std::to_string(image.rows) + "\n-1.0\n");
   const std::size_t row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
   for (int y = image.rows - 1; y >= 0; --y) file.Write({image.ptr<char>(y), row_bytes});
-  file.Commit();
+  file.Commit(Durability::kInCache);  // a run writes thousands
 }
 
 }  // namespace mono3d

@@ -37,8 +37,14 @@ std::string ReadBytes(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     refuse("there is no such file", ErrorCode::kNotFound);
+  // A pipe may never end, nor a device.
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    refuse(std::filesystem::is_directory(path, ignored) ? "cannot read the file: it is a folder"
+                                                        : "cannot read the file: not a regular one",
+           ErrorCode::kIo);
+  }
   std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || std::filesystem::is_directory(path, ignored)) {
+  if (!file.is_open()) {
     refuse("cannot read the file", ErrorCode::kIo);
   }
   std::string bytes;

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <opencv2/videoio.hpp>
+#include <set>
 
 #include "io/image_source.h"
 #include "mono3d/core/error.h"
@@ -14,17 +16,22 @@
 namespace mono3d {
 namespace {
 
+cv::VideoCapture OpenCapture(const std::string& path) {
+  cv::VideoCapture capture;
+  // Only FFmpeg: other readers of OpenCV take the name for that of a numbered image sequence.
+  if (!capture.open(path, cv::CAP_FFMPEG)) {
+    throw Error(ErrorParts{.what = "cannot open the video",
+                           .where = path,
+                           .expected = "an image folder, a glob, or a video that FFmpeg can read",
+                           .found = {}});
+  }
+  return capture;
+}
+
 class VideoSource : public ImageSource {
  public:
   VideoSource(const std::string& path, const FrameSourceOptions& options)
-      : path_(path), options_(options) {
-    // Only FFmpeg: other readers of OpenCV take the name for that of a numbered image sequence.
-    if (!capture_.open(path, cv::CAP_FFMPEG)) {
-      throw Error(ErrorParts{.what = "cannot open the video",
-                             .where = path,
-                             .expected = "an image folder, a glob, or a video that FFmpeg can read",
-                             .found = {}});
-    }
+      : path_(path), options_(options), capture_(OpenCapture(path)) {
     const double container_fps = capture_.get(cv::CAP_PROP_FPS);
     const bool has_fps = std::isfinite(container_fps) && container_fps > 0;
     fps_ = options.fps > 0 ? options.fps : has_fps ? container_fps : kDefaultFps;
@@ -89,6 +96,20 @@ class VideoSource : public ImageSource {
 
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourceOptions& options) {
   return std::make_unique<VideoSource>(path, options);
+}
+
+void ReadVideoFrames(const std::string& path, const std::set<std::int64_t>& indices,
+                     const std::function<void(std::int64_t, const cv::Mat&)>& take) {
+  cv::VideoCapture capture = OpenCapture(path);
+  std::int64_t num_grabbed = 0;
+  cv::Mat bgr;
+  for (const std::int64_t index : indices) {
+    for (; num_grabbed <= index; ++num_grabbed) {
+      if (!capture.grab()) return;
+    }
+    if (!capture.retrieve(bgr) || bgr.type() != CV_8UC3) return;
+    take(index, bgr);
+  }
 }
 
 }  // namespace mono3d

@@ -83,11 +83,32 @@ class ViewSelector final : public KeyframeSelector {
     chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 
+  // The cause first: it is what a person reads.
   std::string Findings() const override {
-    char text[128];
-    std::snprintf(text, sizeof text, "%lld keyframes, baseline %.4f of the depth at most%s",
-                  static_cast<long long>(num_keyframes_), widest_baseline_ratio_,
-                  has_common_view_ ? "" : ", no two show the same");
+    char text[256];
+    const auto num_keyframes = static_cast<long long>(num_keyframes_);
+    if (has_bundle_) {
+      std::snprintf(text, sizeof text, "%lld keyframes, baseline %.4f of the depth at most",
+                    num_keyframes, widest_baseline_ratio_);
+    } else if (num_keyframes < 3) {
+      std::snprintf(text, sizeof text, "%lld keyframes, and three that show the same are needed",
+                    num_keyframes);
+    } else if (!has_common_view_) {
+      std::snprintf(text, sizeof text,
+                    "the images are too far apart: no two of the %lld keyframes show the same",
+                    num_keyframes);
+    } else if (widest_baseline_ratio_ < options_.min_baseline_ratio) {
+      std::snprintf(text, sizeof text,
+                    "the camera hardly moved sideways: baseline %.4f of the depth at most, %.4f "
+                    "are needed (%lld keyframes)",
+                    widest_baseline_ratio_, options_.min_baseline_ratio, num_keyframes);
+    } else {
+      std::snprintf(
+          text, sizeof text,
+          "the images are too far apart: the nearest two of the %lld keyframes show the "
+          "same at %.0f degrees (baseline %.2f of the depth), %.0f at most can be matched",
+          num_keyframes, narrowest_angle_deg_, narrowest_baseline_ratio_, options_.max_angle_deg);
+    }
     return text;
   }
 
@@ -138,6 +159,9 @@ class ViewSelector final : public KeyframeSelector {
       if (common.angles_deg.empty()) continue;
       has_common_view_ = true;
       widest_baseline_ratio_ = std::max(widest_baseline_ratio_, common.baseline_ratio);
+      if (common.angle_deg >= narrowest_angle_deg_) continue;
+      narrowest_angle_deg_ = common.angle_deg;
+      narrowest_baseline_ratio_ = common.baseline_ratio;
     }
   }
 
@@ -282,6 +306,8 @@ class ViewSelector final : public KeyframeSelector {
   // For Findings: of all pairs before the first bundle, of the bundles from then on.
   std::int64_t num_keyframes_ = 0;
   double widest_baseline_ratio_ = 0;
+  double narrowest_angle_deg_ = 180;
+  double narrowest_baseline_ratio_ = 0;  // of the same pair
   bool has_common_view_ = false;
   bool has_bundle_ = false;
 };

@@ -127,7 +127,7 @@ void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
     online_trajectory_.push_back(
         {frame.index, frame.timestamp_s, tracking.map_id, *tracking.T_world_cam});
   } else {
-    ++counts_.untracked_frames[ReasonClass(tracking.reason)];
+    CountReason(tracking.reason, 1, counts_.untracked_frames);
   }
   counts_.num_recovered += static_cast<std::int64_t>(tracking.recovered.size());
   if (tracking.recovered.empty()) return;
@@ -143,7 +143,7 @@ void Chain::TakeLateResults() {
     if (late.pose) {
       placed.push_back(*late.pose);
     } else {
-      ++counts_.untracked_frames[ReasonClass(late.reason)];
+      CountReason(late.reason, 1, counts_.untracked_frames);
     }
   }
   counts_.num_recovered += static_cast<std::int64_t>(placed.size());

@@ -67,7 +67,7 @@ void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses) {
   const DepthResult depth = stages_.depth_estimator->Estimate(bundle);
   feedback_.qualities.push_back(QualityOf(bundle, depth));
   if (depth.status != DepthStatus::kEstimated) {
-    ++counts_.rejected_bundles[ReasonClass(depth.reason)];
+    CountReason(depth.reason, 1, counts_.rejected_bundles);
     return;
   }
   ++counts_.num_depth_maps;
@@ -94,7 +94,7 @@ void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion, O
   if (fusion.status == FusionStatus::kFused) {
     ++counts_.num_fused;
   } else {
-    ++counts_.rejected_depth_maps[ReasonClass(fusion.reason)];
+    CountReason(fusion.reason, 1, counts_.rejected_depth_maps);
   }
   of_map.fusions.push_back({map.frame_index, fusion.status, fusion.rejection, fusion.reason, false,
                             fusion.registration, fusion.starts_submap, fusion.is_repaired});

@@ -24,6 +24,8 @@ const char* ToString(RunEnd end) {
       return "stopped";
     case RunEnd::kFailed:
       return "failed";
+    case RunEnd::kUnfinished:
+      return "unfinished";
   }
   return "unknown";
 }
@@ -133,6 +135,27 @@ void SetEvidence(const RegistrationEvidence& evidence, JsonValue& json) {
   json.Set("uncertainty_px", evidence.uncertainty_px);
 }
 
+// p_axes = scale * R(rotation) * p_tracker + translation.
+JsonValue AxesJson(const WorldAxes& axes) {
+  const Eigen::Quaterniond& q = axes.S_axes_world.pose().rotation();
+  const Eigen::Vector3d& t = axes.S_axes_world.pose().translation();
+  JsonValue json = JsonValue::Object();
+  json.Set("of", ToString(axes.source));
+  json.Set("scale", axes.S_axes_world.scale());
+  JsonValue rotation = JsonValue::Object();
+  rotation.Set("x", q.x());
+  rotation.Set("y", q.y());
+  rotation.Set("z", q.z());
+  rotation.Set("w", q.w());
+  json.Set("rotation", std::move(rotation));
+  JsonValue translation = JsonValue::Object();
+  translation.Set("x", t.x());
+  translation.Set("y", t.y());
+  translation.Set("z", t.z());
+  json.Set("translation", std::move(translation));
+  return json;
+}
+
 // One line of evidence per attempt.
 JsonValue FusionsJson(const std::vector<FusionRecord>& fusions) {
   JsonValue list = JsonValue::List();
@@ -165,6 +188,7 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
     json.Set("sparse_images", map.sparse.images.size());
     json.Set("sparse_points", map.sparse.points.size());
     json.Set("sparse_reprojection_px", MeanReprojection_px(map.sparse));
+    json.Set("axes", AxesJson(map.axes));
     json.Set("health", HealthJson(map.health));
     json.Set("health_changes", HealthChangesJson(map.health_changes));
     json.Set("submap_joins", SubmapJoinsJson(map.submap_joins));
@@ -256,6 +280,33 @@ JsonValue CamerasJson(const std::vector<CameraOfRun>& cameras) {
   return json;
 }
 
+// As it is, without what is known of how well.
+JsonValue PlainCameraJson(const CameraModel& camera) {
+  JsonValue json = JsonValue::Object();
+  json.Set("width", camera.width);
+  json.Set("height", camera.height);
+  json.Set("fx", camera.fx);
+  json.Set("fy", camera.fy);
+  json.Set("cx", camera.cx);
+  json.Set("cy", camera.cy);
+  json.Set("lens", ToString(camera.lens));
+  const std::vector<std::string> names = DistortionNames(camera.lens);
+  for (std::size_t i = 0; i < names.size(); ++i) json.Set(names[i], camera.distortion[i]);
+  if (!camera.shutter.IsGlobal()) json.Set("readout_s", camera.shutter.readout_s);
+  return json;
+}
+
+JsonValue CamerasOfFilesJson(const std::vector<CameraOfFiles>& cameras) {
+  JsonValue json = JsonValue::List();
+  for (const CameraOfFiles& camera : cameras) {
+    JsonValue one = JsonValue::Object();
+    one.Set("files", camera.files);
+    one.Set("camera", PlainCameraJson(camera.camera));
+    json.Append(std::move(one));
+  }
+  return json;
+}
+
 JsonValue SelfCalibrationJson(const SelfCalibration& self_calibration) {
   JsonValue json = JsonValue::Object();
   json.Set("attempts", self_calibration.num_attempts);
@@ -299,6 +350,9 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("camera", record.camera);
   if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
   if (!record.cameras.empty()) json.Set("cameras", CamerasJson(record.cameras));
+  if (!record.cameras_of_files.empty()) {
+    json.Set("cameras_of_files", CamerasOfFilesJson(record.cameras_of_files));
+  }
   json.Set("device", DeviceJson(record.device));
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));

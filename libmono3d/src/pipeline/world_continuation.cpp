@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "mono3d/pipeline/world_axes.h"
+
 namespace mono3d {
 namespace {
 
@@ -43,23 +45,6 @@ std::optional<Similarity> LayUpon(const std::vector<PosePair>& pairs) {
     }
   }
   return FitSimilarity(new_points, old_points);
-}
-
-void MoveCloud(const Similarity& S_old_new, PointCloud& cloud) {
-  const Eigen::Matrix3f R = S_old_new.pose().rotation().toRotationMatrix().cast<float>();
-  for (Eigen::Vector3f& point : cloud.points) {
-    point = (S_old_new * Eigen::Vector3d(point.cast<double>())).cast<float>();
-  }
-  for (Eigen::Vector3f& normal : cloud.normals) normal = R * normal;
-  for (float& radius : cloud.radii) radius *= static_cast<float>(S_old_new.scale());
-}
-
-void MoveSparse(const Similarity& S_old_new, SparseModel& sparse) {
-  for (SparseImage& image : sparse.images) {
-    image.T_world_cam = S_old_new * image.T_world_cam;
-    if (image.velocity) image.velocity->Rescale(S_old_new.scale());
-  }
-  for (SparsePoint& point : sparse.points) point.p_world = S_old_new * point.p_world;
 }
 
 }  // namespace
@@ -120,13 +105,7 @@ void WorldContinuation::Move(PipelineSnapshot& snapshot) const {
 void WorldContinuation::Move(Reconstruction& reconstruction) const {
   if (IsIdentity()) return;
   for (MapReconstruction& map : reconstruction.maps) {
-    const Similarity S_old_new = Of(map.map_id);
-    for (auto* entries :
-         {&map.trajectory, &map.online_trajectory, &map.keyframes, &map.model_trajectory}) {
-      for (TrajectoryEntry& entry : *entries) entry.T_world_cam = S_old_new * entry.T_world_cam;
-    }
-    MoveCloud(S_old_new, map.model);
-    MoveSparse(S_old_new, map.sparse);
+    MoveWorld(Of(map.map_id), map);
   }
 }
 

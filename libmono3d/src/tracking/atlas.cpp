@@ -74,6 +74,13 @@ void Atlas::RemoveFramesFrom(std::size_t index) {
   moved_.erase(moved_.lower_bound(index), moved_.end());
 }
 
+std::size_t Atlas::FirstFrameFrom(std::int64_t frame_index) const {
+  const auto first = std::find_if(frames_.begin(), frames_.end(), [&](const FrameRecord& frame) {
+    return frame.map_id == map().id() && frame.frame_index >= frame_index;
+  });
+  return static_cast<std::size_t>(first - frames_.begin());
+}
+
 std::vector<FramePose> Atlas::FramePosesFrom(std::size_t first_frame) const {
   std::vector<FramePose> poses;
   for (std::size_t i = first_frame; i < frames_.size(); ++i) poses.push_back(frame_pose(i));

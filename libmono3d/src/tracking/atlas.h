@@ -59,6 +59,8 @@ class Atlas {
   // that is culled. Returns the frame's number.
   std::size_t AddFrame(const View& view, KeyframeId keyframe);
   void RemoveFramesFrom(std::size_t index);
+  // The number of the first frame of the map in use whose index is not below.
+  std::size_t FirstFrameFrom(std::int64_t frame_index) const;
   // The keyframe that the frame became, unless that is culled.
   std::optional<KeyframeId> KeyframeOf(std::size_t frame) const;
   // A frame that was added turned out to be elsewhere; its keyframe stays.

@@ -43,6 +43,16 @@ void FrameRefiner::ForgetFrom(std::size_t number) {
   std::erase_if(frames_, [&](const TrackedFrame& frame) { return frame.number >= number; });
 }
 
+std::vector<View> FrameRefiner::ViewsFrom(std::int64_t frame_index) const {
+  std::vector<View> views;
+  for (const TrackedFrame& frame : frames_) {
+    if (frame.view.frame.index < frame_index || atlas_->KeyframeOf(frame.number)) continue;
+    views.push_back(frame.view);
+    views.back().T_cam_world = atlas_->T_cam_world(frame.number);
+  }
+  return views;
+}
+
 void FrameRefiner::Renumber(const NumberShift& shift) {
   for (TrackedFrame& frame : frames_) {
     for (std::optional<PointId>& point : frame.view.points) point->index += shift.points;

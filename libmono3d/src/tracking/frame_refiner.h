@@ -27,6 +27,8 @@ class FrameRefiner {
   void Add(std::size_t number, const View& view);
   // Those of this number and later were removed from the atlas.
   void ForgetFrom(std::size_t number);
+  // Of the frames that are not final, the views that are no keyframes, from a frame index on.
+  std::vector<View> ViewsFrom(std::int64_t frame_index) const;
   // Their map has gone into another one.
   void Renumber(const NumberShift& shift);
   // Adjusts the frames between final keyframes, each once; with a rolling shutter also those that

@@ -14,6 +14,7 @@
 #include "tracking/features/feature_extraction.h"
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/feature_tracking.h"
+#include "tracking/map/depth_uncertainty.h"
 #include "tracking/optimisation/pose_optimisation.h"
 #include "tracking/optimisation/view_pose.h"
 
@@ -205,7 +206,9 @@ InsertionEvidence FrameTracker::EvidenceFor(const View& view, const PoseResult& 
   evidence.median_depth_su = UpperMedianOrZero(map.Depths(view));
   evidence.num_inliers = pose.num_inliers;
   constexpr std::size_t kYoung = 5;  // keyframes: before, the points rest on few views
-  evidence.is_young = map.keyframes().size() < kYoung;
+  // The same where most are directions: a baseline gives them their depths.
+  constexpr double kMany = 0.5;
+  evidence.is_young = map.keyframes().size() < kYoung || ShareOfDirections(map, view) > kMany;
   evidence.is_blurred = state_.sharpness.IsBlurred(view.log_sharpness);
   evidence.is_sharp = state_.sharpness.IsSharp(view.log_sharpness);
   evidence.num_reference_points = CountTrackable(map, map.keyframe(state_.reference).view);

@@ -47,7 +47,8 @@ MonocularTracker::MonocularTracker(const TrackerOptions& options, StageTimes* ti
       local_mapper_(options.mapping, times),
       loop_closer_(options, times, &atlas_),
       initialiser_(options.initialisation, options.seed),
-      backlog_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))) {
+      backlog_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))),
+      turn_(static_cast<std::size_t>(1e6 * std::max(0.0, options.initialisation.max_kept_mb))) {
   options_.Validate();
   if (options_.mode == "live") mapping_ = std::make_unique<MappingThread>(BackgroundWork());
 }
@@ -66,16 +67,53 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   if (mapping_) mapping_->WaitForRoom(*lock);
   camera_ = frame.camera;
   atlas_.BeginFootage(frame);
-  if (mapping_) frame_tracker_.FollowMap();
-  TrackingResult result = atlas_.IsInUse() ? Follow(std::move(view)) : Initialise(std::move(view));
-  if (!result.T_world_cam) backlog_.Add(frame);
-  if (mapping_ && atlas_.IsInUse()) {
+  TrackingResult result = TrackView(std::move(view));
+  while (turn_.IsRefused()) result = UndoTurn(std::move(result));
+  if (mapping_ && atlas_.IsInUse() && !turn_.IsPending()) {
     std::vector<Keyframe> finalised = TakeFinalised(atlas_.map(), false);
     if (!finalised.empty()) frame_tracker_.refiner().Refine();
     Append(std::move(finalised), result.finalised_keyframes);
   }
   if (is_publication_due_) PublishPoses();
   result.refined = atlas_.TakeMoved();
+  return result;
+}
+
+TrackingResult MonocularTracker::TrackView(View view) {
+  const Frame frame = view.frame;
+  if (mapping_) frame_tracker_.FollowMap();
+  TrackingResult result = atlas_.IsInUse() ? Follow(std::move(view)) : Initialise(std::move(view));
+  if (!result.T_world_cam) backlog_.Add(frame);
+  if (turn_.IsPending()) turn_.Keep(frame);
+  return result;
+}
+
+// What was tracked after a turn on the spot has no scale in common with the map before it: the map
+// is left as it was, and the frames are tracked anew, without it. `result`: of the last frame.
+TrackingResult MonocularTracker::UndoTurn(TrackingResult result) {
+  if (mapping_) mapping_->Wait(*lock_);
+  const std::vector<Frame> frames = turn_.TakeBack(atlas_, frame_tracker_.refiner());
+  Append(TakeFinalised(atlas_.map(), true), result.finalised_keyframes);
+  frame_tracker_.refiner().Finish();
+  atlas_.Leave();
+  frame_tracker_.Reset();
+  initialiser_ = MapInitialiser(options_.initialisation, options_.seed);
+  backlog_.Clear();
+  result.pose.reset();
+  may_return_ = false;
+  std::vector<FramePose> recovered;
+  for (const Frame& frame : frames) {
+    if (result.pose) recovered.push_back(*result.pose);
+    std::vector<Keyframe> finalised = std::move(result.finalised_keyframes);
+    result = TrackView(frame_tracker_.MakeView(frame));
+    if (mapping_) mapping_->WaitForRoom(*lock_);
+    Append(std::move(result.finalised_keyframes), finalised);
+    result.finalised_keyframes = std::move(finalised);
+    recovered.insert(recovered.end(), result.recovered.begin(), result.recovered.end());
+  }
+  result.recovered = std::move(recovered);
+  may_return_ = true;
+  PublishPoses();
   return result;
 }
 
@@ -110,6 +148,7 @@ TrackingResult MonocularTracker::Initialise(View view) {
 // While no new map has started, one of the known ones may come into view again, most likely the
 // last one.
 std::optional<TrackingResult> MonocularTracker::Return(View& view) {
+  if (!may_return_) return std::nullopt;
   std::vector<std::size_t> order;
   for (std::size_t i = atlas_.num_maps(); i-- > 0;) {
     if (i != atlas_.current() && !atlas_.map(i).keyframes().empty()) order.push_back(i);
@@ -202,7 +241,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
   } else if (result.is_keyframe) {
     MappingLock alone;
     MapKeyframe(atlas_.newest(), alone);
-    result.finalised_keyframes = TakeFinalised(atlas_.map(), false);
+    if (!turn_.IsPending()) result.finalised_keyframes = TakeFinalised(atlas_.map(), false);
     frame_tracker_.refiner().Refine();
   }
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
@@ -225,7 +264,8 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
   result.loss = TrackingLoss::kTooFewMapPoints;
   result.reason = reason;
   result.map_id = atlas_.map().id();
-  if (is_over) {
+  if (is_over) turn_.Abandon();
+  if (is_over && !turn_.IsRefused()) {
     result.finalised_keyframes = TakeFinalised(atlas_.map(), true);
     frame_tracker_.refiner().Finish();
     result.reason += "; starting anew";
@@ -251,7 +291,7 @@ void MonocularTracker::TrackBacklog(const std::vector<Frame>& frames, bool may_i
     const bool is_keyframe = may_insert && InsertIfNeeded(view, pose);
     if (is_keyframe) {
       MappingLock alone;
-      local_mapper_.MapKeyframe(atlas_.map(), atlas_.newest(), alone);
+      local_mapper_.MapKnownDepths(atlas_.map(), atlas_.newest(), alone);
       atlas_.AddPlace(atlas_.newest());
       view = atlas_.map().keyframe(atlas_.newest()).view;
     }
@@ -284,6 +324,12 @@ bool MonocularTracker::InsertIfNeeded(View& view, const PoseResult& pose) {
 void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
   local_mapper_.MapKeyframe(atlas_.map(), keyframe, lock);
   SettleYoungMap(keyframe, lock);
+  const double scale_before = atlas_.map().keyframe(keyframe).scale;
+  {
+    const ScopedStageTimer timer(times_, "tracking/turn_on_the_spot");
+    turn_.Follow(atlas_.map(), keyframe, frame_tracker_.refiner(), lock);
+  }
+  frame_tracker_.Rescale(atlas_.map().keyframe(keyframe).scale / scale_before);
   if (lock.IsShared()) PublishPoses();
   lock.Yield();
   const bool is_closed = ClosePlaces(keyframe, lock);
@@ -316,6 +362,7 @@ bool MonocularTracker::ClosePlaces(KeyframeId keyframe, MappingLock& lock) {
   if (!closure) return false;
   if (closure->shift) {
     frame_tracker_.Renumber(*closure->shift);
+    turn_.Renumber(*closure->shift);
     if (mapping_) mapping_->Renumber(closure->shift->keyframes);
   }
   frame_tracker_.Rescale(closure->scale);
@@ -384,8 +431,16 @@ void MonocularTracker::WaitForMapping() {
 std::vector<Keyframe> MonocularTracker::Finish() {
   const std::unique_ptr<TrackingLock> lock = Lock();
   if (mapping_) mapping_->Wait(*lock);
-  if (!atlas_.IsInUse()) return {};
-  std::vector<Keyframe> finalised = TakeFinalised(atlas_.map(), true);
+  lock_ = lock.get();
+  std::vector<Keyframe> finalised;
+  while (turn_.IsPending()) {
+    MappingLock alone;
+    turn_.Judge(atlas_.map(), frame_tracker_.refiner(), alone);
+    if (turn_.IsRefused()) Append(UndoTurn({}).finalised_keyframes, finalised);
+    if (mapping_) mapping_->Wait(*lock);
+  }
+  if (!atlas_.IsInUse()) return finalised;
+  Append(TakeFinalised(atlas_.map(), true), finalised);
   frame_tracker_.refiner().Finish();
   return finalised;
 }

@@ -18,6 +18,7 @@
 #include "tracking/mapping_thread.h"
 #include "tracking/places/loop_closer.h"
 #include "tracking/start/map_initialiser.h"
+#include "tracking/turn_on_the_spot.h"
 
 namespace mono3d::tracking {
 
@@ -40,6 +41,8 @@ class MonocularTracker final : public Tracker {
   void LoadMap(std::string_view bytes, const std::string& where) override;
 
  private:
+  TrackingResult TrackView(View view);
+  TrackingResult UndoTurn(TrackingResult result);
   // Without a map.
   TrackingResult Initialise(View view);
   std::optional<TrackingResult> Return(View& view);
@@ -75,7 +78,9 @@ class MonocularTracker final : public Tracker {
   LoopCloser loop_closer_;
   MapInitialiser initialiser_;  // of the start to come
   Backlog backlog_;
-  bool is_publication_due_ = false;         // keyframes have come or moved since the last snapshot
+  bool is_publication_due_ = false;  // keyframes have come or moved since the last snapshot
+  TurnOnTheSpot turn_;
+  bool may_return_ = true;                  // to a map that was left
   TrackingLock* lock_ = nullptr;            // while a frame is tracked live
   std::unique_ptr<MappingThread> mapping_;  // live only; ends first
 };

@@ -11,6 +11,10 @@
 
 namespace MONO3D_EXPORT mono3d {
 
+// Whether a file is on the disk before it has its name, so that it is whole after a power cut as
+// well: some milliseconds, on slow cards many.
+enum class Durability { kOnDisk, kInCache };
+
 // A file that appears under its name only when it is complete: it is written beside, as
 // "<name>.partial", and renamed. A killed run or a full disk leaves the old file as it was.
 class AtomicFile {
@@ -26,7 +30,7 @@ class AtomicFile {
   // Both throw Error (kIo) that names the file and what the system says ("No space left on
   // device").
   void Write(std::string_view bytes);
-  void Commit();
+  void Commit(Durability durability = Durability::kOnDisk);
 
  private:
   std::filesystem::path path_;
@@ -35,6 +39,7 @@ class AtomicFile {
 };
 
 // All of a file at once. Throws Error as AtomicFile does.
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes,
+                         Durability durability = Durability::kOnDisk);
 
 }  // namespace mono3d

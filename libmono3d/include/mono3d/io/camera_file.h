@@ -18,10 +18,14 @@ namespace MONO3D_EXPORT mono3d {
 //   line of the image to the next, negative where the last one is read first. readout_direction
 //   tells the lines: rows (down, the default, or up) or columns (right or left); up and left begin
 //   at the last line whatever the sign;
-// - COLMAP's cameras.txt with one camera, of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
-//   RADIAL, OPENCV, FULL_OPENCV with k4 = k5 = k6 = 0, SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE and
-//   OPENCV_FISHEYE. Its pixel (0, 0) is a corner, ours is a pixel's centre: 0.5 is taken off the
-//   principal point. It has no shutter.
+//   Without distortion_coefficients there is no distortion. The XML and JSON of cv::FileStorage are
+//   read as well;
+// - what Kalibr (camchain.yaml, cam0 alone), ORB-SLAM (Camera.fx ...) and nerfstudio
+//   (transforms.json) write;
+// - COLMAP's cameras.txt or cameras.bin with one camera, of the models SIMPLE_PINHOLE, PINHOLE,
+//   SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV with k4 = k5 = k6 = 0, SIMPLE_RADIAL_FISHEYE,
+//   RADIAL_FISHEYE and OPENCV_FISHEYE. Its pixel (0, 0) is a corner, ours is a pixel's centre: 0.5
+//   is taken off the principal point. It has no shutter.
 // Throws Error with file, line, expected and found: kNotFound without a file, kUnsupported for
 // other camera models and distortions, kInvalidInput for wrong content.
 CameraModel ReadCameraFile(const std::filesystem::path& path);

@@ -35,12 +35,12 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  // The next frame, or nothing at the end. An image that cannot be decoded is skipped with a
-  // warning and counted; an image of the wrong size throws Error.
+  // The next frame, or nothing at the end. An image that cannot be decoded, or of another size, is
+  // skipped with a warning and counted; Error where all are so, or the first ten of another size.
   [[nodiscard]] virtual std::optional<Frame> Next() = 0;
 
   virtual std::optional<std::int64_t> num_frames() const = 0;  // to come in all, where known
-  virtual std::int64_t num_skipped() const = 0;                // unreadable so far
+  virtual std::int64_t num_skipped() const = 0;                // so far
   virtual const CameraModel& camera() const = 0;               // of the frames that come out
 };
 
@@ -69,8 +69,8 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const Cam
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input,
                                              const CamerasOfImages& cameras,
                                              const FrameSourceOptions& options = {});
-// Just these images, in this order. As each was asked for by name, one that cannot be decoded is an
-// Error, thrown by Next().
+// Just these images, in this order. As each was asked for by name, one that cannot be decoded, or
+// is of another size, is an Error, thrown by Next().
 std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,
                                              const CameraModel& camera,
                                              const FrameSourceOptions& options = {});

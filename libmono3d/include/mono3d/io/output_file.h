@@ -14,4 +14,8 @@ namespace MONO3D_EXPORT mono3d {
 // be created in it.
 void CreateOutputFolder(const std::filesystem::path& folder);
 
+// Throws Error (kIo) when AtomicFile could not write this file: before the work whose result it is
+// to take.
+void RequireWritableFile(const std::filesystem::path& file);
+
 }  // namespace mono3d

@@ -14,7 +14,8 @@
 namespace MONO3D_EXPORT mono3d {
 
 // Plays another source as a camera would: Next returns a frame when it is due by its time stamp, as
-// long as reading keeps up with that. Calls from one thread at a time.
+// long as reading keeps up with that. A gap of more than ten seconds is not waited for, with a
+// warning. Calls from one thread at a time.
 class PacedSource final : public FrameSource {
  public:
   // Where `*stop` becomes true, Next no longer waits, and there are no more frames.

@@ -13,6 +13,7 @@
 #include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geometry/point_cloud.h"
+#include "mono3d/geometry/similarity.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
 
@@ -65,6 +66,19 @@ struct HealthChange {
   std::string reason;
 };
 
+// Where the axes of a map come from.
+enum class AxesSource {
+  kFirstCamera,  // they are the tracker's own: those of the first camera
+  kLevel,        // z is up: ChooseWorldAxes
+  kSavedMap,     // those of the run that saved the map
+};
+const char* ToString(AxesSource source);  // "first camera", "level", "saved map"
+
+struct WorldAxes {
+  Similarity S_axes_world;  // from the tracker's own axes
+  AxesSource source = AxesSource::kFirstCamera;
+};
+
 // What the chain knows of one map of the tracker; maps have no common frame or scale.
 struct MapReconstruction {
   int map_id = 0;
@@ -78,6 +92,7 @@ struct MapReconstruction {
   ModelHealth health;                        // at the end
   std::vector<HealthChange> health_changes;  // good at first
   std::vector<SubmapJoin> submap_joins;
+  WorldAxes axes = {};  // that all of this is in: see MoveInto
 };
 
 // How a live run kept up with frames that came at their own pace.

@@ -23,9 +23,10 @@ namespace MONO3D_EXPORT mono3d {
 
 // How a run ended.
 enum class RunEnd {
-  kFinished,  // all input was processed
-  kStopped,   // told to stop; the model is that of the input so far
-  kFailed,    // an error; the model is that of the input before it
+  kFinished,    // all input was processed
+  kStopped,     // told to stop; the model is that of the input so far
+  kFailed,      // an error; the model is that of the input before it
+  kUnfinished,  // it goes on, or was killed; the model is that of the input so far
 };
 
 // One of the cameras of photos.
@@ -33,6 +34,12 @@ struct CameraOfRun {
   std::string name;  // as EXIF tells it; may be empty
   std::int64_t num_photos = 0;
   CameraCalibration calibration;
+};
+
+// The camera that the pixels of some files of the run are of.
+struct CameraOfFiles {
+  std::string files;  // "depth/"
+  CameraModel camera;
 };
 
 // What run.json tells beside the counts.
@@ -45,6 +52,7 @@ struct RunRecord {
       calibration;  // what the images said of it, where they were asked
   // Of photos of several cameras, each: in place of `calibration`.
   std::vector<CameraOfRun> cameras;
+  std::vector<CameraOfFiles> cameras_of_files;
   bool are_photos = false;  // in any order, and no video
   DeviceInfo device;
   std::vector<OptionField> options;
@@ -56,10 +64,12 @@ struct RunRecord {
 
 // Writes the files of a run into one folder:
 //   depth/NNNNNN.{depth,normal,confidence}.{pfm,png}   one set a depth map, NNNNNN its frame
+//   depth/camera.yaml                                   their camera
 //   trajectory.txt trajectory_online.txt keyframes.txt model_trajectory.txt   TUM, camera to world
 //   model.ply                                           the surfels
 //   mesh.ply                                            triangles through them, where asked for
-//   sparse/{cameras,images,points3D}.txt                keyframes and points, COLMAP's text form
+//   sparse/{cameras,images,points3D}.{txt,bin}          keyframes and points, COLMAP's forms
+//   images/                                             images of the keyframes: PlaceImagesOfRun
 //   images_global_shutter/NAME.png                      images of the keyframes, undistorted and of
 //                                                       a global shutter, where asked for
 //   learned_camera.yaml                                 the camera, where the images told it
@@ -67,7 +77,7 @@ struct RunRecord {
 //   run.json                                            version, device, options, counts, times
 // These are of the map with most tracked frames; those of further maps N are called
 // trajectory_mapN.txt, sparse_mapN and so on. Files are written beside and renamed: none is ever
-// half there.
+// half there. Folders that are removed meanwhile are made again.
 class RunWriter {
  public:
   // Creates the folder where needed, and clears what an earlier run left under these names. Throws
@@ -75,12 +85,18 @@ class RunWriter {
   explicit RunWriter(const std::filesystem::path& folder);
 
   void WriteDepthMap(const DepthMap& map) const;
+  // depth/camera.yaml: the camera that all depth maps are of, free of distortion.
+  void WriteDepthCamera(const CameraModel& camera) const;
   // The image of a keyframe, as the frame is named, with ".png" behind where it is not there.
   void WriteKeyframeImage(const Frame& frame) const;
   // What WriteDepthMap or WriteKeyframeImage wrote of that frame, where it is there.
   void RemoveDepthMap(std::int64_t frame_index) const;
   void RemoveKeyframeImage(const std::string& frame_name) const;
+  // In the order of their worth: trajectories, then models. What cannot be written does not keep
+  // the rest from being written: it is logged, and the first such Error is thrown at the end.
   void WriteReconstruction(const Reconstruction& reconstruction) const;
+  // trajectory.txt, keyframes.txt and, where it has surfels, model.ply of a run that goes on.
+  void WriteInterim(const MapReconstruction& map) const;
   // One mesh for each map that has a model.
   void WriteMeshes(const Reconstruction& reconstruction, const MeshOptions& options) const;
   // The sparse models as the input's own images show them, `calibration` being that of the input:
@@ -100,6 +116,7 @@ class RunWriter {
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }
 
  private:
+  void MakeFolders() const;
   std::filesystem::path KeyframeImagePath(const std::string& frame_name) const;
   void WriteSparse(const MapReconstruction& map, bool is_first, const SparseModel& sparse) const;
 

@@ -20,6 +20,7 @@ struct PatchCandidate {
   PointId point;
   Eigen::Vector2d pixel;
   int num_observations = 0;
+  bool is_direction = false;
 };
 
 // The points of the keyframes that see what `near` sees.
@@ -90,17 +91,21 @@ int CountExpected(const Map& map, const View& previous, const View& view) {
 PoseResult TrackPatches(Map& map, const View& near, View& view) {
   const ImageCells cells(map.camera());
   std::vector<std::vector<PatchCandidate>> candidates(cells.size());
+  bool has_directions = false;
   for (const PointId point : PointsAround(map, near)) {
     if (!map.point(point).patch) continue;
     const std::optional<ProjectedPoint> at = ProjectMapPoint(map, point, view);
     if (!at) continue;
+    has_directions |= map.point(point).depth_sigma > 0;
     candidates[cells.Index(at->pixel)].push_back(
-        {point, at->pixel, static_cast<int>(map.point(point).observations.size())});
+        {point, at->pixel, static_cast<int>(map.point(point).observations.size()),
+         map.point(point).depth_sigma > 0});
   }
   for (std::vector<PatchCandidate>& cell : candidates) {
-    // Those that most keyframes see first.
+    // Those of known depth that most keyframes see first.
     std::stable_sort(cell.begin(), cell.end(),
                      [](const PatchCandidate& a, const PatchCandidate& b) {
+                       if (a.is_direction != b.is_direction) return b.is_direction;
                        return a.num_observations > b.num_observations;
                      });
   }
@@ -120,8 +125,10 @@ PoseResult TrackPatches(Map& map, const View& near, View& view) {
     const std::size_t num_tries = std::min(candidates[i].size(), kMaxTries);
     while (num_tried[i] < num_tries && !find(candidates[i][num_tried[i]++])) continue;
   }
-  // Where they are few, every one counts.
-  for (std::size_t i = 0; i < cells.size() && features.size() < kFewPoints; ++i) {
+  // Where they are few, every one counts; through a turn on the spot the scale rests on how many
+  // there are.
+  const auto are_wanted = [&] { return has_directions || features.size() < kFewPoints; };
+  for (std::size_t i = 0; i < cells.size() && are_wanted(); ++i) {
     while (num_tried[i] < candidates[i].size()) find(candidates[i][num_tried[i]++]);
   }
   view.features = std::move(features);

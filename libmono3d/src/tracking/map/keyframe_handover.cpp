@@ -17,7 +17,7 @@ Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
   keyframe.frame = from.view.frame;
   for (std::size_t i = 0; i < from.view.points.size(); ++i) {
     const std::optional<PointId>& point = from.view.points[i];
-    if (!point || !map.IsAlive(*point)) continue;
+    if (!point || !map.IsAlive(*point) || map.point(*point).depth_sigma > 0) continue;
     const double z = (from.view.T_cam_world * map.point(*point).p_world).z();
     if (z <= 0) continue;
     keyframe.sparse_depths_su.push_back(static_cast<float>(z / from.scale));

@@ -98,6 +98,10 @@ void Map::MergePoints(PointId from, PointId to) {
   if (from == to) return;
   const std::vector<Observation> moved = point(from).observations;
   MapPoint& kept = point(to);
+  if (point(from).depth_sigma < kept.depth_sigma) {
+    kept.p_world = point(from).p_world;
+    kept.depth_sigma = point(from).depth_sigma;
+  }
   kept.num_predicted += point(from).num_predicted;
   kept.num_found += point(from).num_found;
   // Both were due in much the same keyframes, and each showed in others.
@@ -126,6 +130,23 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
   keyframe.view.octaves = Octaves();
   keyframe.view.grid = FeatureGrid();
   keyframe.view.points = std::vector<std::optional<PointId>>();
+}
+
+void Map::TakeBackKeyframes(KeyframeId first) {
+  KeyframeId last = first - 1;
+  while (!keyframes_[last].alive) --last;
+  for (KeyframeId id = first; id < keyframes_.size(); ++id) {
+    if (keyframes_[id].alive) RemoveKeyframe(id, last);
+  }
+  for (const PointId id : PointIds()) {
+    MapPoint& point = this->point(id);
+    point.created_at = std::min(point.created_at, last);
+    if (point.patch && point.patch_keyframe >= first) RemovePoint(id);
+  }
+  std::erase_if(constraints_, [&](const MapConstraint& constraint) {
+    return constraint.keyframe >= first || constraint.anchor >= first;
+  });
+  keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(first), keyframes_.end());
 }
 
 void Map::UpdatePoint(PointId id) {

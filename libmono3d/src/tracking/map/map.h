@@ -67,6 +67,8 @@ struct MapPoint {
   bool alive = true;
   std::uint32_t generation = 0;  // how many points its place has had before; not saved with the map
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  // Of the inverse depth, as a share of it; 0: known. See depth_uncertainty.h.
+  double depth_sigma = 0;
   std::vector<Observation> observations;  // by ascending keyframe
   KeyframeId created_at = 0;              // the newest keyframe at that time
   int num_predicted = 1;                  // times it should have been seen
@@ -172,6 +174,9 @@ class Map {
   void MergePoints(PointId from, PointId to);
   // Fixes the keyframe to `anchor` and takes its observations away.
   void RemoveKeyframe(KeyframeId keyframe, KeyframeId anchor);
+  // Takes the newest keyframes back, from `first` on, as if they had never come: with the points
+  // that only they see or whose patch is theirs. No older one may be fixed to them.
+  void TakeBackKeyframes(KeyframeId first);
 
   // Renews what follows from the observations of a point.
   void UpdatePoint(PointId point);

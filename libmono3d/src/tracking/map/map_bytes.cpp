@@ -18,7 +18,7 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
-constexpr std::uint32_t kVersion = 5;
+constexpr std::uint32_t kVersion = 6;
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -104,6 +104,7 @@ template <typename Archive>
 void Exchange(Archive& archive, MapPoint& point) {
   archive.Number(point.alive);
   ExchangeMatrix(archive, point.p_world);
+  archive.Number(point.depth_sigma);
   archive.List(point.observations, [&](Observation& observation) {
     ExchangeIndex(archive, observation.keyframe);
     ExchangeIndex(archive, observation.feature);
@@ -215,6 +216,7 @@ bool KeyframesAgree(const Content& content) {
     if (point.patch && (point.patch->octave < 0 || point.patch->octave >= kNumOctaves))
       return false;
     if (point.alive && point.observations.empty()) return false;
+    if (!(point.depth_sigma >= 0)) return false;
   }
   std::set<std::int64_t> ids;
   for (std::size_t id = 0; id < content.keyframes.size(); ++id) {

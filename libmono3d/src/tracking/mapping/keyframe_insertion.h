@@ -16,7 +16,7 @@ struct InsertionEvidence {
   int num_inliers = 0;            // of the current frame
   int num_reference_points = 0;   // of the reference keyframe
   bool is_last_previous = false;  // the newest keyframe is the frame before
-  bool is_young = false;          // the map has too few keyframes to rely on its points
+  bool is_young = false;          // too few keyframes, or too little depth, to rely on the points
   // Among the frames from the newest keyframe on (SharpnessHistory).
   bool is_blurred = false;
   bool is_sharp = false;

@@ -5,6 +5,8 @@
 
 #include "tracking/alignment/patch_tracking.h"
 #include "tracking/alignment/point_patches.h"
+#include "tracking/map/depth_uncertainty.h"
+#include "tracking/mapping/direction_points.h"
 #include "tracking/mapping/keyframe_culling.h"
 #include "tracking/mapping/point_creation.h"
 #include "tracking/mapping/point_culling.h"
@@ -15,10 +17,23 @@ namespace mono3d::tracking {
 
 void LocalMapper::MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) const {
   AddPoints(map, keyframe, lock);
+  CreateDirectionPoints(map, keyframe);
+  CountShown(map, keyframe);
+  Adjust(map, keyframe, lock);
+}
+
+void LocalMapper::MapKnownDepths(Map& map, KeyframeId keyframe, MappingLock& lock) const {
+  AddPoints(map, keyframe, lock);
+  CountShown(map, keyframe);
+  Adjust(map, keyframe, lock);
+}
+
+void LocalMapper::Adjust(Map& map, KeyframeId keyframe, MappingLock& lock) const {
   {
     const ScopedStageTimer timer(times_, "tracking/local_bundle_adjustment");
     AdjustLocally(map, keyframe, options_, lock);
   }
+  UpdateDepthSigmas(map, keyframe);
   lock.Yield();
   const ScopedStageTimer timer(times_, "tracking/keyframe_culling");
   CullKeyframes(map, keyframe, options_);
@@ -38,7 +53,6 @@ void LocalMapper::AddPoints(Map& map, KeyframeId keyframe, MappingLock& lock) co
   if (is_far) CreatePointsByPatches(map, keyframe, options_);
   lock.Yield();
   FusePoints(map, keyframe, options_);
-  CountShown(map, keyframe);
 }
 
 }  // namespace mono3d::tracking

@@ -20,9 +20,12 @@ class LocalMapper {
 
   // Unlocks the map between the steps, and while the adjustment works on its copy.
   void MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) const;
+  // The same without points known by direction only.
+  void MapKnownDepths(Map& map, KeyframeId keyframe, MappingLock& lock) const;
 
  private:
   void AddPoints(Map& map, KeyframeId keyframe, MappingLock& lock) const;
+  void Adjust(Map& map, KeyframeId keyframe, MappingLock& lock) const;
 
   LocalMappingOptions options_;
   StageTimes* times_;

@@ -220,17 +220,21 @@ int CreateWithNeighbour(const KeyframePair& pair, const std::vector<char>& is_ne
   return num_created;
 }
 
+bool HasDepth(const Map& map, const View& view, std::size_t feature) {
+  return view.points[feature] && map.point(*view.points[feature]).depth_sigma == 0;
+}
+
 // Depths around a pixel: on a plane the inverse depth is affine in the pixel.
 class LocalSurface {
  public:
   LocalSurface(const Map& map, const View& view)
       : grid_(view.features, map.camera().width, map.camera().height,
-              [&](std::size_t i) { return view.points[i].has_value(); }),
+              [&](std::size_t i) { return HasDepth(map, view, i); }),
         radius_px_(kRadiusShare * map.camera().width),
         max_level_(map.scales().num_levels() - 1) {
     for (std::size_t i = 0; i < view.features.size(); ++i) {
       double inverse_depth = 0;
-      if (view.points[i]) {
+      if (HasDepth(map, view, i)) {
         inverse_depth = 1 / (view.T_cam_world * map.point(*view.points[i]).p_world).z();
       }
       known_.emplace_back(view.features[i].pixel.x(), view.features[i].pixel.y(), inverse_depth);

@@ -21,6 +21,24 @@ struct BundleAdjustmentObservation {
   double sigma_px = 1;
 };
 
+// What is guessed of a point's inverse distance from a place.
+struct DepthPrior {
+  std::size_t point = 0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double inverse_distance = 0;
+  double sigma = 0;  // of the inverse distance
+
+  // Over sigma; the inverse distance changes by -direction / distance^2 with the point.
+  double WhitenedError(const Eigen::Vector3d& p_world) const {
+    return (inverse_distance - 1 / (p_world - centre).norm()) / sigma;
+  }
+  Eigen::Vector3d ErrorByPoint(const Eigen::Vector3d& p_world) const {
+    const Eigen::Vector3d line = p_world - centre;
+    const double distance = line.norm();
+    return line / (distance * distance * distance * sigma);
+  }
+};
+
 struct BundleAdjustmentProblem {
   CameraModel camera;
   std::vector<Pose> T_cam_world;  // of each view
@@ -28,6 +46,7 @@ struct BundleAdjustmentProblem {
   std::vector<Eigen::Vector3d> p_world;
   std::vector<BundleAdjustmentObservation> observations;
   std::vector<PoseConstraint> constraints;  // besides, with Cauchy's loss
+  std::vector<DepthPrior> depth_priors;     // besides, at most one of each point
 };
 
 struct BundleAdjustmentOptions {

@@ -129,6 +129,10 @@ double DenseSchurSolver::Weight(double chi2) const {
 double DenseSchurSolver::Cost(const std::vector<Camera>& cameras,
                               const std::vector<Eigen::Vector3d>& points) const {
   double cost = 0;
+  for (const DepthPrior& prior : problem_.depth_priors) {
+    const double error = prior.WhitenedError(points[prior.point]);
+    cost += error * error;
+  }
   for (std::size_t point = 0; point < points.size(); ++point) {
     for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {
       const Term& term = terms_[k];
@@ -189,6 +193,12 @@ void DenseSchurSolver::LineariseObservations(const std::vector<Camera>& cameras)
   point_hessians_.assign(problem_.p_world.size(), Eigen::Matrix3d::Zero());
   point_gradients_.assign(problem_.p_world.size(), Eigen::Vector3d::Zero());
   mixed_.resize(terms_.size());
+  for (const DepthPrior& prior : problem_.depth_priors) {
+    const Eigen::Vector3d& p_world = problem_.p_world[prior.point];
+    const Eigen::Vector3d by_point = prior.ErrorByPoint(p_world);
+    point_hessians_[prior.point] += by_point * by_point.transpose();
+    point_gradients_[prior.point] -= prior.WhitenedError(p_world) * by_point;
+  }
   for (std::size_t point = 0; point < problem_.p_world.size(); ++point) {
     const Eigen::Vector3d& p_world = problem_.p_world[point];
     for (std::size_t k = first_term_[point]; k < first_term_[point + 1]; ++k) {

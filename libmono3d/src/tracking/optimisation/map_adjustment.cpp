@@ -10,10 +10,12 @@
 
 #include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
+#include "tracking/map/depth_uncertainty.h"
 #include "tracking/map/point_set.h"
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"
 #include "tracking/optimisation/scale_gauge.h"
+#include "tracking/optimisation/scale_uncertainty.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -29,6 +31,17 @@ struct MapAdjustment {
   std::vector<Observation> observations;  // of each observation
   KeyframeId num_keyframes = 0;           // in the map at that time
 };
+
+// Depths that the images say next to nothing about stay about where they are: without it they would
+// run off to infinity. None where they say more: the guesses of many points would hold the scale.
+void AddDepthPrior(const Map& map, const MapPoint& point, std::size_t index,
+                   BundleAdjustmentProblem& problem) {
+  constexpr double kVague = 0.3;  // of the inverse depth
+  if (point.depth_sigma < kVague) return;
+  const Eigen::Vector3d centre = MeanCentre(map, point);
+  const double inverse = 1 / (point.p_world - centre).norm();
+  problem.depth_priors.push_back({index, centre, inverse, kGuessedDepthSigma * inverse});
+}
 
 // The points that `adjusted` see, as seen by them and by `fixed`.
 MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
@@ -52,6 +65,7 @@ MapAdjustment Collect(const Map& map, const std::vector<KeyframeId>& adjusted,
       const std::size_t index = adjustment.points.size();
       adjustment.points.push_back(*point);
       adjustment.problem.p_world.push_back(map.point(*point).p_world);
+      AddDepthPrior(map, map.point(*point), index, adjustment.problem);
       for (const Observation& observation : map.point(*point).observations) {
         const std::optional<std::size_t> view = view_of[observation.keyframe];
         if (!view) continue;
@@ -175,6 +189,67 @@ void NoteScales(const std::vector<std::vector<double>>& before, Map& map) {
   map.ScaleAround(ratios);
 }
 
+// Further views of the points, which move with the problem.
+void AddViews(const Map& map, const std::vector<View>& views, MapAdjustment& adjustment) {
+  if (views.empty()) return;
+  std::vector<std::optional<std::size_t>> index_of(map.points().size());
+  for (std::size_t i = 0; i < adjustment.points.size(); ++i) {
+    index_of[adjustment.points[i].index] = i;
+  }
+  BundleAdjustmentProblem& problem = adjustment.problem;
+  for (const View& view : views) {
+    const std::size_t number = problem.T_cam_world.size();
+    problem.T_cam_world.push_back(view.T_cam_world);
+    problem.is_fixed.push_back(0);
+    for (std::size_t i = 0; i < view.points.size(); ++i) {
+      if (!view.points[i] || !map.IsAlive(*view.points[i])) continue;
+      const std::optional<std::size_t> point = index_of[view.points[i]->index];
+      if (!point) continue;
+      const Feature& feature = view.features[i];
+      const Eigen::Vector2d pixel =
+          map.AtMiddleLine(view, feature.pixel, map.point(*view.points[i]).p_world);
+      problem.observations.push_back({number, *point, pixel, feature.sigma_px});
+    }
+  }
+}
+
+// All there is, and further views, whose poses follow.
+bool AdjustAllWith(Map& map, std::vector<View>& views, MappingLock& lock) {
+  // A start is further off than a local map, and a loop converges slowly.
+  constexpr int kSteps = 20;
+  constexpr double kMinGain = 1e-6;
+  MapAdjustment adjustment = CollectAll(map);
+  AddViews(map, views, adjustment);
+  const std::vector<Eigen::Vector3d> before = adjustment.problem.p_world;
+  const BundleAdjustmentReport report = AdjustCopy(adjustment, {kSteps, kSteps, kMinGain}, lock);
+  RestoreDepths(before, adjustment.problem);
+  Apply(adjustment, report, map);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].T_cam_world = adjustment.problem.T_cam_world[adjustment.keyframes.size() + i];
+  }
+  return lock.is_interrupted() == nullptr || !*lock.is_interrupted();
+}
+
+// Of the keyframes around `first_after`: more before it say nothing of what comes after, and cost.
+ScaleAcross ScaleOf(const Map& map, KeyframeId first_after, const std::vector<View>& views) {
+  constexpr KeyframeId kNumBefore = 20;
+  std::vector<KeyframeId> around;
+  for (KeyframeId id = first_after - std::min(first_after, kNumBefore); id < map.keyframes().size();
+       ++id) {
+    if (map.keyframe(id).alive) around.push_back(id);
+  }
+  MapAdjustment adjustment = Collect(map, around, {});
+  AddViews(map, views, adjustment);
+  std::vector<std::size_t> before;
+  std::vector<std::size_t> after;
+  for (std::size_t i = 0; i < around.size(); ++i) {
+    (around[i] < first_after ? before : after).push_back(i);
+  }
+  const std::vector<Pose>& poses = adjustment.problem.T_cam_world;
+  return {std::log(PathSize(poses, after) / PathSize(poses, before)),
+          ScaleSigma(adjustment.problem, before, after)};
+}
+
 }  // namespace
 
 void AdjustLocally(Map& map, KeyframeId keyframe, const LocalMappingOptions& options,
@@ -221,15 +296,27 @@ void AdjustAll(Map& map) {
 }
 
 bool AdjustAll(Map& map, MappingLock& lock) {
-  // A start is further off than a local map, and a loop converges slowly.
-  constexpr int kSteps = 20;
-  constexpr double kMinGain = 1e-6;
-  MapAdjustment adjustment = CollectAll(map);
-  const std::vector<Eigen::Vector3d> before = adjustment.problem.p_world;
-  const BundleAdjustmentReport report = AdjustCopy(adjustment, {kSteps, kSteps, kMinGain}, lock);
-  RestoreDepths(before, adjustment.problem);
-  Apply(adjustment, report, map);
-  return lock.is_interrupted() == nullptr || !*lock.is_interrupted();
+  std::vector<View> none;
+  return AdjustAllWith(map, none, lock);
+}
+
+std::optional<ScaleAcross> AdjustAcross(Map& map, KeyframeId first_after,
+                                        const std::vector<View>& views, MappingLock& lock) {
+  // Where little but the hover tells the scale, a step changes the cost by next to nothing, and the
+  // scale by a part of its standard deviation.
+  constexpr int kMaxRounds = 20;
+  constexpr double kSettled = 0.02;  // of the standard deviation, by one round
+  std::vector<View> moved = views;
+  ScaleAcross scale = ScaleOf(map, first_after, moved);
+  const std::vector<std::vector<double>> before = DepthsByFeature(map);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    if (!AdjustAllWith(map, moved, lock)) return std::nullopt;
+    const double log_ratio_before = scale.log_ratio;
+    scale = ScaleOf(map, first_after, moved);
+    if (std::abs(scale.log_ratio - log_ratio_before) < kSettled * scale.sigma) break;
+  }
+  NoteScales(before, map);
+  return scale;
 }
 
 void RemoveOutliers(Map& map) {

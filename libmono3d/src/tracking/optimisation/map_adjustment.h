@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "mono3d/tracking/tracker.h"
 #include "tracking/map/map.h"
 #include "tracking/priority_mutex.h"
@@ -21,6 +24,17 @@ bool AdjustAll(Map& map, MappingLock& lock);
 
 // The same, and updates the scale of each keyframe by how the depths of its points have changed.
 bool AdjustAllAndScales(Map& map, MappingLock& lock);
+
+// How large the path of newer keyframes is against that of older ones.
+struct ScaleAcross {
+  double log_ratio = 0;
+  double sigma = 0;  // of it, see ScaleSigma
+};
+// AdjustAllAndScales with further views of the map's points, which leave nothing behind, until the
+// scale of the keyframes from `first_after` on against that of the older ones changes no more.
+// Nothing where it was interrupted.
+std::optional<ScaleAcross> AdjustAcross(Map& map, KeyframeId first_after,
+                                        const std::vector<View>& views, MappingLock& lock);
 
 // Removes the observations that do not fit the map as it is.
 void RemoveOutliers(Map& map);

@@ -40,12 +40,21 @@ class RollingSolver {
     }
   }
 
-  // Squared error over sigma^2; infinite behind the camera.
+  // What the depths of points leave open, by the state as it is (see MeasurementNoise).
+  void TakeNoise(const RollingState& state) {
+    noises_.clear();
+    for (std::size_t i = 0; i < measurements_.size(); ++i) {
+      noises_.push_back(
+          NoiseOf(camera_, state.T_cam_world.rotation(), AtLine(state, i), measurements_[i]));
+    }
+  }
+
+  // Squared error over its variance; infinite behind the camera.
   double Chi2(const RollingState& state, std::size_t i) const {
     const PointMeasurement& m = measurements_[i];
     const Eigen::Vector3d p_line = AtLine(state, i);
     if (p_line.z() <= 0) return HUGE_VAL;
-    return (m.pixel - camera_.Project(p_line)).squaredNorm() / (m.sigma_px * m.sigma_px);
+    return noises_[i].Chi2(m.pixel - camera_.Project(p_line));
   }
 
   RollingState Minimise(RollingState state, const std::vector<char>& is_inlier, bool robust) const {
@@ -116,8 +125,8 @@ class RollingSolver {
       const Eigen::Vector3d p_line = AtLine(state, i);
       if (p_line.z() <= 0) continue;
       const Eigen::Vector2d error = m.pixel - camera_.Project(p_line);
-      double weight = 1 / (m.sigma_px * m.sigma_px);
-      const double chi2 = error.squaredNorm() * weight;
+      double weight = noises_[i].inverse_variance;
+      const double chi2 = noises_[i].Chi2(error);
       if (robust && chi2 > kChi2TwoDof) weight *= std::sqrt(kChi2TwoDof / chi2);
       const Eigen::Vector3d rotated = state.T_cam_world.rotation() * m.p_world;
       const Eigen::Vector3d p_cam = rotated + state.T_cam_world.translation();
@@ -125,8 +134,7 @@ class RollingSolver {
       Eigen::Matrix<double, 2, 12> J;
       J.leftCols<6>() = ProjectionJacobian(camera_, p_line, rotated);
       J.rightCols<6>() = times_s_[i] * ProjectionJacobian(camera_, p_line, p_cam);
-      hessian.noalias() += weight * J.transpose() * J;
-      gradient.noalias() += weight * J.transpose() * error;
+      AddMeasurement(J, error, noises_[i], weight, hessian, gradient);
     }
     hessian.diagonal().tail<6>() += PriorWeights();
     gradient.tail<6>() -= PriorWeights().cwiseProduct(FromPrior(state));
@@ -137,6 +145,7 @@ class RollingSolver {
   const VelocityPrior& prior_;
   const std::vector<PointMeasurement>& measurements_;
   std::vector<double> times_s_;
+  std::vector<MeasurementNoise> noises_;
 };
 
 }  // namespace
@@ -146,10 +155,11 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
                                         const std::vector<PointMeasurement>& measurements) {
   constexpr int kRounds = 4;
   constexpr int kRobustRounds = 2;
-  const RollingSolver solver(camera, sensor, prior, measurements);
+  RollingSolver solver(camera, sensor, prior, measurements);
   RollingState state{T_cam_world, prior.mean};
   PoseEstimate estimate{T_cam_world, std::vector<char>(measurements.size(), 1), 0, 0};
   for (int round = 0; round < kRounds; ++round) {
+    solver.TakeNoise(state);
     state = solver.Minimise(state, estimate.is_inlier, round < kRobustRounds);
     estimate.num_inliers = 0;
     double sum_px2 = 0;

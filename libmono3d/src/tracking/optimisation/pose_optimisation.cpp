@@ -12,11 +12,24 @@
 namespace mono3d::tracking {
 namespace {
 
-// Squared error over sigma^2; infinite behind the camera.
-double PoseChi2(const CameraModel& camera, const Pose& T, const PointMeasurement& m) {
+using Noises = std::vector<MeasurementNoise>;
+
+Noises NoisesAt(const CameraModel& camera, const Pose& T,
+                const std::vector<PointMeasurement>& measurements) {
+  Noises noises;
+  noises.reserve(measurements.size());
+  for (const PointMeasurement& m : measurements) {
+    noises.push_back(NoiseOf(camera, T.rotation(), T * m.p_world, m));
+  }
+  return noises;
+}
+
+// Squared error over its variance; infinite behind the camera.
+double PoseChi2(const CameraModel& camera, const Pose& T, const PointMeasurement& m,
+                const MeasurementNoise& noise) {
   const Eigen::Vector3d p_cam = T * m.p_world;
   if (p_cam.z() <= 0) return HUGE_VAL;
-  return (m.pixel - camera.Project(p_cam)).squaredNorm() / (m.sigma_px * m.sigma_px);
+  return noise.Chi2(m.pixel - camera.Project(p_cam));
 }
 
 double PoseRobustCost(double chi2, bool robust) {
@@ -32,13 +45,15 @@ struct Step {
 struct Solver {
   const CameraModel& camera;
   const std::vector<PointMeasurement>& measurements;
+  const Noises& noises;
   const std::vector<char>& is_inlier;
   bool robust;
 
   double Cost(const Pose& T) const {
     double cost = 0;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-      if (is_inlier[i] != 0) cost += PoseRobustCost(PoseChi2(camera, T, measurements[i]), robust);
+      if (is_inlier[i] != 0)
+        cost += PoseRobustCost(PoseChi2(camera, T, measurements[i], noises[i]), robust);
     }
     return cost;
   }
@@ -52,12 +67,11 @@ struct Solver {
       const Eigen::Vector3d p_cam = rotated + T.translation();
       if (p_cam.z() <= 0) continue;
       const Eigen::Vector2d error = m.pixel - camera.Project(p_cam);
-      double weight = 1 / (m.sigma_px * m.sigma_px);
-      const double chi2 = error.squaredNorm() * weight;
+      double weight = noises[i].inverse_variance;
+      const double chi2 = noises[i].Chi2(error);
       if (robust && chi2 > kChi2TwoDof) weight *= std::sqrt(kChi2TwoDof / chi2);
       const Eigen::Matrix<double, 2, 6> J = ProjectionJacobian(camera, p_cam, rotated);
-      step.hessian.noalias() += weight * J.transpose() * J;
-      step.gradient.noalias() += weight * J.transpose() * error;
+      AddMeasurement(J, error, noises[i], weight, step.hessian, step.gradient);
     }
     return step;
   }
@@ -91,6 +105,20 @@ struct Solver {
 
 }  // namespace
 
+MeasurementNoise NoiseOf(const CameraModel& camera, const Eigen::Quaterniond& R_cam_world,
+                         const Eigen::Vector3d& p_cam, const PointMeasurement& measurement) {
+  MeasurementNoise noise;
+  const double variance = measurement.sigma_px * measurement.sigma_px;
+  noise.inverse_variance = 1 / variance;
+  if (measurement.depth_axis.isZero(0) || p_cam.z() <= 0) return noise;
+  const Eigen::Vector3d axis = R_cam_world * measurement.depth_axis;
+  // What the axis changes of the direction; along the line of sight it changes nothing.
+  noise.v_px.x() = camera.fx * (axis.x() - p_cam.x() / p_cam.z() * axis.z()) / p_cam.z();
+  noise.v_px.y() = camera.fy * (axis.y() - p_cam.y() / p_cam.z() * axis.z()) / p_cam.z();
+  noise.share = 1 / (variance + noise.v_px.squaredNorm());
+  return noise;
+}
+
 Eigen::Matrix<double, 2, 6> ProjectionJacobian(const CameraModel& camera,
                                                const Eigen::Vector3d& p_cam,
                                                const Eigen::Vector3d& rotated) {
@@ -113,12 +141,13 @@ PoseEstimate OptimisePose(const CameraModel& camera, const Pose& T_cam_world,
   constexpr int kRobustRounds = 2;
   PoseEstimate estimate{T_cam_world, std::vector<char>(measurements.size(), 1), 0, 0};
   for (int round = 0; round < kRounds; ++round) {
-    const Solver solver{camera, measurements, estimate.is_inlier, round < kRobustRounds};
+    const Noises noises = NoisesAt(camera, estimate.T_cam_world, measurements);
+    const Solver solver{camera, measurements, noises, estimate.is_inlier, round < kRobustRounds};
     estimate.T_cam_world = solver.Minimise(estimate.T_cam_world);
     estimate.num_inliers = 0;
     double sum_px2 = 0;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-      const double chi2 = PoseChi2(camera, estimate.T_cam_world, measurements[i]);
+      const double chi2 = PoseChi2(camera, estimate.T_cam_world, measurements[i], noises[i]);
       const bool fits = chi2 <= kChi2TwoDof;
       estimate.is_inlier[i] = fits ? 1 : 0;
       estimate.num_inliers += fits ? 1 : 0;

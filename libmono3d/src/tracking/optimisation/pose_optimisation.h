@@ -16,7 +16,41 @@ struct PointMeasurement {
   Eigen::Vector3d p_world;
   Eigen::Vector2d pixel;
   double sigma_px = 1;
+  // How the point moves for one standard deviation of its inverse depth, where that is not known.
+  // In the image it is noise along the epipolar line, none where the camera has not moved.
+  Eigen::Vector3d depth_axis = Eigen::Vector3d::Zero();
 };
+
+// An error in the image, whitened: what a point's depth would explain counts for less. The
+// covariance is sigma_px^2 I + v v'; v is taken at one pose and held while that is improved, or a
+// pose would be the better the less its points say about it.
+struct MeasurementNoise {
+  Eigen::Vector2d v_px = Eigen::Vector2d::Zero();
+  double inverse_variance = 1;  // 1 / sigma_px^2
+  double share = 0;             // 1 / (sigma_px^2 + v'v): of v v' in the information
+
+  double Chi2(const Eigen::Vector2d& error) const {
+    const double along = v_px.dot(error);
+    return (error.squaredNorm() - share * along * along) * inverse_variance;
+  }
+};
+// `R_cam_world` and `p_cam` are of the pose.
+MeasurementNoise NoiseOf(const CameraModel& camera, const Eigen::Quaterniond& R_cam_world,
+                         const Eigen::Vector3d& p_cam, const PointMeasurement& measurement);
+
+// Adds J' C^-1 J and J' C^-1 error times `weight`, C the covariance of the noise.
+template <int kSize>
+void AddMeasurement(const Eigen::Matrix<double, 2, kSize>& J, const Eigen::Vector2d& error,
+                    const MeasurementNoise& noise, double weight,
+                    Eigen::Matrix<double, kSize, kSize>& hessian,
+                    Eigen::Matrix<double, kSize, 1>& gradient) {
+  hessian.noalias() += weight * J.transpose() * J;
+  gradient.noalias() += weight * J.transpose() * error;
+  if (noise.share == 0) return;
+  const Eigen::Matrix<double, kSize, 1> along = J.transpose() * noise.v_px;
+  hessian.noalias() -= (weight * noise.share) * along * along.transpose();
+  gradient.noalias() -= (weight * noise.share * noise.v_px.dot(error)) * along;
+}
 
 // d pixel / d (omega, translation) at p_cam, for the update p_cam' = Exp(omega) * (R p_world) +
 // (t + dt) about R p_world = `rotated`.

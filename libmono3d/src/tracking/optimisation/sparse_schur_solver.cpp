@@ -122,6 +122,23 @@ class PoseConstraintCost final : public ceres::SizedCostFunction<6, 7, 7> {
   const PoseConstraint& constraint_;
 };
 
+class DepthPriorCost final : public ceres::SizedCostFunction<1, 3> {
+ public:
+  explicit DepthPriorCost(const DepthPrior& prior) : prior_(prior) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Vector3d p_world = Eigen::Map<const Eigen::Vector3d>(parameters[0]);
+    residuals[0] = prior_.WhitenedError(p_world);
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    Eigen::Map<Eigen::Vector3d>{jacobians[0]} = prior_.ErrorByPoint(p_world);
+    return true;
+  }
+
+ private:
+  const DepthPrior& prior_;
+};
+
 // Ends with the best that has been found.
 class StopCallback final : public ceres::IterationCallback {
  public:
@@ -173,6 +190,11 @@ void MinimiseSparsely(BundleAdjustmentProblem& problem, const std::vector<char>&
     is_used[observation.point] = 1;
   }
   if (ceres_problem.NumResidualBlocks() == 0) return;
+  for (const DepthPrior& prior : problem.depth_priors) {
+    if (is_used[prior.point] == 0) continue;
+    ceres_problem.AddResidualBlock(new DepthPriorCost(prior), nullptr,
+                                   problem.p_world[prior.point].data());
+  }
   ceres::CauchyLoss loss_of_constraint(std::sqrt(kChi2SixDof));
   for (const PoseConstraint& constraint : problem.constraints) {
     ceres_problem.AddResidualBlock(new PoseConstraintCost(constraint), &loss_of_constraint,

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "tracking/map/depth_uncertainty.h"
 #include "tracking/optimisation/pose_and_velocity.h"
 #include "tracking/optimisation/pose_optimisation.h"
 
@@ -23,8 +24,9 @@ ViewMeasurements MeasurementsOf(const Map& map, const View& view) {
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (!view.points[i] || !map.IsAlive(*view.points[i])) continue;
     const Feature& feature = view.features[i];
+    const MapPoint& point = map.point(*view.points[i]);
     all.measurements.push_back(
-        {map.point(*view.points[i]).p_world, feature.pixel, feature.sigma_px});
+        {point.p_world, feature.pixel, feature.sigma_px, DepthAxis(map, point)});
     all.features.push_back(i);
   }
   return all;

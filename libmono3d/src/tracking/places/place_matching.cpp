@@ -36,7 +36,7 @@ std::vector<PointsAtPixel> PairsOf(const Map& own_map, const View& own, const Ma
   std::vector<PointsAtPixel> pairs;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < old.points.size(); ++i) {
-    if (!old.points[i]) continue;
+    if (!old.points[i] || old_map.point(*old.points[i]).depth_sigma > 0) continue;
     const Eigen::Vector2d& pixel = old.features[i].pixel;
     found.clear();
     own.grid.Find(pixel, kSamePixel, 0, own_map.scales().num_levels(), found);
@@ -50,6 +50,7 @@ std::vector<PointsAtPixel> PairsOf(const Map& own_map, const View& own, const Ma
       if (!nearest || distance(k) < distance(*nearest)) nearest = k;
     }
     if (!nearest) continue;
+    if (own_map.point(*own.points[*nearest]).depth_sigma > 0) continue;
     const double z_own = (own.T_cam_world * own_map.point(*own.points[*nearest]).p_world).z();
     const double z_old = (old.T_cam_world * old_map.point(*old.points[i]).p_world).z();
     if (z_own <= 0 || z_old <= 0) continue;

@@ -104,7 +104,7 @@ StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, boo
   const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
   if (num_points < needed) return {{}, NeededText(num_points, "points triangulated", needed)};
   if (best.parallax_deg < shared.options.min_parallax_deg) {
-    return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg)};
+    return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg), num_points};
   }
   StartAttempt attempt;
   for (StartCandidate& candidate : candidates) {
@@ -138,10 +138,17 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
                       std::max(H ? H->num_inliers : 0, F ? F->num_inliers : 0)};
   if (score_H > kPlanarShare * (score_H + score_F)) return StartFromModel(shared, *H, true);
   StartAttempt attempt = StartFromModel(shared, *F, false);
-  if (!attempt.candidates.empty() || !H) return attempt;
+  if (!H) return attempt;
+  StartAttempt over_plane = StartFromModel(shared, *H, true);
+  if (!attempt.candidates.empty()) {
+    // Of views that have hardly moved, noise and a wrong camera choose the epipoles; a turn and a
+    // shift against each other then look like parallax. One that does without it must fit worse.
+    const auto num_points = static_cast<double>(attempt.candidates[0].p_a.size());
+    const bool is_refuted = over_plane.num_without_parallax <= kClearPointsShare * num_points;
+    return is_refuted ? attempt : over_plane;
+  }
   // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
   // that of no motion.
-  StartAttempt over_plane = StartFromModel(shared, *H, true);
   return over_plane.candidates.empty() ? attempt : over_plane;
 }
 

@@ -31,6 +31,8 @@ struct TwoViewStart {
 struct StartAttempt {
   std::vector<TwoViewStart> candidates;  // one where it is clear, more where it is not
   std::string reason;                    // why there is none
+  // Those that the motion explains which has too little parallax for a start.
+  int num_without_parallax = 0;
 };
 
 // Homography and fundamental matrix in competition, then the motions among their decompositions

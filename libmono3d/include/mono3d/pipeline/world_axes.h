@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include "mono3d/core/export.h"
+#include "mono3d/pipeline/reconstruction.h"
+
+namespace MONO3D_EXPORT mono3d {
+
+// Axes to look at a map by, in place of those of its first camera: z up, y where the first camera
+// looks, x to its right; the origin in the middle of the model, on the ground. The unit of length
+// stays: it is the distance of what the camera saw when the map began, and that of the depth maps.
+//
+// Which way is up is not measured, but found as the direction
+// - to which the cameras' right axes are perpendicular: cameras are held, or hung, level;
+// - to which the steps between the cameras are perpendicular: flights are mostly level ones;
+// - in which many surfaces face: ground and roofs;
+// among those in which no camera is upside down or looks steeply up. Where the cameras turn, the
+// first of these decides. Of a map with fewer than three keyframes: its own axes, source
+// kFirstCamera.
+WorldAxes ChooseWorldAxes(const MapReconstruction& map);
+
+// Moves everything of the map that is in its world.
+void MoveWorld(const Similarity& S_new_old, MapReconstruction& map);
+
+// The same into these axes; they become map.axes.
+void MoveInto(const WorldAxes& axes, MapReconstruction& map);
+
+}  // namespace mono3d

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/images_of_run.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "io/image_list.h"
+#include "io/image_source.h"
+#include "io/text.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Lists the files of the folder that are a run's.
+constexpr std::string_view kListOfImages = ".images_of_run";
+
+struct PlacedImage {
+  std::string name;      // in the folder
+  std::string original;  // as the sparse model had it
+  fs::path file;         // empty: a frame of a video
+};
+using PlacedImages = std::map<std::int64_t, PlacedImage>;  // by the index of the frame
+
+std::string SixDigits(std::int64_t index) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%06lld", static_cast<long long>(index));
+  return text.data();
+}
+
+std::string WithoutBlanks(std::string name) {
+  std::ranges::replace_if(
+      name,
+      [](char c) { return std::string_view(" \t\r\n\v\f").find(c) != std::string_view::npos; },
+      '_');
+  return name;
+}
+
+// Of all keyframes that are images of the input.
+PlacedImages ImagesOfKeyframes(const std::string& input, const Reconstruction& reconstruction) {
+  const InputKind kind = KindOfInput(input);
+  const bool is_video = kind == InputKind::kVideo;
+  std::vector<std::string> files;
+  if (kind == InputKind::kImages) files = ListImages(input);
+  if (kind == InputKind::kImage) files = {input};
+  const std::string video_name = fs::path(input).filename().string();
+  PlacedImages images;
+  std::map<std::string, int> num_of_name;
+  for (const MapReconstruction& map : reconstruction.maps) {
+    for (const SparseImage& image : map.sparse.images) {
+      PlacedImage placed{SixDigits(image.id) + ".jpg", image.name, {}};
+      if (is_video) {
+        if (image.name != video_name + "#" + std::to_string(image.id)) continue;
+      } else {
+        const auto index = static_cast<std::size_t>(image.id);
+        if (index >= files.size() || fs::path(files[index]).filename() != image.name) continue;
+        placed.file = files[index];
+        placed.name = WithoutBlanks(image.name);
+        ++num_of_name[placed.name];
+      }
+      images.emplace(image.id, std::move(placed));
+    }
+  }
+  for (auto& [index, placed] : images) {
+    const auto found = num_of_name.find(placed.name);
+    if (found != num_of_name.end() && found->second > 1) {
+      placed.name = SixDigits(index) + "_" + placed.name;
+    }
+  }
+  return images;
+}
+
+bool IsInputItself(const PlacedImages& images, const fs::path& folder) {
+  std::error_code ignored;
+  return std::ranges::any_of(images, [&](const auto& image) {
+    const fs::path& file = image.second.file;
+    return !file.empty() && fs::equivalent(fs::absolute(file).parent_path(), folder, ignored);
+  });
+}
+
+void PlaceFile(const fs::path& from, const fs::path& to, ImagePlacing placing) {
+  std::error_code failure;
+  if (placing == ImagePlacing::kLink) {
+    fs::create_symlink(fs::canonical(from), to, failure);
+    if (!failure) return;
+  }
+  fs::copy_file(from, to, failure);
+  if (!failure) return;
+  throw Error(ErrorParts{.what = "cannot copy the image",
+                         .where = to.string(),
+                         .expected = {},
+                         .found = failure.message(),
+                         .code = ErrorCode::kIo});
+}
+
+void WriteJpeg(const fs::path& path, const cv::Mat& bgr) {
+  // Video has lost more than this before; lossless files would be five times as large.
+  constexpr int kQuality = 95;
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+void WriteImages(const std::string& input, ImagePlacing placing, const fs::path& folder,
+                 PlacedImages& images) {
+  CreateOutputFolder(folder);
+  std::string list;
+  for (const auto& [index, image] : images) list += image.name + "\n";
+  WriteFileAtomically(folder / kListOfImages, list);
+  std::set<std::int64_t> frames;
+  for (const auto& [index, image] : images) {
+    if (image.file.empty()) {
+      frames.insert(index);
+    } else {
+      PlaceFile(image.file, folder / image.name, placing);
+    }
+  }
+  if (frames.empty()) return;
+  std::set<std::int64_t> missing = frames;
+  ReadVideoFrames(input, frames, [&](std::int64_t index, const cv::Mat& bgr) {
+    WriteJpeg(folder / images.at(index).name, bgr);
+    missing.erase(index);
+  });
+  for (const std::int64_t index : missing) images.erase(index);
+}
+
+void RemovePlacedImages(const fs::path& images) {
+  std::error_code ignored;
+  for (const std::string& name : NamesOfPlacedImages(images)) fs::remove(images / name, ignored);
+  fs::remove(images, ignored);  // unless something else is in it
+}
+
+}  // namespace
+
+void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::path& folder,
+                      Reconstruction& reconstruction) {
+  PlacedImages images = ImagesOfKeyframes(input, reconstruction);
+  const fs::path target = folder / kImagesOfRun;
+  if (images.empty() || IsInputItself(images, target)) return;
+  if (placing != ImagePlacing::kNone) {
+    if (!MayPlaceImages(target)) {
+      Log(LogLevel::kWarning, target.string() +
+                                  " has other files in it: the images of the keyframes are not "
+                                  "written");
+      return;
+    }
+    RemovePlacedImages(target);
+    WriteImages(input, placing, target, images);
+  }
+  for (MapReconstruction& map : reconstruction.maps) {
+    const auto is_here = [&](const SparseImage& image) {
+      const auto found = images.find(image.id);
+      return found != images.end() && found->second.original == image.name;
+    };
+    if (placing != ImagePlacing::kNone) {
+      std::erase_if(map.sparse.images, [&](const SparseImage& image) { return !is_here(image); });
+    }
+    for (SparseImage& image : map.sparse.images) {
+      if (is_here(image)) image.name = images.at(image.id).name;
+    }
+  }
+}
+
+std::vector<std::string> NamesOfPlacedImages(const fs::path& images) {
+  const fs::path list = images / kListOfImages;
+  std::error_code ignored;
+  std::vector<std::string> names;
+  if (!fs::exists(list, ignored)) return names;
+  for (const std::string& name : ReadLines(list)) {
+    const bool is_name = !name.empty() && name == fs::path(name).filename();
+    // A link whose image has gone is there, too.
+    if (is_name && fs::symlink_status(images / name, ignored).type() != fs::file_type::not_found) {
+      names.push_back(name);
+    }
+  }
+  names.emplace_back(kListOfImages);
+  return names;
+}
+
+bool MayPlaceImages(const fs::path& images) {
+  const std::vector<std::string> names = NamesOfPlacedImages(images);
+  std::error_code not_there;
+  for (const auto& entry : fs::directory_iterator(images, not_there)) {
+    if (std::ranges::find(names, entry.path().filename().string()) == names.end()) return false;
+  }
+  return true;
+}
+
+}  // namespace mono3d

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/run_files.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <set>
+#include <system_error>
+
+#include "mono3d/core/error.h"
+#include "mono3d/pipeline/images_of_run.h"
+
+namespace mono3d {
+namespace {
+
+constexpr std::string_view kCameraStem = "learned_camera_";
+
+bool IsNumber(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// What stays of `name` without the ending; nothing where it has another one.
+std::optional<std::string_view> WithoutEnding(std::string_view name, std::string_view ending) {
+  if (!name.ends_with(ending)) return std::nullopt;
+  return name.substr(0, name.size() - ending.size());
+}
+
+bool IsNameOfCamera(std::string_view name) {
+  const std::optional<std::string_view> stem = WithoutEnding(name, ".yaml");
+  return stem && stem->starts_with(kCameraStem) && IsNumber(stem->substr(kCameraStem.size()));
+}
+
+// As NameOfMap makes them.
+bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view extension) {
+  const std::optional<std::string_view> rest = WithoutEnding(name, extension);
+  constexpr std::string_view kMap = "_map";
+  if (!rest || !rest->starts_with(stem)) return false;
+  const std::string_view number = rest->substr(stem.size());
+  return number.empty() || (number.starts_with(kMap) && IsNumber(number.substr(kMap.size())));
+}
+
+bool IsRunFile(std::string_view name) {
+  const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
+  // report.html and overview.png are written by mono3d-reconstruct.
+  return name == "run.json" || name == "report.html" || name == "overview.png" ||
+         name == kCameraName || IsNameOfCamera(name) || IsNameOfMap(name, "model", ".ply") ||
+         IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
+}
+
+bool IsDepthFile(std::string_view name) {
+  if (name == kDepthCameraName) return true;
+  const std::size_t dot = std::min(name.find('.'), name.size());
+  constexpr std::size_t kMinDigits = 6;
+  if (dot < kMinDigits || !IsNumber(name.substr(0, dot))) return false;
+  return std::ranges::count(kDepthEndings, name.substr(dot)) > 0;
+}
+
+bool IsPng(std::string_view name) { return name.ends_with(".png"); }
+
+bool IsSparseFile(std::string_view name) {
+  return name == "cameras.txt" || name == "images.txt" || name == "points3D.txt" ||
+         name == "cameras.bin" || name == "images.bin" || name == "points3D.bin";
+}
+
+// Adds the files of `folder` / `below` whose names match.
+void AddMatching(const std::filesystem::path& folder, const std::filesystem::path& below,
+                 bool (*matches)(std::string_view), std::vector<std::filesystem::path>& files) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / below, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (matches(WithoutEnding(name, ".partial").value_or(name))) files.push_back(below / name);
+  }
+}
+
+// The folders sparse and sparse_mapN.
+std::vector<std::string> SparseFolders(const std::filesystem::path& folder) {
+  std::vector<std::string> models;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (IsNameOfMap(name, "sparse", "")) models.push_back(name);
+  }
+  return models;
+}
+
+}  // namespace
+
+std::string NameOfMap(const std::string& stem, const std::string& extension, bool is_first,
+                      int map_id) {
+  return is_first ? stem + extension : stem + "_map" + std::to_string(map_id) + extension;
+}
+
+std::string NameOfCamera(std::size_t number) {
+  return std::string(kCameraStem) + std::to_string(number) + ".yaml";
+}
+
+std::string DepthMapName(std::int64_t frame_index) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%06lld", static_cast<long long>(frame_index));
+  return name.data();
+}
+
+std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  AddMatching(folder, kDepthFolder, IsDepthFile, files);
+  AddMatching(folder, {}, IsRunFile, files);
+  AddMatching(folder, kKeyframeImageFolder, IsPng, files);
+  for (const std::string& model : SparseFolders(folder)) {
+    AddMatching(folder, model, IsSparseFile, files);
+  }
+  for (const std::string& name : NamesOfPlacedImages(folder / kImagesOfRun)) {
+    files.push_back(std::filesystem::path(kImagesOfRun) / name);
+  }
+  return files;
+}
+
+void RemoveRun(const std::filesystem::path& folder) {
+  std::set<std::filesystem::path> folders;
+  for (const std::filesystem::path& file : FilesOfRun(folder)) {
+    RemoveRunFile(folder / file);
+    if (file.has_parent_path()) folders.insert(file.parent_path());
+  }
+  std::error_code not_empty;
+  for (const std::filesystem::path& below : folders) {
+    std::filesystem::remove(folder / below, not_empty);
+  }
+}
+
+void RemoveRunFile(const std::filesystem::path& file) {
+  std::error_code failure;
+  std::filesystem::remove(file, failure);
+  if (failure) {
+    throw Error(ErrorParts{.what = "cannot remove the file of an earlier run",
+                           .where = file.string(),
+                           .expected = {},
+                           .found = failure.message(),
+                           .code = ErrorCode::kIo});
+  }
+}
+
+}  // namespace mono3d

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/world_axes.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace mono3d {
+namespace {
+
+using Directions = std::vector<Eigen::Vector3d>;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// What the map shows of up, all unit vectors.
+struct UpEvidence {
+  Directions rights;    // of the cameras: level
+  Directions steps;     // between cameras that follow each other: mostly level
+  Directions forwards;  // of the cameras
+  Directions downs;     // y of their images
+  Directions normals;   // of the surface
+};
+
+// Every so many of `size`, so that about `most` are taken.
+std::size_t StrideFor(std::size_t size, std::size_t most) {
+  return std::max<std::size_t>(1, size / most);
+}
+
+UpEvidence EvidenceOf(const MapReconstruction& map) {
+  constexpr std::size_t kMostCameras = 300;
+  constexpr std::size_t kMostNormals = 1500;
+  UpEvidence evidence;
+  std::optional<Eigen::Vector3d> last;
+  const std::size_t stride = StrideFor(map.keyframes.size(), kMostCameras);
+  for (std::size_t i = 0; i < map.keyframes.size(); i += stride) {
+    const Pose& T_world_cam = map.keyframes[i].T_world_cam;
+    evidence.rights.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitX());
+    evidence.downs.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitY());
+    evidence.forwards.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d& centre = T_world_cam.translation();
+    if (last && (centre - *last).norm() > 0) {
+      evidence.steps.push_back((centre - *last).normalized());
+    }
+    last = centre;
+  }
+  const std::vector<Eigen::Vector3f>& normals = map.model.normals;
+  for (std::size_t i = 0; i < normals.size(); i += StrideFor(normals.size(), kMostNormals)) {
+    evidence.normals.push_back(normals[i].cast<double>());
+  }
+  return evidence;
+}
+
+// Mean over the directions of how far they are from the plane across `up`: 0 within it, towards 1
+// beyond `tolerance_rad`, whatever the distance (Geman and McClure).
+double Tilt(const Directions& directions, const Eigen::Vector3d& up, double tolerance_rad) {
+  if (directions.empty()) return 0;
+  double sum = 0;
+  for (const Eigen::Vector3d& direction : directions) {
+    const double squared = std::pow(direction.dot(up) / std::sin(tolerance_rad), 2);
+    sum += squared / (1 + squared);
+  }
+  return sum / static_cast<double>(directions.size());
+}
+
+// The share of the directions that are `up`.
+double Support(const Directions& directions, const Eigen::Vector3d& up, double tolerance_rad) {
+  if (directions.empty()) return 0;
+  double sum = 0;
+  for (const Eigen::Vector3d& direction : directions) {
+    const double squared_rad = 2 * (1 - std::min(1.0, direction.dot(up)));
+    sum += std::exp(-squared_rad / (2 * tolerance_rad * tolerance_rad));
+  }
+  return sum / static_cast<double>(directions.size());
+}
+
+double MeanDot(const Directions& directions, const Eigen::Vector3d& up) {
+  double sum = 0;
+  for (const Eigen::Vector3d& direction : directions) sum += direction.dot(up);
+  return sum / static_cast<double>(directions.size());
+}
+
+// The smaller, the better.
+double Cost(const UpEvidence& evidence, const Eigen::Vector3d& up) {
+  // Roll of a gimbal or a steady hand; a climb; roofs and slopes about the horizontal.
+  constexpr double kRoll = 4 * kDegree;
+  constexpr double kClimb = 10 * kDegree;
+  constexpr double kSlope = 10 * kDegree;
+  // A flight may climb all along, and a wall may fill all images: both count less than the cameras.
+  constexpr double kStepWeight = 0.3;
+  constexpr double kSurfaceWeight = 0.6;
+  return Tilt(evidence.rights, up, kRoll) + kStepWeight * Tilt(evidence.steps, up, kClimb) -
+         kSurfaceWeight * Support(evidence.normals, up, kSlope);
+}
+
+// No camera is upside down in the mean, and none looks up steeply.
+bool IsPossible(const UpEvidence& evidence, const Eigen::Vector3d& up) {
+  constexpr double kMostUpsideDown = 10 * kDegree;  // beyond looking straight down
+  constexpr double kSteepest = 40 * kDegree;
+  return MeanDot(evidence.downs, up) < std::sin(kMostUpsideDown) &&
+         MeanDot(evidence.forwards, up) < std::sin(kSteepest);
+}
+
+// Evenly over the sphere, about 2.5 degrees apart: on a spiral whose turns are equally far apart as
+// its points.
+Directions AllDirections() {
+  constexpr int kNum = 6000;
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  Directions directions;
+  for (int i = 0; i < kNum; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kNum;
+    const double radius = std::sqrt(1 - z * z);
+    directions.emplace_back(radius * std::cos(golden_angle * i),
+                            radius * std::sin(golden_angle * i), z);
+  }
+  return directions;
+}
+
+// Downhill in ever smaller steps around the axes across `up`.
+Eigen::Vector3d Refined(const UpEvidence& evidence, Eigen::Vector3d up) {
+  constexpr double kFirstStep = 1.5 * kDegree;
+  constexpr double kLastStep = 0.02 * kDegree;
+  double cost = Cost(evidence, up);
+  for (double step = kFirstStep; step > kLastStep;) {
+    const Eigen::Vector3d across = up.unitOrthogonal();
+    bool is_better = false;
+    for (const Eigen::Vector3d& axis : {across, Eigen::Vector3d(up.cross(across))}) {
+      for (const double angle : {-step, step}) {
+        const Eigen::Vector3d candidate = Eigen::AngleAxisd(angle, axis) * up;
+        const double candidate_cost = Cost(evidence, candidate);
+        if (candidate_cost >= cost || !IsPossible(evidence, candidate)) continue;
+        up = candidate.normalized();
+        cost = candidate_cost;
+        is_better = true;
+      }
+    }
+    if (!is_better) step /= 2;
+  }
+  return up;
+}
+
+std::optional<Eigen::Vector3d> FindUp(const UpEvidence& evidence) {
+  std::optional<Eigen::Vector3d> best;
+  double best_cost = 0;
+  for (const Eigen::Vector3d& up : AllDirections()) {
+    if (!IsPossible(evidence, up)) continue;
+    const double cost = Cost(evidence, up);
+    if (best && cost >= best_cost) continue;
+    best = up;
+    best_cost = cost;
+  }
+  if (best) best = Refined(evidence, *best);
+  return best;
+}
+
+// The rotation into axes with z along `up` and y along what of `forward` is level.
+Eigen::Matrix3d LevelRotation(const Eigen::Vector3d& up, const Pose& T_world_cam) {
+  // Of a camera that looks down, that is where the top of its image is.
+  Eigen::Vector3d right = T_world_cam.rotation() * Eigen::Vector3d::UnitX();
+  right -= right.dot(up) * up;
+  const Eigen::Vector3d x = right.norm() > 0.1 ? Eigen::Vector3d(right.normalized())
+                                               : Eigen::Vector3d(up.unitOrthogonal());
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), up.cross(x).transpose(), up.transpose();
+  return rotation;
+}
+
+double Quantile(std::vector<double> values, double share) {
+  const auto position = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + position, values.end());
+  return values[static_cast<std::size_t>(position)];
+}
+
+// In the middle of what is seen, at the height of its lower parts, in axes with z up.
+Eigen::Vector3d OriginOf(const MapReconstruction& map, const Eigen::Matrix3d& rotation) {
+  constexpr double kGroundShare = 0.1;
+  std::array<std::vector<double>, 3> coordinates;
+  const auto add = [&](const Eigen::Vector3d& p_world) {
+    const Eigen::Vector3d p = rotation * p_world;
+    for (int i = 0; i < 3; ++i) coordinates.at(static_cast<std::size_t>(i)).push_back(p[i]);
+  };
+  for (const Eigen::Vector3f& point : map.model.points) add(point.cast<double>());
+  if (map.model.empty()) {
+    for (const SparsePoint& point : map.sparse.points) add(point.p_world);
+  }
+  if (coordinates[0].empty()) {
+    for (const TrajectoryEntry& keyframe : map.keyframes) add(keyframe.T_world_cam.translation());
+  }
+  return {Quantile(coordinates[0], 0.5), Quantile(coordinates[1], 0.5),
+          Quantile(coordinates[2], kGroundShare)};
+}
+
+void MoveCloud(const Similarity& S, PointCloud& cloud) {
+  for (Eigen::Vector3f& point : cloud.points) point = (S * point.cast<double>()).cast<float>();
+  const Eigen::Quaternionf rotation = S.pose().rotation().cast<float>();
+  for (Eigen::Vector3f& normal : cloud.normals) normal = rotation * normal;
+  for (float& radius : cloud.radii) radius *= static_cast<float>(S.scale());
+}
+
+void MoveSparse(const Similarity& S, SparseModel& sparse) {
+  for (SparseImage& image : sparse.images) {
+    image.T_world_cam = S * image.T_world_cam;
+    if (image.velocity) image.velocity->Rescale(S.scale());
+  }
+  for (SparsePoint& point : sparse.points) point.p_world = S * point.p_world;
+}
+
+}  // namespace
+
+WorldAxes ChooseWorldAxes(const MapReconstruction& map) {
+  constexpr std::size_t kFewestKeyframes = 3;
+  if (map.keyframes.size() < kFewestKeyframes) return {};
+  const std::optional<Eigen::Vector3d> up = FindUp(EvidenceOf(map));
+  if (!up) return {};
+  const Eigen::Matrix3d rotation = LevelRotation(*up, map.keyframes.front().T_world_cam);
+  return {Similarity(1, Pose(rotation, -OriginOf(map, rotation))), AxesSource::kLevel};
+}
+
+void MoveWorld(const Similarity& S_new_old, MapReconstruction& map) {
+  for (auto* entries :
+       {&map.trajectory, &map.online_trajectory, &map.keyframes, &map.model_trajectory}) {
+    for (TrajectoryEntry& entry : *entries) entry.T_world_cam = S_new_old * entry.T_world_cam;
+  }
+  MoveCloud(S_new_old, map.model);
+  MoveSparse(S_new_old, map.sparse);
+}
+
+void MoveInto(const WorldAxes& axes, MapReconstruction& map) {
+  MoveWorld(axes.S_axes_world, map);
+  map.axes = axes;
+}
+
+const char* ToString(AxesSource source) {
+  switch (source) {
+    case AxesSource::kFirstCamera:
+      return "first camera";
+    case AxesSource::kLevel:
+      return "level";
+    case AxesSource::kSavedMap:
+      return "saved map";
+  }
+  return "unknown";
+}
+
+}  // namespace mono3d

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/pipeline/images_of_run.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "io/temporary_folder.h"
+#include "mono3d/io/colmap_model.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/pipeline/run_writer.h"
+
+namespace mono3d {
+namespace {
+
+using testing::ElementsAre;
+namespace fs = std::filesystem;
+
+constexpr int kFilmWidth = 64;
+constexpr int kFilmHeight = 48;
+
+cv::Mat GreyImage(int grey) { return {kFilmHeight, kFilmWidth, CV_8UC3, cv::Scalar::all(grey)}; }
+
+class ImagesOfRun : public TemporaryFolderTest {
+ protected:
+  ImagesOfRun() : out_(folder_ / "out") { fs::create_directories(out_); }
+
+  // Images of the names, in a folder of the user's.
+  std::string Folder(const std::vector<std::string>& names) const {
+    fs::create_directories(folder_ / "in");
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      fs::create_directories((folder_ / "in" / names[i]).parent_path());
+      cv::imwrite(folder_ / "in" / names[i], GreyImage(static_cast<int>(10 * i)));
+    }
+    return folder_ / "in";
+  }
+
+  // A run whose keyframes are frames of the input.
+  static Reconstruction RunWithKeyframes(
+      const std::vector<std::pair<std::int64_t, std::string>>& keyframes) {
+    Reconstruction reconstruction;
+    SparseModel& sparse = reconstruction.maps.emplace_back().sparse;
+    sparse.camera = {
+        .width = kFilmWidth, .height = kFilmHeight, .fx = 60, .fy = 60, .cx = 31.5, .cy = 23.5};
+    sparse.points = {{{0, 0, 2}}};
+    for (const auto& [index, name] : keyframes) {
+      SparseImage& image = sparse.images.emplace_back();
+      image.id = index;
+      image.name = name;
+      image.observations = {{{31.5, 23.5}, 0}};
+    }
+    return reconstruction;
+  }
+
+  static std::vector<std::string> Names(const Reconstruction& reconstruction) {
+    std::vector<std::string> names;
+    for (const SparseImage& image : reconstruction.maps[0].sparse.images) {
+      names.push_back(image.name);
+    }
+    return names;
+  }
+
+  static double GreyOf(const fs::path& path) { return cv::mean(cv::imread(path))[0]; }
+
+  fs::path out_;
+};
+
+TEST_F(ImagesOfRun, OfAVideoShowItsFrames) {
+  const std::string video = folder_ / "flight.avi";
+  {
+    cv::VideoWriter writer(video, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           20, cv::Size(kFilmWidth, kFilmHeight));
+    for (int i = 0; i < 8; ++i) writer.write(GreyImage(20 + 25 * i));
+  }
+  Reconstruction run = RunWithKeyframes({{1, "flight.avi#1"},
+                                         {3, "another.avi#3"},  // of a map that was loaded
+                                         {6, "flight.avi#6"}});
+  const RunWriter writer(out_);
+  PlaceImagesOfRun(video, ImagePlacing::kLink, out_, run);
+  writer.WriteSparseModels(run, run.maps[0].sparse.camera);
+  const SparseModel written = ReadColmapModel(out_ / "sparse");
+  ASSERT_EQ(written.images.size(), 2U);
+  for (const SparseImage& image : written.images) {
+    const cv::Mat shown = cv::imread(out_ / "images" / image.name);
+    ASSERT_EQ(shown.size(), cv::Size(kFilmWidth, kFilmHeight)) << image.name;
+    EXPECT_NEAR(cv::mean(shown)[0], 20.0 + 25 * static_cast<double>(image.id), 3);
+  }
+  EXPECT_EQ(written.images[1].name, "000006.jpg");
+  const RunWriter next(out_);
+  EXPECT_FALSE(fs::exists(out_ / "images"));
+}
+
+TEST_F(ImagesOfRun, OfAFolderAreLinkedUnderNamesWithoutBlanks) {
+  const std::string in = Folder({"DJI 0001.png", "Hügel 2.png", "c.png"});
+  Reconstruction run =
+      RunWithKeyframes({{0, "DJI 0001.png"}, {1, "Hügel 2.png"}, {2, "of another flight.png"}});
+  PlaceImagesOfRun(in, ImagePlacing::kLink, out_, run);
+  EXPECT_THAT(Names(run), ElementsAre("DJI_0001.png", "Hügel_2.png"));
+  for (const std::string& name : Names(run)) {
+    EXPECT_TRUE(fs::is_symlink(out_ / "images" / name)) << name;
+  }
+  EXPECT_EQ(GreyOf(out_ / "images/Hügel_2.png"), 10);
+
+  // A second run has no longer what was the first one's.
+  run = RunWithKeyframes({{2, "c.png"}});
+  PlaceImagesOfRun(in, ImagePlacing::kCopy, out_, run);
+  EXPECT_FALSE(fs::exists(out_ / "images/DJI_0001.png"));
+  EXPECT_TRUE(fs::exists(folder_ / "in/DJI 0001.png")) << "the link has gone, not the image";
+  EXPECT_FALSE(fs::is_symlink(out_ / "images/c.png"));
+  EXPECT_EQ(GreyOf(out_ / "images/c.png"), 20);
+}
+
+TEST_F(ImagesOfRun, OfOneNameAreToldApartByTheirFrames) {
+  Folder({"a/1.png", "b/1.png", "b/2.png"});
+  Reconstruction run = RunWithKeyframes({{0, "1.png"}, {1, "1.png"}, {2, "2.png"}});
+  PlaceImagesOfRun(folder_ / "in/?/*.png", ImagePlacing::kLink, out_, run);
+  EXPECT_THAT(Names(run), ElementsAre("000000_1.png", "000001_1.png", "2.png"));
+  EXPECT_EQ(GreyOf(out_ / "images/000001_1.png"), 10);
+}
+
+TEST_F(ImagesOfRun, NeverTouchImagesOfTheUser) {
+  const fs::path images = out_ / "images";
+  fs::create_directories(images);
+  cv::imwrite(images / "000000.png", GreyImage(70));
+  Reconstruction run = RunWithKeyframes({{0, "000000.png"}});
+  // The folder is the input of the run.
+  PlaceImagesOfRun(out_, ImagePlacing::kCopy, out_, run);
+  EXPECT_THAT(Names(run), ElementsAre("000000.png"));
+  EXPECT_EQ(GreyOf(images / "000000.png"), 70);
+  // It is somebody else's.
+  const std::string in = Folder({"000000.png"});
+  PlaceImagesOfRun(in, ImagePlacing::kCopy, out_, run);
+  EXPECT_EQ(GreyOf(images / "000000.png"), 70);
+  const RunWriter next(out_);
+  EXPECT_EQ(GreyOf(images / "000000.png"), 70);
+}
+
+TEST_F(ImagesOfRun, AreLeftOutOnRequest) {
+  const std::string in = Folder({"a.png"});
+  Reconstruction run = RunWithKeyframes({{0, "a.png"}, {7, "earlier.png"}});
+  PlaceImagesOfRun(in, ImagePlacing::kNone, out_, run);
+  EXPECT_THAT(Names(run), ElementsAre("a.png", "earlier.png"));
+  EXPECT_FALSE(fs::exists(out_ / "images"));
+}
+
+}  // namespace
+}  // namespace mono3d

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// The page that every run leaves.
+
+#include "run_report/run_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "run_report/even_sample.h"
+#include "run_report/lost_frames.h"
+#include "run_report/model_drawing.h"
+#include "run_report/model_view.h"
+#include "run_report/overlap.h"
+#include "tools/command.h"
+
+namespace mono3d::tools {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(EvenSample, KeepsElementsAtEqualDistancesHoweverManyCome) {
+  EvenSample<int> sample(8);
+  for (int i = 0; i < 100; ++i) {
+    if (sample.TakesNext()) sample.Add(i);
+  }
+  EXPECT_THAT(sample.elements(), ElementsAre(0, 16, 32, 48, 64, 80, 96));
+}
+
+void AddFrame(std::int64_t index, const std::string& reason, RunNotes& notes) {
+  Frame frame;
+  frame.index = index;
+  frame.name = "image " + std::to_string(index);
+  frame.bgr = cv::Mat(60, 80, CV_8UC3, cv::Scalar(20, 30, 40));
+  notes.AddImage(frame);
+  const PipelineCounts counts;
+  const ModelHealth health;
+  TrackingResult tracking;
+  tracking.status = reason.empty() ? TrackingStatus::kTracking : TrackingStatus::kLost;
+  tracking.reason = reason;
+  notes.AddProgress(
+      {.counts = counts, .tracking = tracking, .health = health, .frame_index = index});
+}
+
+// Frames 0 to 9: 0 has its pose later, 3 to 5 and 8 have none.
+void AddFlight(RunNotes& notes, Reconstruction& reconstruction) {
+  reconstruction.maps.resize(1);
+  for (int i = 0; i < 10; ++i) {
+    const bool is_lost = (i >= 3 && i < 6) || i == 8;
+    AddFrame(i, is_lost ? "12 features, 50 needed" : i == 0 ? "first view" : "", notes);
+    if (is_lost) continue;
+    TrajectoryEntry entry;
+    entry.frame_index = i;
+    entry.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.5 * i - 2, 0, -4));
+    reconstruction.maps[0].trajectory.push_back(entry);
+  }
+}
+
+// A red square of 101x101 surfels, 4 su wide, that looks towards -z.
+PointCloud Square() {
+  PointCloud cloud;
+  for (int i = 0; i < 101 * 101; ++i) {
+    cloud.points.emplace_back(0.04F * static_cast<float>(i % 101) - 2,
+                              0.04F * static_cast<float>(i / 101) - 2, 0.0F);
+    cloud.normals.emplace_back(0.0F, 0.0F, -1.0F);
+    cloud.colours.push_back({200, 10, 10});
+    cloud.radii.push_back(0.03F);
+    cloud.confidences.push_back(1);
+    cloud.observations.push_back(3);
+  }
+  return cloud;
+}
+
+TEST(LostFrames, AreStretchesWithTheirReasonTheLongestFirst) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  AddFlight(notes, reconstruction);
+  const std::vector<FrameOutcome> outcomes = FrameOutcomes(notes.frames(), reconstruction);
+  ASSERT_EQ(outcomes.size(), 10U);
+  EXPECT_EQ(outcomes[0].fate, FrameFate::kRecovered);
+  EXPECT_EQ(outcomes[1].fate, FrameFate::kTracked);
+  const std::vector<LostStretch> stretches = LostStretches(outcomes);
+  ASSERT_EQ(stretches.size(), 2U);
+  EXPECT_EQ(stretches[0].first_frame, 3);
+  EXPECT_EQ(stretches[0].last_frame, 5);
+  EXPECT_EQ(stretches[0].num_frames, 3);
+  EXPECT_EQ(stretches[0].reason, "12 features, 50 needed");
+  EXPECT_EQ(stretches[1].first_frame, 8);
+}
+
+// They are looked at at the end: none of them came "later".
+TEST(LostFrames, OfPhotographsAreThoseWithoutAPlace) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  reconstruction.maps.resize(1);
+  const PipelineCounts counts;
+  const ModelHealth health;
+  TrackingResult pending;
+  pending.is_pending = true;
+  pending.reason = "photos are placed together, at the end";
+  for (int i = 0; i < 3; ++i) {
+    notes.AddProgress({.counts = counts, .tracking = pending, .health = health, .frame_index = i});
+    if (i < 2) reconstruction.maps[0].trajectory.push_back({.frame_index = i, .T_world_cam = {}});
+  }
+  const std::vector<FrameOutcome> outcomes = FrameOutcomes(notes.frames(), reconstruction);
+  EXPECT_EQ(outcomes.at(0).fate, FrameFate::kTracked);
+  EXPECT_EQ(outcomes.at(2).fate, FrameFate::kLost);
+  EXPECT_THAT(outcomes.at(2).reason, HasSubstr("no place among the other photographs"));
+}
+
+TEST(Overlap, IsTheShareOfPointsThatTheKeyframeBeforeShowsToo) {
+  SparseModel sparse;
+  for (int i = 0; i < 30; ++i) sparse.points.push_back({.p_world = {0.1 * i, 0, 10}});
+  for (int image = 0; image < 2; ++image) {
+    SparseImage one;
+    one.id = 7 * image;
+    one.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.5 * image, 0, 0));
+    for (std::size_t i = 0; i < 20; ++i) {
+      SparseObservation observation;
+      observation.point = i + static_cast<std::size_t>(10 * image);
+      one.observations.push_back(observation);
+    }
+    sparse.images.push_back(one);
+  }
+  const std::vector<KeyframeOverlap> overlaps = Overlaps(sparse);
+  ASSERT_EQ(overlaps.size(), 1U);
+  EXPECT_EQ(overlaps[0].frame_index, 7);
+  EXPECT_DOUBLE_EQ(overlaps[0].shared, 0.5);
+  EXPECT_NEAR(overlaps[0].baseline_ratio, 0.05, 1e-12);
+}
+
+TEST(Overview, ShowsTheModelAndThePathAndSaysWhereThereIsNone) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  const cv::Mat nothing = OverviewPicture(reconstruction, true);
+  EXPECT_GT(cv::countNonZero(nothing.reshape(1) < 128), 100) << "words";
+  AddFlight(notes, reconstruction);
+  reconstruction.maps[0].model = Square();
+  const cv::Mat picture = OverviewPicture(reconstruction, true);
+  const auto share_of = [&](const cv::Scalar& low, const cv::Scalar& high) {
+    cv::Mat mask;
+    cv::inRange(picture, low, high, mask);
+    return static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(picture.total());
+  };
+  EXPECT_GT(share_of({10, 10, 200}, {10, 10, 200}), 0.3) << "the model, closed";
+  EXPECT_GT(share_of({60, 150, 30}, {60, 150, 30}), 1e-4) << "the start";
+}
+
+TEST(ModelView, HoldsASampleOfTheSurfelsInTwelveBytesEach) {
+  MapReconstruction map;
+  EXPECT_EQ(ModelViewHtml(map, true), "");
+  map.model = Square();
+  const std::string html = ModelViewHtml(map, true, 1000);
+  const std::string begin = "data-ratio=\"1000\">";
+  const std::size_t first = html.find(begin) + begin.size();
+  const std::size_t length = html.find("</script>", first) - first;
+  const std::size_t num_surfels = (101 * 101 + 10) / 11;
+  EXPECT_EQ(length, (num_surfels * 12 + 2) / 3 * 4);
+  EXPECT_THAT(html, HasSubstr(std::to_string(num_surfels) + " of 10201 surfels"));
+}
+
+TEST(RunReport, TellsWhatWasLostAndWhyAndNeedsNoNetwork) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  AddFlight(notes, reconstruction);
+  reconstruction.maps[0].model = Square();
+  reconstruction.maps[0].health.state = HealthState::kBroken;
+  RunRecord record;
+  record.input = "flight <1>";
+  record.end = RunEnd::kStopped;
+  record.camera = "camera.yaml";
+  const RunReport report = {.reconstruction = reconstruction,
+                            .record = record,
+                            .notes = notes,
+                            .command = "mono3d-reconstruct 'flight <1>'",
+                            .no_model = "",
+                            .warnings = {{"cannot read 3.jpg", 2}}};
+  const std::string html = ToHtml(RunPage(report, OverviewPicture(reconstruction, true)));
+  EXPECT_THAT(html, AllOf(HasSubstr("<title>flight &lt;1&gt;</title>"), HasSubstr("6 of 10"),
+                          HasSubstr("stopped before the end"), HasSubstr("The model is broken"),
+                          HasSubstr("Warning (2 times): cannot read 3.jpg"), HasSubstr("3 to 5"),
+                          HasSubstr("12 features, 50 needed"), HasSubstr("too little structure"),
+                          HasSubstr("was held")));
+  EXPECT_THAT(html, AllOf(HasSubstr("mono3d-reconstruct 'flight &lt;1&gt;'"),
+                          HasSubstr("id=\"lost_frames\""), HasSubstr("data:image/jpeg;base64,/9j/"),
+                          HasSubstr("id=\"view3d\"")));
+  EXPECT_THAT(html, AllOf(Not(HasSubstr("http:")), Not(HasSubstr("https:")),
+                          Not(HasSubstr("src=\"/")), Not(HasSubstr("<link"))));
+}
+
+TEST(RunReport, IsWrittenWithoutAnyMap) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "mono3d_run_report_test";
+  std::filesystem::create_directories(folder);
+  const RunNotes notes;
+  const Reconstruction reconstruction;
+  RunRecord record;
+  record.end = RunEnd::kFailed;
+  record.error = "the disk is full";
+  WriteRunReport(folder, {.reconstruction = reconstruction,
+                          .record = record,
+                          .notes = notes,
+                          .command = "",
+                          .no_model = "no model: tracking never started"});
+  EXPECT_THAT(ReadText(folder / "report.html"),
+              AllOf(HasSubstr("the disk is full"), HasSubstr("tracking never started"),
+                    Not(HasSubstr("<canvas"))));
+  EXPECT_THAT(ReadText(folder / "overview.png"), testing::StartsWith("\x89PNG"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(RunReport, TakesTheFiguresOfAnEvaluationInPlaceOfEarlierOnes) {
+  const RunNotes notes;
+  const Reconstruction reconstruction;
+  const RunRecord record;
+  const std::string html = ToHtml(RunPage({.reconstruction = reconstruction,
+                                           .record = record,
+                                           .notes = notes,
+                                           .command = "",
+                                           .no_model = ""},
+                                          OverviewPicture(reconstruction, true)));
+  Page page;
+  page.key_figures = {{"Depth L1-rel", "1.25 %", "first"}};
+  page.sections.resize(1);
+  page.sections[0].title = "Truth one";
+  const std::string once = WithEvaluation(html, page);
+  EXPECT_THAT(once, AllOf(HasSubstr("1.25 %"), HasSubstr("Truth one"), HasSubstr("The camera")));
+  page.sections[0].title = "Truth two";
+  const std::string twice = WithEvaluation(once, page);
+  EXPECT_THAT(twice, AllOf(Not(HasSubstr("Truth one")), HasSubstr("Truth two")));
+  EXPECT_EQ(twice.size(), once.size());
+  EXPECT_EQ(WithEvaluation("<html></html>", page), "") << "not the page of a run";
+}
+
+TEST(ShellCommand, QuotesWhatAShellWouldTakeApart) {
+  const std::vector<const char*> words = {"mono3d-reconstruct", "my flight/*.jpg", "-o", "it's"};
+  EXPECT_EQ(ShellCommand(static_cast<int>(words.size()), words.data()),
+            "mono3d-reconstruct 'my flight/*.jpg' -o 'it'\\''s'");
+}
+
+}  // namespace
+}  // namespace mono3d::tools

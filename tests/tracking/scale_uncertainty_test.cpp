@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/optimisation/scale_uncertainty.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tracking/optimisation/bundle_adjustment.h"
+#include "tracking/tracking_world.h"
+
+namespace mono3d::tracking {
+namespace {
+
+constexpr int kNumViews = 12;  // the first half goes to the right, the second one ahead
+constexpr double kSigma_px = 0.3;
+
+const std::vector<std::size_t> kBefore = {0, 1, 2, 3, 4, 5};
+const std::vector<std::size_t> kAfter = {6, 7, 8, 9, 10, 11};
+
+// `num_shared` points are seen by all views, as many others by the views of either half alone.
+BundleAdjustmentProblem TwoPaths(int num_shared, int num_others, std::mt19937& random) {
+  BundleAdjustmentProblem problem;
+  problem.camera = SmallCamera();
+  for (int i = 0; i < kNumViews; ++i) {
+    const Eigen::Vector3d centre(0.2 * std::min(i, 6), 0, 0.3 * std::max(i - 6, 0));
+    problem.T_cam_world.emplace_back(Eigen::Quaterniond::Identity(), -centre);
+    problem.is_fixed.push_back(i == 0 ? 1 : 0);
+  }
+  std::uniform_real_distribution<double> u(0.2, 0.8);
+  std::uniform_real_distribution<double> depth(5, 12);
+  for (int i = 0; i < num_shared + 2 * num_others; ++i) {
+    const Eigen::Vector2d pixel(u(random) * problem.camera.width,
+                                u(random) * problem.camera.height);
+    const Eigen::Vector3d p_world =
+        depth(random) * problem.camera.Unproject(pixel) + Eigen::Vector3d(0.6, 0, 0);
+    const bool is_shared = i < num_shared;
+    const bool is_before = i < num_shared + num_others;
+    for (std::size_t view = 0; view < kNumViews; ++view) {
+      if (!is_shared && is_before != (view < kNumViews / 2)) continue;
+      problem.observations.push_back({view, problem.p_world.size(),
+                                      problem.camera.Project(problem.T_cam_world[view] * p_world),
+                                      kSigma_px});
+    }
+    problem.p_world.push_back(p_world);
+  }
+  return problem;
+}
+
+void AddNoise(BundleAdjustmentProblem& problem, std::mt19937& random) {
+  std::normal_distribution<double> noise(0, kSigma_px);
+  for (BundleAdjustmentObservation& seen : problem.observations) {
+    seen.pixel += Eigen::Vector2d(noise(random), noise(random));
+  }
+}
+
+double LogRatio(const BundleAdjustmentProblem& problem) {
+  return std::log(PathSize(problem.T_cam_world, kAfter) / PathSize(problem.T_cam_world, kBefore));
+}
+
+TEST(ScaleSigma, IsThatOfAdjustmentsOfNoisyPixels) {
+  std::mt19937 random(SeedFromTestName());
+  const BundleAdjustmentProblem exact = TwoPaths(8, 40, random);
+  const double truth = LogRatio(exact);
+  constexpr int kNumDraws = 60;
+  double sum = 0;
+  double sum_sigma = 0;
+  for (int draw = 0; draw < kNumDraws; ++draw) {
+    BundleAdjustmentProblem noisy = exact;
+    AddNoise(noisy, random);
+    SolveBundleAdjustment(noisy, {.num_robust_steps = 0, .num_steps = 30, .min_gain = 1e-9});
+    sum += std::pow(LogRatio(noisy) - truth, 2);
+    sum_sigma += ScaleSigma(noisy, kBefore, kAfter);
+  }
+  // The standard deviation of 60 draws is known to 9 %.
+  const double measured = std::sqrt(sum / kNumDraws);
+  EXPECT_NEAR(sum_sigma / kNumDraws, measured, 0.3 * measured);
+  EXPECT_GT(measured, 1e-3);
+}
+
+TEST(ScaleSigma, IsLargerWhereFewerPointsTieThePaths) {
+  std::mt19937 random(SeedFromTestName());
+  const double by_many = ScaleSigma(TwoPaths(60, 40, random), kBefore, kAfter);
+  const double by_few = ScaleSigma(TwoPaths(6, 40, random), kBefore, kAfter);
+  EXPECT_GT(by_many, 0);
+  EXPECT_GT(by_few, 2 * by_many);
+}
+
+TEST(ScaleSigma, IsBeyondAllBoundsWhereNothingTiesThem) {
+  std::mt19937 random(SeedFromTestName());
+  EXPECT_GT(ScaleSigma(TwoPaths(0, 40, random), kBefore, kAfter), 10);
+}
+
+}  // namespace
+}  // namespace mono3d::tracking

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "view/browser.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "drawing/model_picture.h"
+#include "io/temporary_folder.h"
+#include "mono3d/core/error.h"
+#include "view/live_view.h"
+#include "view/model_blocks.h"
+#include "view/view_server.h"
+
+namespace mono3d::tools {
+namespace {
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 480;
+
+// A coloured bowl before the camera at the origin, `num` x `num` surfels.
+PointCloud Bowl(int num) {
+  PointCloud cloud;
+  for (int i = 0; i < num; ++i) {
+    for (int k = 0; k < num; ++k) {
+      const float x = 4.0F * static_cast<float>(i) / static_cast<float>(num) - 2;
+      const float y = 3.0F * static_cast<float>(k) / static_cast<float>(num) - 1.5F;
+      cloud.points.emplace_back(x, y, 5 - 0.2F * (x * x + y * y));
+      cloud.normals.push_back(Eigen::Vector3f(-0.4F * x, -0.4F * y, -1).normalized());
+      cloud.radii.push_back(3.0F / static_cast<float>(num));
+      const auto light = [](float v) { return static_cast<std::uint8_t>(120 + 60 * v); };
+      cloud.colours.push_back({light(x), light(y), light(std::sin(3 * x) * std::cos(3 * y))});
+      cloud.confidences.push_back(0.9F);
+      cloud.observations.push_back(3);
+    }
+  }
+  return cloud;
+}
+
+CameraModel SeeingCamera() {
+  CameraModel camera;
+  camera.width = kWidth;
+  camera.height = kHeight;
+  camera.fx = 520;
+  camera.fy = 540;
+  camera.cx = 300;
+  camera.cy = 250;
+  return camera;
+}
+
+ViewArguments FreePort() { return {}; }
+
+const char* const kHasAll = "window.mono3d !== undefined && mono3d.state().complete";
+// The whole window shows the model alone.
+const char* const kBare =
+    "document.querySelectorAll('section, #menu').forEach((e) => e.style.display = 'none')";
+
+class ViewInBrowser : public TemporaryFolderTest {};
+
+TEST_F(ViewInBrowser, DrawsTheSurfelsAsTheRendererDoes) {
+  const PointCloud cloud = Bowl(150);
+  const CameraModel camera = SeeingCamera();
+  ViewStore store;
+  SurfelBlock block = MakeSurfelBlock(ToViewSurfels(cloud));
+  // Elsewhere, and with another unit: the page moves it back.
+  const Similarity S(0.5, Pose(RotationExp({0.2, -0.3, 0.4}), {1, 2, 3}));
+  PointCloud moved = cloud;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    moved.points[i] = (S.Inverse() * cloud.points[i].cast<double>()).cast<float>();
+    moved.normals[i] =
+        (S.Inverse().pose().rotation() * cloud.normals[i].cast<double>()).cast<float>();
+    moved.radii[i] = cloud.radii[i] / 0.5F;
+  }
+  block = MakeSurfelBlock(ToViewSurfels(moved));
+  block.S_world_block = S;
+  store.SetModel({0}, {block});
+  store.SetCamera(camera);
+  store.SetStatus({{"phase", "file"}});
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  browser.Evaluate(kBare);
+  browser.Evaluate(
+      "mono3d.lookFrom([0.2, -0.1, 0.3, 0, 0, 0, 1],"
+      "{fx: 520, fy: 540, cx: 300, cy: 250, width: 640, height: 480})");
+  browser.Evaluate("new Promise((done) => setTimeout(done, 300))");
+  ASSERT_TRUE(browser.WaitFor("mono3d.state().drawn === 22500"));
+  const cv::Mat seen = browser.Screenshot();
+  const Pose T_world_cam(Eigen::Quaterniond::Identity(), {0.2, -0.1, 0.3});
+  const cv::Mat expected = ToPicture(RenderModel(cloud, camera, T_world_cam), ModelAspect::kColour);
+  ASSERT_EQ(seen.size(), expected.size());
+  cv::Mat difference, worst;
+  cv::absdiff(seen, expected, difference);
+  std::vector<cv::Mat> channels;
+  cv::split(difference, channels);
+  worst = cv::max(cv::max(channels[0], channels[1]), channels[2]);
+  cv::Mat shown;
+  cv::inRange(expected, cv::Scalar(255, 255, 255), cv::Scalar(255, 255, 255), shown);
+  EXPECT_LT(cv::countNonZero(shown), kWidth * kHeight / 2) << "the model is not in the picture";
+  // Of overlapping discs another one may be in front, and at borders a pixel is in or out.
+  EXPECT_LT(cv::countNonZero(worst > 12), kWidth * kHeight / 200);
+  EXPECT_LT(cv::mean(worst)[0], 2);
+  EXPECT_EQ(browser.errors(), "");
+}
+
+// A run whose model grows by a strip at a time.
+class GrowingRun {
+ public:
+  std::atomic<int> num_strips = 1;
+
+  PipelineSnapshot Snapshot(std::uint64_t since) const {
+    PipelineSnapshot snapshot;
+    const int num = num_strips;
+    snapshot.frame_index = 10 * num;
+    snapshot.status = TrackingStatus::kTracking;
+    snapshot.num_surfels = 900 * num;
+    snapshot.counts.num_frames = 10 * num;
+    std::vector<KeyframePose> poses;
+    snapshot.surfels.version = static_cast<std::uint64_t>(num);
+    for (int i = 0; i < num; ++i) {
+      SurfelAnchor anchor;
+      anchor.number = static_cast<std::uint32_t>(i);
+      anchor.frame_index = 10 * i;
+      anchor.S_world_anchor = Similarity(1, Pose(Eigen::Quaterniond::Identity(), {4.0 * i, 0, 0}));
+      snapshot.surfels.anchors.push_back(anchor);
+      poses.push_back({.keyframe_id = i, .S_world_kf = anchor.S_world_anchor});
+      if (static_cast<std::uint64_t>(i) < since) continue;
+      snapshot.surfels.changed.push_back(
+          {anchor.number, std::make_shared<const PointCloud>(Bowl(30))});
+    }
+    snapshot.keyframe_poses = std::make_shared<const KeyframePoses>(num, std::move(poses));
+    snapshot.model_poses = snapshot.keyframe_poses;
+    return snapshot;
+  }
+};
+
+TEST_F(ViewInBrowser, ShowsAModelThatGrows) {
+  GrowingRun run;
+  auto view = std::make_unique<LiveView>(FreePort());
+  view->Begin([&run](std::uint64_t since) { return run.Snapshot(since); }, 100);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(view->url());
+  ASSERT_TRUE(browser.WaitFor(std::string(kHasAll) + " && mono3d.state().surfels === 900"))
+      << browser.errors();
+  run.num_strips = 3;
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().loaded === 2700 && mono3d.state().drawn > 900"));
+  EXPECT_EQ(browser.Evaluate("mono3d.state().keyframes"), 3);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('headline').textContent"),
+            "Running: frame 30 of 100");
+  // The whole model is on the screen.
+  browser.Evaluate(kBare);
+  cv::Mat blank;
+  cv::inRange(browser.Screenshot(), cv::Scalar(255, 255, 255), cv::Scalar(255, 255, 255), blank);
+  EXPECT_LT(cv::countNonZero(blank), kWidth * kHeight * 95 / 100);
+
+  browser.Reload();
+  EXPECT_TRUE(browser.WaitFor(std::string(kHasAll) + " && mono3d.state().loaded === 2700"));
+
+  view->End();
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().phase === 'finished'"));
+  view.reset();
+  EXPECT_TRUE(browser.WaitFor("!mono3d.state().connected"));
+  EXPECT_EQ(browser.Evaluate("mono3d.state().loaded"), 2700) << "what was seen stays";
+  EXPECT_EQ(browser.Evaluate("document.getElementById('headline').textContent"),
+            "The run has ended, or cannot be reached");
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, MeasuresWhatIsClickedOn) {
+  ViewStore store;
+  PointCloud wall;
+  for (int i = 0; i < 10000; ++i) {
+    wall.points.emplace_back(0.04F * static_cast<float>(i % 100) - 2,
+                             0.04F * static_cast<float>(i / 100) - 2, 5.0F);
+    wall.normals.emplace_back(0, 0, -1);
+    wall.radii.push_back(0.04F);
+  }
+  store.SetModel({0}, {MakeSurfelBlock(ToViewSurfels(wall))});
+  store.SetStatus({{"phase", "file"}});
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  // 100 px are 1 unit on the wall.
+  browser.Evaluate(
+      "mono3d.lookFrom([0, 0, 0, 0, 0, 0, 1],"
+      "{fx: 500, fy: 500, cx: 319.5, cy: 239.5, width: 640, height: 480})");
+  browser.Evaluate("new Promise((done) => setTimeout(done, 300))");
+  browser.Evaluate("document.getElementById('measure').click()");
+  browser.Evaluate("mono3d.click(200, 240)");
+  browser.Evaluate("mono3d.click(350, 240)");
+  EXPECT_NEAR(browser.Evaluate("mono3d.state().distance").get<double>(), 1.5, 0.1);
+  EXPECT_TRUE(browser.Evaluate("mono3d.pick(20, 20) === null").get<bool>());
+  EXPECT_EQ(browser.errors(), "");
+}
+
+}  // namespace
+}  // namespace mono3d::tools

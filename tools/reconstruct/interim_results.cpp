@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reconstruct/interim_results.h"
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "common/tool.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/core/timing.h"
+
+namespace mono3d::tools {
+namespace {
+
+// So much of a run is lost at most when it is killed: of the video, or of the run where that is
+// slower.
+constexpr double kInterval_s = 5;
+constexpr double kMaxWallInterval_s = 20;
+// A large model takes long to write: no more than a twentieth of the time.
+constexpr double kMaxShareOfTime = 0.05;
+constexpr auto kPollInterval = std::chrono::milliseconds(250);
+
+double InterimClock_s() { return 1e-3 * WallClockMs(); }
+
+int MapWithMostFrames(const std::vector<TrajectoryEntry>& entries) {
+  std::map<int, int> num_frames;
+  int best = 0;
+  for (const TrajectoryEntry& entry : entries) ++num_frames[entry.map_id];
+  for (const auto& [map_id, count] : num_frames) {
+    if (count > num_frames[best]) best = map_id;
+  }
+  return best;
+}
+
+}  // namespace
+
+void FramesSoFar::Take(const PipelineProgress& progress) {
+  const std::lock_guard lock(mutex_);
+  const TrackingResult& tracking = progress.tracking;
+  if (tracking.pose) {
+    latest_s_ = tracking.pose->timestamp_s;
+    Keep(*tracking.pose);
+  }
+  for (const FramePose& frame : tracking.recovered) Keep(frame);
+  for (const FramePose& frame : tracking.refined) Keep(frame);
+}
+
+void FramesSoFar::Take(const Keyframe& keyframe) {
+  const std::lock_guard lock(mutex_);
+  stamps_[keyframe.id] = {keyframe.frame.index, keyframe.frame.timestamp_s, 0, Pose()};
+}
+
+void FramesSoFar::Forget() {
+  const std::lock_guard lock(mutex_);
+  frames_.clear();
+  stamps_.clear();
+}
+
+double FramesSoFar::latest_s() const {
+  const std::lock_guard lock(mutex_);
+  return latest_s_;
+}
+
+MapReconstruction FramesSoFar::InMap(const PipelineSnapshot& snapshot) const {
+  MapReconstruction map;
+  std::vector<TrajectoryEntry> entries;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [index, frame] : frames_) {
+    if (const auto entry = InWorld(frame, *snapshot.keyframe_poses)) entries.push_back(*entry);
+  }
+  map.map_id = snapshot.model_poses ? snapshot.model_map_id : MapWithMostFrames(entries);
+  for (const TrajectoryEntry& entry : entries) {
+    if (entry.map_id == map.map_id) map.trajectory.push_back(entry);
+  }
+  for (const KeyframePose& keyframe : snapshot.keyframe_poses->poses()) {
+    const auto stamp = stamps_.find(keyframe.keyframe_id);
+    if (stamp == stamps_.end() || keyframe.map_id != map.map_id) continue;
+    map.keyframes.push_back(
+        {stamp->second.frame_index, stamp->second.timestamp_s, map.map_id, keyframe.T_world_cam()});
+  }
+  map.health = snapshot.health;
+  return map;
+}
+
+InterimWriter::InterimWriter(const RunWriter& writer, const FramesSoFar& frames, RunRecord record,
+                             std::function<PipelineSnapshot(std::uint64_t)> snapshot)
+    : writer_(writer), frames_(frames), record_(std::move(record)), snapshot_(std::move(snapshot)) {
+  record_.end = RunEnd::kUnfinished;
+  thread_ = std::thread([this] { Run(); });
+}
+
+InterimWriter::~InterimWriter() {
+  try {
+    End();
+  } catch (...) {  // another error is on its way
+  }
+}
+
+void InterimWriter::End() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void InterimWriter::Run() {
+  double written_s = frames_.latest_s();  // in time of the video
+  double end_s = InterimClock_s();
+  double duration_s = 0;
+  std::unique_lock lock(mutex_);
+  while (!changed_.wait_for(lock, kPollInterval, [&] { return is_ending_; })) {
+    const double latest_s = frames_.latest_s();
+    const double waited_s = InterimClock_s() - end_s;
+    const bool is_due = latest_s >= written_s + kInterval_s ||
+                        (latest_s > written_s && waited_s >= kMaxWallInterval_s);
+    if (!is_due || waited_s < duration_s / kMaxShareOfTime) continue;
+    written_s = latest_s;
+    lock.unlock();
+    const double start_s = InterimClock_s();
+    try {
+      Write();
+    } catch (...) {
+      error_ = std::current_exception();
+      return;
+    }
+    end_s = InterimClock_s();
+    duration_s = end_s - start_s;
+    lock.lock();
+  }
+}
+
+void InterimWriter::Write() {
+  const PipelineSnapshot snapshot = snapshot_(0);
+  // What cannot be written now may be written next time; the end of the run says what could not.
+  try {
+    Reconstruction so_far;
+    so_far.counts = snapshot.counts;
+    MapReconstruction& map = so_far.maps.emplace_back(frames_.InMap(snapshot));
+    if (map.trajectory.empty()) return;
+    if (snapshot.surfels.version != model_version_) map.model = ToPointCloud(snapshot.surfels);
+    writer_.WriteInterim(map);
+    model_version_ = snapshot.surfels.version;
+    writer_.WriteRecord(so_far, record_);
+  } catch (const std::exception& error) {
+    if (!has_warned_) Log(LogLevel::kWarning, "results so far: " + WordsOf(error));
+    has_warned_ = true;
+  }
+}
+
+}  // namespace mono3d::tools

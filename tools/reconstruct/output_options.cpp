@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reconstruct/output_options.h"
+
+#include <map>
+#include <string>
+
+namespace mono3d::tools {
+
+void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
+  const std::map<std::string, ImagePlacing> placings = {
+      {"link", ImagePlacing::kLink}, {"copy", ImagePlacing::kCopy}, {"none", ImagePlacing::kNone}};
+  app.add_option("--images", arguments.images,
+                 "images/ beside sparse/, of the keyframes as they were taken, for COLMAP: link "
+                 "(default; frames of a video are written), copy or none")
+      ->transform(CLI::CheckedTransformer(placings).description(""))
+      ->type_name("TEXT:{link,copy,none}");
+  const std::map<std::string, bool> axes = {{"level", true}, {"first-camera", false}};
+  app.add_option("--axes", arguments.is_level,
+                 "axes of everything that is written: level (default; z up, the origin on the "
+                 "ground) or first-camera")
+      ->transform(CLI::CheckedTransformer(axes).description(""))
+      ->type_name("TEXT:{level,first-camera}");
+}
+
+void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
+                Reconstruction& reconstruction) {
+  for (MapReconstruction& map : reconstruction.maps) {
+    if (saved_axes && map.map_id == 0) {
+      MoveInto(*saved_axes, map);
+    } else if (arguments.is_level) {
+      MoveInto(ChooseWorldAxes(map), map);
+    }
+  }
+}
+
+}  // namespace mono3d::tools

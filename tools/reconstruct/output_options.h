@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+#include "mono3d/pipeline/images_of_run.h"
+#include "mono3d/pipeline/world_axes.h"
+
+namespace mono3d::tools {
+
+// In what form a run is written.
+struct OutputArguments {
+  ImagePlacing images = ImagePlacing::kLink;
+  bool is_level = true;  // z up; else the axes of the first camera
+};
+
+// Brings the maps into the axes that they are written in: those asked for, or, of map 0,
+// `saved_axes` where a map was loaded.
+void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
+                Reconstruction& reconstruction);
+
+void AddOutputOptions(CLI::App& app, OutputArguments& arguments);
+
+}  // namespace mono3d::tools

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "run_report/run_notes.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+namespace mono3d::tools {
+namespace {
+
+constexpr int kThumbnailWidth_px = 192;
+constexpr int kExampleWidth_px = 256;
+// Live, a frame may wait before it is tracked.
+constexpr std::size_t kMaxLatestImages = 64;
+
+// Of a photograph that is looked at with all others, at the end, where that does not place it.
+constexpr const char* kNoPlace = "no place among the other photographs was found";
+
+cv::Mat Small(const cv::Mat& image, int width_px, int interpolation) {
+  if (image.cols <= width_px) return image.clone();
+  const int height_px = std::max(1, image.rows * width_px / image.cols);
+  cv::Mat small;
+  cv::resize(image, small, {width_px, height_px}, 0, 0, interpolation);
+  return small;
+}
+
+class NotedSource : public FrameSource {
+ public:
+  NotedSource(std::unique_ptr<FrameSource> source, RunNotes& notes)
+      : source_(std::move(source)), notes_(notes) {}
+
+  std::optional<Frame> Next() override {
+    std::optional<Frame> frame = source_->Next();
+    if (frame) notes_.AddImage(*frame);
+    return frame;
+  }
+  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
+  std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  const CameraModel& camera() const override { return source_->camera(); }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  RunNotes& notes_;
+};
+
+}  // namespace
+
+void RunNotes::AddImage(const Frame& frame) {
+  LostImage image{frame.index, frame.name, Small(frame.bgr, kThumbnailWidth_px, cv::INTER_NEAREST)};
+  const std::lock_guard lock(mutex_);
+  latest_images_.push_back(std::move(image));
+  if (latest_images_.size() > kMaxLatestImages) latest_images_.pop_front();
+}
+
+void RunNotes::AddProgress(const PipelineProgress& progress) {
+  const std::lock_guard lock(mutex_);
+  const TrackingResult& tracking = progress.tracking;
+  const bool is_tracked = tracking.status == TrackingStatus::kTracking && !tracking.is_pending;
+  const std::string reason = tracking.is_pending ? kNoPlace : tracking.reason;
+  const auto [number, is_new] =
+      number_of_reason_.try_emplace(is_tracked ? "" : reason, reasons_.size());
+  if (is_new) reasons_.push_back(number->first);
+  notes_[progress.frame_index] = {is_tracked || tracking.is_pending, number->second};
+  if (is_tracked || !lost_images_.TakesNext()) return;
+  const auto image =
+      std::ranges::find(latest_images_, progress.frame_index, &LostImage::frame_index);
+  if (image != latest_images_.end()) lost_images_.Add(*image);
+}
+
+void RunNotes::AddDepthMap(const DepthMap& map) {
+  const std::lock_guard lock(mutex_);
+  if (!depth_examples_.TakesNext()) return;
+  DepthExample example;
+  example.frame_index = map.frame_index;
+  example.bgr = Small(map.bgr, kExampleWidth_px, cv::INTER_AREA);
+  example.depth = Small(map.depth, kExampleWidth_px, cv::INTER_NEAREST);
+  if (!map.confidence.empty()) {
+    example.confidence = Small(map.confidence, kExampleWidth_px, cv::INTER_NEAREST);
+  }
+  depth_examples_.Add(std::move(example));
+}
+
+std::vector<FrameNote> RunNotes::frames() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<FrameNote> frames;
+  frames.reserve(notes_.size());
+  for (const auto& [index, note] : notes_) {
+    frames.push_back({index, note.is_tracked, reasons_[note.reason]});
+  }
+  return frames;
+}
+
+std::vector<DepthExample> RunNotes::depth_examples() const {
+  const std::lock_guard lock(mutex_);
+  return depth_examples_.elements();
+}
+
+std::vector<LostImage> RunNotes::lost_images() const {
+  const std::lock_guard lock(mutex_);
+  return lost_images_.elements();
+}
+
+std::unique_ptr<FrameSource> WithNotes(std::unique_ptr<FrameSource> source, RunNotes& notes) {
+  return std::make_unique<NotedSource>(std::move(source), notes);
+}
+
+}  // namespace mono3d::tools

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "view/run_folder.h"
+
+#include <charconv>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/io/colmap_model.h"
+#include "mono3d/io/depth_image_file.h"
+#include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/frame_source.h"
+#include "mono3d/io/trajectory_file.h"
+#include "view/small_picture.h"
+#include "view/up_direction.h"
+
+namespace mono3d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPictureWidth_px = 640;
+
+nlohmann::json ReadRecord(const fs::path& path) {
+  std::ifstream stream(path);
+  nlohmann::json record = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  return record.is_object() ? record : nlohmann::json::object();
+}
+
+// "000012.jpg" and "flight.mp4#12"
+std::optional<std::int64_t> FrameNumberOf(const std::string& name) {
+  const std::size_t hash = name.rfind('#');
+  const std::string digits =
+      hash == std::string::npos ? fs::path(name).stem().string() : name.substr(hash + 1);
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc() || end != digits.data() + digits.size() || number < 0) {
+    return std::nullopt;
+  }
+  return number;
+}
+
+// The files of the input by name, with their positions; none where it is a video or not there.
+std::map<std::string, std::pair<std::int64_t, fs::path>> ImagesOfInput(const std::string& input) {
+  std::map<std::string, std::pair<std::int64_t, fs::path>> images;
+  std::error_code ignored;
+  if (input.empty() || fs::is_regular_file(input, ignored)) return images;
+  try {
+    std::int64_t number = 0;
+    for (const std::string& path : ListImages(input)) {
+      images[fs::path(path).filename().string()] = {number++, path};
+    }
+  } catch (const Error&) {  // it has moved
+  }
+  return images;
+}
+
+// As many as there are decimals of it: "000012".
+std::string SixDigits(std::int64_t number) {
+  std::string digits = std::to_string(number);
+  digits.insert(0, digits.size() < 6 ? 6 - digits.size() : 0, '0');
+  return digits;
+}
+
+double Number(const nlohmann::json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const fs::path& folder) : folder_(folder) {
+  std::error_code ignored;
+  if (!fs::exists(model_path(), ignored)) {
+    throw Error(ErrorParts{.what = "there is no run with a model",
+                           .where = folder.string(),
+                           .expected = "the output folder of mono3d-reconstruct",
+                           .found = "no model.ply"});
+  }
+  record_ = ReadRecord(folder_ / "run.json");
+  try {
+    ReadKeyframes();
+  } catch (const Error& error) {
+    Log(LogLevel::kWarning, std::string(error.what()) + "; the keyframes are not shown");
+  }
+}
+
+void RunFolder::ReadKeyframes() {
+  std::error_code ignored;
+  if (!fs::exists(folder_ / "sparse" / "images.txt", ignored)) return;
+  const SparseModel sparse = ReadColmapModel(folder_ / "sparse");
+  camera_ = sparse.camera;
+  const auto images = ImagesOfInput(record_.value("input", std::string()));
+  for (const SparseImage& image : sparse.images) {
+    Keyframe keyframe;
+    keyframe.T_world_cam = image.T_world_cam;
+    const std::string name = fs::path(image.name).filename().string();
+    const auto of_input = images.find(name);
+    keyframe.image = folder_ / "images" / name;
+    if (of_input != images.end()) {
+      keyframe.frame_index = of_input->second.first;
+      if (!fs::exists(keyframe.image, ignored)) keyframe.image = of_input->second.second;
+    } else {
+      keyframe.frame_index = FrameNumberOf(name).value_or(-1);
+    }
+    keyframes_.push_back(std::move(keyframe));
+  }
+}
+
+nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
+  nlohmann::json status = {{"phase", "file"},
+                           {"name", fs::absolute(folder_).lexically_normal().string()},
+                           {"surfels", num_surfels},
+                           {"memory_mb", Number(record_, "peak_memory_bytes") / (1 << 20)}};
+  if (const auto counts = record_.find("counts"); counts != record_.end() && counts->is_object()) {
+    status["counts"] = {{"frames", Number(*counts, "frames")},
+                        {"tracked", Number(*counts, "tracked")},
+                        {"keyframes", Number(*counts, "keyframes")},
+                        {"bundles", Number(*counts, "bundles")},
+                        {"dropped_bundles", Number(*counts, "bundles_dropped")},
+                        {"depth_maps", Number(*counts, "depth_maps")},
+                        {"fused", Number(*counts, "fused")}};
+  }
+  const nlohmann::json::json_pointer health("/maps/0/health");
+  if (record_.contains(health) && record_[health].is_object()) {
+    status["health"] = record_[health].value("state", "");
+    status["health_reason"] = record_[health].value("reason", "");
+  }
+  return status;
+}
+
+void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
+                     const Eigen::Vector3d& mean_normal) const {
+  std::vector<ViewPose> keyframes, path;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    keyframes.push_back(
+        {.id = static_cast<std::int64_t>(i), .T_world_cam = keyframes_[i].T_world_cam});
+    poses.push_back(keyframes_[i].T_world_cam);
+  }
+  std::error_code ignored;
+  if (const fs::path file = folder_ / "trajectory.txt"; fs::exists(file, ignored)) {
+    for (const StampedPose& pose : ReadTrajectory(file)) {
+      path.push_back({static_cast<std::int64_t>(path.size()), pose.timestamp_s, pose.T_world_cam});
+    }
+  }
+  if (poses.empty()) {
+    for (const ViewPose& pose : path) poses.push_back(pose.T_world_cam);
+  }
+  if (camera_.width > 0) store.SetCamera(camera_);
+  store.SetUp(UpDirection(poses, mean_normal));
+  store.SetKeyframes(std::move(keyframes));
+  store.SetPath(std::move(path));
+  store.SetStatus(Status(num_surfels));
+}
+
+SharedBytes RunFolder::Picture(const std::string& kind, std::int64_t keyframe) const {
+  if (keyframe < 0 || keyframe >= static_cast<std::int64_t>(keyframes_.size())) return nullptr;
+  const Keyframe& asked = keyframes_[static_cast<std::size_t>(keyframe)];
+  const std::lock_guard lock(mutex_);
+  if (kind == "image") {
+    const cv::Mat image = cv::imread(asked.image.string());
+    return ToJpeg(image.empty() ? image : SmallPicture(image, kPictureWidth_px, cv::INTER_AREA));
+  }
+  if (asked.frame_index < 0) return nullptr;
+  const fs::path stem = folder_ / "depth" / (SixDigits(asked.frame_index) + ".depth");
+  const cv::Mat preview = cv::imread(stem.string() + ".png");
+  if (!preview.empty()) return ToJpeg(SmallPicture(preview, kPictureWidth_px, cv::INTER_NEAREST));
+  for (const char* ending : {".pfm", ".exr"}) {
+    std::error_code ignored;
+    const std::string file = stem.string() + ending;
+    if (!fs::exists(file, ignored)) continue;
+    const cv::Mat depth = SmallPicture(ReadDepthImage(file), kPictureWidth_px, cv::INTER_NEAREST);
+    return ToJpeg(DepthPreview(depth));
+  }
+  return nullptr;
+}
+
+}  // namespace mono3d::tools

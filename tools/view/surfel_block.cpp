@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "view/surfel_block.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+namespace mono3d::tools {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the page reads little endian");
+
+struct EncodedSurfel {
+  std::uint16_t position[3];
+  std::uint16_t radius;
+  std::int8_t normal[3];
+  std::uint8_t observations;
+  std::uint8_t colour[3];
+  std::uint8_t confidence;
+};
+static_assert(sizeof(EncodedSurfel) == kBytesOfSurfel);
+
+// `share` of 0 to 1.
+std::uint16_t ToUint16(float share) {
+  return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0F, 1.0F)));
+}
+
+}  // namespace
+
+void EncodeSurfel(const ViewSurfel& surfel, const SurfelBlock& block, char* to) {
+  EncodedSurfel encoded = {};
+  for (int k = 0; k < 3; ++k) {
+    const float size = block.high[k] - block.low[k];
+    encoded.position[k] = size > 0 ? ToUint16((surfel.point[k] - block.low[k]) / size) : 0;
+    encoded.normal[k] =
+        static_cast<std::int8_t>(std::lround(127 * std::clamp(surfel.normal[k], -1.0F, 1.0F)));
+    encoded.colour[k] = surfel.colour[static_cast<std::size_t>(k)];
+  }
+  // Not 0: the smallest is still there.
+  encoded.radius = block.max_radius > 0
+                       ? std::max<std::uint16_t>(1, ToUint16(surfel.radius / block.max_radius))
+                       : std::uint16_t{0};
+  encoded.observations = static_cast<std::uint8_t>(std::min(surfel.observations, 255U));
+  encoded.confidence =
+      static_cast<std::uint8_t>(std::lround(255 * std::clamp(surfel.confidence, 0.0F, 1.0F)));
+  std::memcpy(to, &encoded, sizeof encoded);
+}
+
+bool IsFinite(const ViewSurfel& surfel) {
+  return surfel.point.allFinite() && surfel.normal.allFinite() && std::isfinite(surfel.radius) &&
+         surfel.radius >= 0;
+}
+
+void ShuffleSurfels(std::string& bytes) {
+  std::mt19937 random(20251123);
+  std::array<char, kBytesOfSurfel> kept = {};
+  for (std::size_t i = bytes.size() / kBytesOfSurfel; i > 1; --i) {
+    char* last = bytes.data() + (i - 1) * kBytesOfSurfel;
+    char* other = bytes.data() + random() % i * kBytesOfSurfel;
+    std::memcpy(kept.data(), last, kBytesOfSurfel);
+    std::memmove(last, other, kBytesOfSurfel);
+    std::memcpy(other, kept.data(), kBytesOfSurfel);
+  }
+}
+
+SurfelBlock MakeSurfelBlock(std::vector<ViewSurfel> surfels) {
+  std::erase_if(surfels, [](const ViewSurfel& surfel) { return !IsFinite(surfel); });
+  SurfelBlock block;
+  if (!surfels.empty()) block.low = block.high = surfels.front().point;
+  for (const ViewSurfel& surfel : surfels) {
+    block.low = block.low.cwiseMin(surfel.point);
+    block.high = block.high.cwiseMax(surfel.point);
+    block.max_radius = std::max(block.max_radius, surfel.radius);
+  }
+  std::string bytes(surfels.size() * kBytesOfSurfel, '\0');
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    EncodeSurfel(surfels[i], block, bytes.data() + i * kBytesOfSurfel);
+  }
+  ShuffleSurfels(bytes);
+  block.surfels = std::make_shared<const std::string>(std::move(bytes));
+  return block;
+}
+
+std::vector<ViewSurfel> ToViewSurfels(const PointCloud& cloud, double min_confidence) {
+  std::vector<ViewSurfel> surfels;
+  surfels.reserve(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    ViewSurfel surfel;
+    if (!cloud.confidences.empty()) surfel.confidence = cloud.confidences[i];
+    if (surfel.confidence < min_confidence) continue;
+    surfel.point = cloud.points[i];
+    if (!cloud.normals.empty()) surfel.normal = cloud.normals[i];
+    if (!cloud.radii.empty()) surfel.radius = cloud.radii[i];
+    if (!cloud.colours.empty()) surfel.colour = cloud.colours[i];
+    if (!cloud.observations.empty()) surfel.observations = cloud.observations[i];
+    surfels.push_back(surfel);
+  }
+  return surfels;
+}
+
+}  // namespace mono3d::tools
