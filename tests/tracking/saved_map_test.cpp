@@ -15,6 +15,7 @@
 namespace mono3d::tracking {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -158,10 +159,11 @@ TEST(SavedMap, IsRefusedWhenForeignDamagedOrOfAnotherVersion) {
   std::string changed = SavedBytes();
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 1);
   EXPECT_THAT(load(changed), ThrowsMessage<Error>(HasSubstr("damaged")));
-  std::string newer = SavedBytes();
-  newer[11] = 7;  // behind the eleven bytes of "mono3d map\n"
-  EXPECT_THAT(load(newer), ThrowsMessage<Error>(
-                               HasSubstr("another version (expected version 6, found version 7)")));
+  std::string older = SavedBytes();
+  older[11] = 3;  // behind the eleven bytes of "mono3d map\n"; that of mono3d 0.1
+  EXPECT_THAT(load(older),
+              ThrowsMessage<Error>(AllOf(HasSubstr("make it again from its images"),
+                                         HasSubstr("(expected version 6, found version 3)"))));
 }
 
 TEST(SavedMap, NeedsATrackerThatHasNotBegunAndSeesItsCamera) {

@@ -271,7 +271,8 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
   std::uint32_t version = 0;
   reader.Number(version);
   if (version != kVersion) {
-    throw Error(ErrorParts{.what = "saved map: of another version",
+    throw Error(ErrorParts{.what = "saved map: of another version; make it again from its images "
+                                   "with --save-map, or use the mono3d that wrote it",
                            .where = where,
                            .expected = "version " + std::to_string(kVersion),
                            .found = "version " + std::to_string(version)});
