@@ -2,16 +2,26 @@
 # Copyright the mono3d authors
 
 # What is installed: mono3d::mono3d and, as component `evaluation` of the package, mono3d::evaluation,
-# each with its headers; the package config for CMake and pkg-config; the tools.
+# each with its headers; the package config for CMake and pkg-config; the tools. In three components,
+# which mono3d_packages.cmake makes packages of: `library` (what programs load), `development` (what
+# compiling them takes), `tools` (programs with their manual and completion). A static library is
+# of `development`.
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mono3d)
 
-install(TARGETS mono3d EXPORT mono3dTargets FILE_SET HEADERS)
-install(EXPORT mono3dTargets NAMESPACE mono3d:: DESTINATION ${package_dir})
+# mono3d_install_library(<target> <export>)
+function(mono3d_install_library target export)
+  install(TARGETS ${target} EXPORT ${export}
+    LIBRARY COMPONENT library NAMELINK_COMPONENT development
+    ARCHIVE COMPONENT development
+    FILE_SET HEADERS COMPONENT development)
+  install(EXPORT ${export} NAMESPACE mono3d:: DESTINATION ${package_dir} COMPONENT development)
+endfunction()
+
+mono3d_install_library(mono3d mono3dTargets)
 if(MONO3D_BUILD_EVALUATION)
-  install(TARGETS mono3d_evaluation_library EXPORT mono3dEvaluationTargets FILE_SET HEADERS)
-  install(EXPORT mono3dEvaluationTargets NAMESPACE mono3d:: DESTINATION ${package_dir})
+  mono3d_install_library(mono3d_evaluation_library mono3dEvaluationTargets)
 endif()
 
 get_target_property(mono3d_type mono3d TYPE)
@@ -27,7 +37,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/mono3dConfigVersi
 install(FILES
   ${PROJECT_BINARY_DIR}/package/mono3dConfig.cmake
   ${PROJECT_BINARY_DIR}/package/mono3dConfigVersion.cmake
-  DESTINATION ${package_dir})
+  DESTINATION ${package_dir} COMPONENT development)
 # For pkg-config; where the library is static, with `pkg-config --static`. The tree may be moved.
 # Of OpenCV only the module that the headers use: opencv4.pc links all of them.
 foreach(folder LIBDIR INCLUDEDIR)
@@ -42,13 +52,29 @@ if(NOT MONO3D_IS_SHARED)
   set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp, libexif, expat")
   set(MONO3D_PC_LIBS_PRIVATE
     "-lopencv_imgproc -lopencv_imgcodecs -lopencv_videoio -lopencv_features2d -lopencv_calib3d"
-    "-lceres -lglog -lstdc++ -lm -lpthread -ldl")
+    "-lopencv_aruco -lceres -lglog -lstdc++ -lm -lpthread -ldl")
   list(JOIN MONO3D_PC_LIBS_PRIVATE " " MONO3D_PC_LIBS_PRIVATE)
 endif()
 configure_file(cmake/mono3d.pc.in ${PROJECT_BINARY_DIR}/package/mono3d.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/package/mono3d.pc
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+# The licences, once for each component, in the folders where Debian looks for them.
+set(MONO3D_PACKAGE_OF_library libmono3d${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(MONO3D_PACKAGE_OF_development libmono3d-dev)
+set(MONO3D_PACKAGE_OF_tools mono3d-tools)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+set(components development)
+if(MONO3D_IS_SHARED)
+  list(APPEND components library)
+endif()
+if(MONO3D_BUILD_TOOLS)
+  list(APPEND components tools)
+endif()
+foreach(component IN LISTS components)
+  install(FILES packaging/copyright COMPONENT ${component}
+    DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${MONO3D_PACKAGE_OF_${component}})
+endforeach()
 
 # Of an installed program or library, where mono3d's libraries lie. A program of the build tree has
 # this from the start: CMake would pad a shorter path with empty entries, each of which means the
@@ -70,7 +96,7 @@ if(MONO3D_BUILD_TOOLS)
       else()
         set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
       endif()
-      install(TARGETS ${target})
+      install(TARGETS ${target} COMPONENT tools)
       # Each tool writes its page of the manual and its completion from its own table of options.
       if(NOT CMAKE_CROSSCOMPILING)
         set(page ${PROJECT_BINARY_DIR}/manual/${target}.1)
@@ -84,8 +110,8 @@ if(MONO3D_BUILD_TOOLS)
           DEPENDS ${target} VERBATIM)
         list(APPEND manuals ${page} ${completion})
         # Optional: they are not there where only some targets were built.
-        install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
-        install(FILES ${completion}
+        install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL COMPONENT tools)
+        install(FILES ${completion} COMPONENT tools
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions OPTIONAL)
       endif()
     endif()

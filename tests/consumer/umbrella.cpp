@@ -8,9 +8,25 @@
 #include <exception>
 #include <iostream>
 
+namespace {
+
+// Links what finds boards: nothing else needs OpenCV's aruco.
+bool RefusesABoardWithoutSquares() {
+  mono3d::CalibrationBoard board;
+  board.columns = 0;
+  try {
+    mono3d::CalibrateFromBoard({}, {}, board);
+  } catch (const mono3d::UsageError&) {
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 int main() {
   try {
-    if (mono3d::CreateTracker() == nullptr) return 1;
+    if (mono3d::CreateTracker() == nullptr || !RefusesABoardWithoutSquares()) return 1;
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return 1;
