@@ -4,29 +4,29 @@
 
 # Installs what mono3d needs on Debian 12. Needs root or sudo, and the network, only when something
 # is missing.
-#   cmake/install-dependencies.sh          to build, test, measure and document all of it
-#   cmake/install-dependencies.sh product  only to build and run mono3d-reconstruct and mono3d-depth
+#   cmake/install-dependencies.sh product  what building, installing and running the library and the tools takes
+#   cmake/install-dependencies.sh          also what only developers need: tests, checkers, documentation
 set -eu
 
-packages="
+# OpenCV whole: Debian's libopencv-dev alone has its CMake package, which wants every module.
+product="
   ca-certificates
-  g++ cmake ninja-build pkg-config
+  g++ cmake ninja-build pkg-config dpkg-dev file
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
-  libexif-dev libexpat1-dev
+  libexif-dev libexpat1-dev libflann-dev libembree-dev
+  libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
   libcli11-dev libspdlog-dev libcpp-httplib-dev
 "
+developers="
+  git
+  libgtest-dev libgmock-dev chromium
+  vulkan-validationlayers
+  clang-format clang-tidy doxygen
+"
 case ${1:-all} in
-  product) ;;
-  all)
-    packages="$packages
-      git
-      libflann-dev libembree-dev
-      libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
-      vulkan-validationlayers
-      libgtest-dev libgmock-dev chromium
-      clang-format clang-tidy doxygen
-    " ;;
+  product) packages=$product ;;
+  all) packages="$product $developers" ;;
   *)
     echo "install-dependencies.sh: expected nothing or \"product\", found \"$1\"" >&2
     exit 2 ;;

@@ -2,6 +2,10 @@
 # Copyright the mono3d authors
 
 # Every outside library, named once. cmake/install-dependencies.sh installs them on Debian 12.
+
+# A program loads those of them that it uses.
+add_link_options(LINKER:--as-needed)
+
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d
              aruco)

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the mono3d authors
 
-# Installs what is missing, builds mono3d-reconstruct and turns the images of examples/village_orbit
-# into a coloured model:
+# Installs what is missing, builds the library and the tools that make and show models, and turns the
+# images of examples/village_orbit into a coloured model:
 #   examples/run.sh [OUTPUT_FOLDER]
+# `cmake --install build/release-tools` installs what it built.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -15,7 +16,7 @@ build=build/release-tools
 cmake/install-dependencies.sh product
 cmake --preset release -B "$build" -DMONO3D_UNITY_BUILD=ON -DMONO3D_BUILD_TESTS=OFF \
   -DMONO3D_BUILD_EVALUATION=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
-cmake --build "$build" --target mono3d-reconstruct
+cmake --build "$build"
 
 "$build/tools/mono3d-reconstruct" "$sequence" --camera "$sequence/camera.yaml" -o "$output"
 
