@@ -306,7 +306,8 @@ TEST(CameraAdjustment, TellsWhetherTheCameraChanges) {
       }
     }
     const IntrinsicsVariation moved = Adjust(UnknownCamera(), moving).variation;
-    EXPECT_GT(moved.principal_point_px, 2.5);
+    // Less than the 5 px that it moves: poses and velocities take up the rest.
+    EXPECT_GT(moved.principal_point_px, 2);
     EXPECT_LT(moved.principal_point_px, 10);
     EXPECT_EQ(moved.focal_share, 0);
     const IntrinsicsVariation zoomed = Adjust(UnknownCamera(), zooming).variation;

@@ -181,7 +181,7 @@ TEST(Pipeline, CountsWhatBecameOfEveryFrameBundleAndDepthMap) {
   EXPECT_EQ(counts.num_fused, 7);       // not 4
   // Reasons that differ in their figures alone are counted together.
   EXPECT_EQ(counts.untracked_frames,
-            (std::map<std::string, std::int64_t>{{"0 to 8 matches, 15 needed", 3}}));
+            (std::map<std::string, std::int64_t>{{"10 to 12 matches, 15 needed", 3}}));
   EXPECT_EQ(counts.rejected_bundles, (std::map<std::string, std::int64_t>{{"no texture", 5}}));
   EXPECT_EQ(counts.rejected_depth_maps, (std::map<std::string, std::int64_t>{{"no overlap", 1}}));
 }
