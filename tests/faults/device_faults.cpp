@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "faults/fault_point.h"
@@ -100,10 +101,14 @@ struct Hook<kIndex, VkResult(VKAPI_PTR*)(Arguments...)> {
   static VKAPI_ATTR VkResult VKAPI_CALL Run(Arguments... arguments) {
     constexpr Effect kEffect = kCalls[kIndex].effect;
     const bool is_due = points[kIndex].IsDue();
+    using Next = VkResult(VKAPI_PTR*)(Arguments...);
+    const auto next = reinterpret_cast<Next>(next_calls[kIndex]);
+    // A device that is lost does nothing any more: what it was given is not worked at behind the
+    // back of who makes away with it.
+    if (is_due && std::string_view(kCalls[kIndex].name) == "vkWaitForFences") next(arguments...);
     if (is_due && kEffect == Effect::kDeviceLost) is_lost = true;
     if (is_due || (is_lost && kEffect == Effect::kDeviceLost)) return ResultOf(kEffect);
-    using Next = VkResult(VKAPI_PTR*)(Arguments...);
-    return reinterpret_cast<Next>(next_calls[kIndex])(arguments...);
+    return next(arguments...);
   }
 };
 
