@@ -66,7 +66,7 @@ constexpr std::array<FaultPoint, kNumCalls + 3> MakePoints(std::index_sequence<k
           FaultPoint("vkEnumeratePhysicalDevices"), FaultPoint("vkCreateDevice")};
 }
 
-constinit std::array<FaultPoint, kNumCalls + 3> points =
+constinit std::array<FaultPoint, kNumCalls + 3> device_points =
     MakePoints(std::make_index_sequence<kNumCalls>());
 constinit std::array<PFN_vkVoidFunction, kNumCalls> next_calls{};
 constinit std::atomic<bool> is_lost = false;
@@ -76,7 +76,7 @@ PFN_vkEnumeratePhysicalDevices next_list_devices = nullptr;
 PFN_vkGetPhysicalDeviceMemoryProperties next_describe_memory = nullptr;
 VkInstance latest_instance = VK_NULL_HANDLE;
 
-[[gnu::destructor]] void End() { mono3d::faults::ReportCounts(points); }
+[[gnu::destructor]] void End() { mono3d::faults::ReportCounts(device_points); }
 
 constexpr VkResult ResultOf(Effect effect) {
   switch (effect) {
@@ -100,7 +100,7 @@ template <std::size_t kIndex, typename... Arguments>
 struct Hook<kIndex, VkResult(VKAPI_PTR*)(Arguments...)> {
   static VKAPI_ATTR VkResult VKAPI_CALL Run(Arguments... arguments) {
     constexpr Effect kEffect = kCalls[kIndex].effect;
-    const bool is_due = points[kIndex].IsDue();
+    const bool is_due = device_points[kIndex].IsDue();
     using Next = VkResult(VKAPI_PTR*)(Arguments...);
     const auto next = reinterpret_cast<Next>(next_calls[kIndex]);
     // A device that is lost does nothing any more: what it was given is not worked at behind the
@@ -181,7 +181,7 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateInstance(const VkInstanceCreateInfo* info,
   auto* link =
       FindLink<VkLayerInstanceCreateInfo>(info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
   if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
-  if (points[kCreateInstance].IsDue()) return VK_ERROR_OUT_OF_HOST_MEMORY;
+  if (device_points[kCreateInstance].IsDue()) return VK_ERROR_OUT_OF_HOST_MEMORY;
   next_instance_function = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
   link->u.pLayerInfo = link->u.pLayerInfo->pNext;
   const auto create = reinterpret_cast<PFN_vkCreateInstance>(
@@ -199,7 +199,7 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateInstance(const VkInstanceCreateInfo* info,
 
 VKAPI_ATTR VkResult VKAPI_CALL ListDevices(VkInstance instance, std::uint32_t* count,
                                            VkPhysicalDevice* devices) {
-  if (points[kListDevices].IsDue()) return VK_ERROR_INITIALIZATION_FAILED;
+  if (device_points[kListDevices].IsDue()) return VK_ERROR_INITIALIZATION_FAILED;
   return next_list_devices(instance, count, devices);
 }
 
@@ -219,7 +219,7 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateDevice(VkPhysicalDevice physical,
                                             VkDevice* device) {
   auto* link = FindLink<VkLayerDeviceCreateInfo>(info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
   if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
-  if (points[kCreateDevice].IsDue()) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  if (device_points[kCreateDevice].IsDue()) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
   const auto instance_function = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
   next_device_function = link->u.pLayerInfo->pfnNextGetDeviceProcAddr;
   link->u.pLayerInfo = link->u.pLayerInfo->pNext;

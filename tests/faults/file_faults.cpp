@@ -59,7 +59,7 @@ enum Kind {
   kNumKinds
 };
 
-constinit std::array<FaultPoint, kNumKinds> points = {
+constinit std::array<FaultPoint, kNumKinds> file_points = {
     FaultPoint("open"),   FaultPoint("open_stream"),  FaultPoint("read"),
     FaultPoint("write"),  FaultPoint("flush"),        FaultPoint("sync"),
     FaultPoint("close"),  FaultPoint("rename"),       FaultPoint("make_folder"),
@@ -98,7 +98,7 @@ int Watch(int descriptor, bool watched) {
 
 // Whether this call, which concerns the run if `concerns`, fails; errno says why then.
 bool Fails(Kind kind, bool concerns) {
-  if (!concerns || !points[kind].IsDue()) return false;
+  if (!concerns || !file_points[kind].IsDue()) return false;
   const char* other = std::getenv("MONO3D_FAULT_ERRNO");
   errno = other != nullptr ? std::atoi(other) : kUsualErrors[kind];
   return true;
@@ -158,7 +158,7 @@ void* NewMemory(std::size_t num_bytes, std::size_t alignment, void* caller) {
   has_begun = true;
 }
 
-[[gnu::destructor]] void End() { mono3d::faults::ReportCounts(points); }
+[[gnu::destructor]] void End() { mono3d::faults::ReportCounts(file_points); }
 
 mode_t ModeOf(int flags, va_list list) {
   return (flags & (O_CREAT | O_TMPFILE)) != 0 ? static_cast<mode_t>(va_arg(list, int)) : 0;
