@@ -58,14 +58,19 @@ TEST_F(DeviceOfRun, ALostDeviceCostsNoMoreThanTheLatestFewSeconds) {
   run.MakeEarlierRun();
   environment["MONO3D_FAULT"] =
       "vkQueueSubmit:" + std::to_string(num_calls["vkQueueSubmit"] * 9 / 10);
-  const EndedRun ended = run.Run(environment);
+  const std::filesystem::path made = run.output() / "unfinished_1";
+  bool had_model = false;  // a fast machine is at the end before
+  const EndedRun ended = run.Run(environment, [&](pid_t) {
+    had_model = had_model || std::filesystem::exists(made / "model.ply");
+  });
   EXPECT_EQ(ended.exit_status, 1);
   EXPECT_THAT(ended.errors, HasSubstr("device lost"));
   EXPECT_EQ(run.ChangeOfEarlierRun(), "");
-  const std::filesystem::path made = run.output() / "unfinished_1";
   EXPECT_EQ(FaultsOfFiles(made, RunState::kFailed), "");
   EXPECT_GT(ReadTrajectory(made / "trajectory.txt").size(), 10U);
-  EXPECT_GT(ReadPly(made / "model.ply").size(), 1000U);
+  if (had_model) {
+    EXPECT_GT(ReadPly(made / "model.ply").size(), 1000U);
+  }
   EXPECT_THAT(RecordIn(made)["error"], HasSubstr("device lost"));
 }
 
