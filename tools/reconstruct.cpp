@@ -433,6 +433,14 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   return 0;
 }
 
+// Says on stdout which device it is, where there are others.
+void TellOfDevice(const DeviceInfo& device) {
+  const std::size_t num_devices = ListDevices().size();
+  if (num_devices < 2) return;
+  std::printf("device %d of %zu: %s (another one: --device, see --list-devices)\n", device.index,
+              num_devices, device.name.c_str());
+}
+
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
@@ -441,6 +449,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   RequireSameCamera(arguments);
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
+  TellOfDevice(Info(*device));
   RunRecord record;
   record.input = arguments.input;
   record.camera = arguments.camera.file;

@@ -130,6 +130,19 @@ class FakeSurfelMap final : public SurfelMap {
     return cloud_;
   }
   std::int64_t num_surfels() const override { return static_cast<std::int64_t>(cloud_.size()); }
+  SurfelChanges ChangesSince(std::uint64_t) override {
+    SurfelChanges changes;
+    changes.version = cloud_.size();
+    changes.anchors.push_back({0, 0, 0, Similarity()});
+    auto cloud = std::make_shared<PointCloud>(cloud_);
+    cloud->normals.resize(cloud->size());
+    cloud->colours.resize(cloud->size());
+    cloud->radii.resize(cloud->size());
+    cloud->confidences.assign(cloud->size(), 1);
+    cloud->observations.resize(cloud->size());
+    changes.changed.push_back({0, std::move(cloud)});
+    return changes;
+  }
 
  private:
   MapLog* log_;
@@ -396,6 +409,34 @@ TEST(Pipeline, AModelThatCannotBeExportedDoesNotCostTheTrajectory) {
   EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
   EXPECT_TRUE(result.maps[0].model.empty());
   EXPECT_EQ(log.min_observations.size(), 1U) << "tried once";
+}
+
+TEST(Pipeline, AModelThatCannotBeMadeDoesNotCostTheTrajectory) {
+  MapLog log;
+  FakeSource source(8);
+  PipelineStages stages = FakeStages(&log);
+  stages.create_surfel_map = []() -> std::unique_ptr<SurfelMap> { throw Error("no memory"); };
+  Pipeline pipeline(std::move(stages));
+  std::size_t num_frames = 1;
+  while (ErrorOf([&] { pipeline.Process(*source.Next()); }) == "none") ++num_frames;
+  const Reconstruction result = pipeline.Finish();
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), num_frames);
+  EXPECT_TRUE(result.maps[0].model.empty());
+}
+
+TEST(Pipeline, AModelThatCannotBeExportedIsAsItWasPublishedLast) {
+  MapLog log;
+  log.has_memory_to_export = false;
+  FakeSource source(8);
+  Pipeline pipeline(FakeStages(&log));
+  (void)pipeline.Snapshot(0);  // somebody watches
+  for (int i = 0; i < 8; ++i) pipeline.Process(*source.Next());
+  EXPECT_THROW(static_cast<void>(pipeline.Finish()), Error);
+  const Reconstruction result = pipeline.Finish();
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
+  EXPECT_GE(result.maps[0].model.size(), 1U);
 }
 
 TEST(Pipeline, WithoutFramesThereIsNoMap) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
@@ -221,6 +222,60 @@ TEST_F(RunWriterTest, PutsANewRunInPlaceOfAnEarlierOne) {
   for (const char* name : {"depth/000007.depth.pfm", "trajectory_map3.txt", "unfinished_1"}) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
   }
+}
+
+// An earlier run and a new one, of two files each, one of them of the same name.
+class ReplacedRun : public TemporaryFolderTest {
+ protected:
+  ReplacedRun() {
+    WriteText("model.ply", "earlier");
+    WriteText("depth/000007.depth.pfm", "earlier");
+    WriteText("notes.txt", "mine");
+    WriteText("unfinished_1/model.ply", "new");
+    WriteText("unfinished_1/depth/000008.depth.pfm", "new");
+  }
+  std::filesystem::path made() const { return folder_ / "unfinished_1"; }
+  void ExpectEarlier() const {
+    EXPECT_EQ(ReadText(folder_ / "model.ply"), "earlier");
+    EXPECT_EQ(ReadText(folder_ / "depth/000007.depth.pfm"), "earlier");
+    EXPECT_EQ(ReadText(folder_ / "notes.txt"), "mine");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000008.depth.pfm"));
+    EXPECT_EQ(ReadText(made() / "model.ply"), "new");
+    EXPECT_EQ(ReadText(made() / "depth/000008.depth.pfm"), "new");
+  }
+  void ExpectNew() const {
+    EXPECT_EQ(ReadText(folder_ / "model.ply"), "new");
+    EXPECT_EQ(ReadText(folder_ / "depth/000008.depth.pfm"), "new");
+    EXPECT_EQ(ReadText(folder_ / "notes.txt"), "mine");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
+    EXPECT_FALSE(std::filesystem::exists(made()));
+  }
+};
+
+TEST_F(ReplacedRun, LeavesBothAsTheyWereWhereAFileCannotBeMoved) {
+  // A folder of the user's under the name of a file: found when files have been moved already.
+  WriteText("depth/000008.depth.pfm/photo.jpg", "mine");
+  EXPECT_THROW(ReplaceRun(folder_, made()), Error);
+  EXPECT_EQ(ReadText(folder_ / "depth/000008.depth.pfm/photo.jpg"), "mine");
+  std::filesystem::remove_all(folder_ / "depth/000008.depth.pfm");
+  ExpectEarlier();
+}
+
+TEST_F(ReplacedRun, GoesBackWhereTheProcessEndedBeforeAllOfTheEarlierOneHadLeft) {
+  std::filesystem::create_directories(made() / ".replaced_part");
+  std::filesystem::rename(folder_ / "model.ply", made() / ".replaced_part/model.ply");
+  EndReplacements(folder_);
+  ExpectEarlier();
+}
+
+TEST_F(ReplacedRun, GoesOnWhereTheProcessEndedBeforeAllOfTheNewOneHadCome) {
+  std::filesystem::create_directories(made() / ".replaced/depth");
+  for (const char* name : {"model.ply", "depth/000007.depth.pfm"}) {
+    std::filesystem::rename(folder_ / name, made() / ".replaced" / name);
+  }
+  std::filesystem::rename(made() / "model.ply", folder_ / "model.ply");
+  EndReplacements(folder_);
+  ExpectNew();
 }
 
 SparseModel MakeSparseModel() {

@@ -93,6 +93,13 @@ TEST_F(KeptResults, AWrongStartLeavesTheEarlierResult) {
   EXPECT_TRUE(Files() == before);
 }
 
+TEST_F(KeptResults, TheEmptyFolderOfAKilledRunIsUsedAgain) {
+  MakeEarlierRun();
+  std::filesystem::create_directories(output() / "unfinished_1/depth");
+  EXPECT_EQ(Reconstruct(" --map /nonexistent.map").exit_status, kFailure);
+  EXPECT_FALSE(std::filesystem::exists(output() / "unfinished_1"));
+}
+
 TEST_F(KeptResults, WhatAFailedRunHasMadeIsBesideTheEarlierResultAndNamed) {
   MakeEarlierRun();
   const std::map<std::string, std::string> before = Files();

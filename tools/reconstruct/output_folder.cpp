@@ -32,14 +32,6 @@ int LockFolder(const std::filesystem::path& folder) {
                          .code = ErrorCode::kIo});
 }
 
-std::filesystem::path FreeName(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (int number = 1;; ++number) {
-    std::filesystem::path name = folder / ("unfinished_" + std::to_string(number));
-    if (!std::filesystem::exists(std::filesystem::symlink_status(name, ignored))) return name;
-  }
-}
-
 bool HasFiles(const std::filesystem::path& folder) {
   std::error_code error;
   for (std::filesystem::recursive_directory_iterator it(folder, error), end; !error && it != end;
@@ -49,11 +41,23 @@ bool HasFiles(const std::filesystem::path& folder) {
   return static_cast<bool>(error);  // who knows
 }
 
+std::filesystem::path FreeName(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (int number = 1;; ++number) {
+    std::filesystem::path name = folder / (kUnfinishedStem + std::to_string(number));
+    const std::filesystem::file_status status = std::filesystem::symlink_status(name, ignored);
+    // A run that was killed at once has left nothing in its folder.
+    const bool is_empty = std::filesystem::is_directory(status) && !HasFiles(name);
+    if (!std::filesystem::exists(status) || is_empty) return name;
+  }
+}
+
 }  // namespace
 
 OutputFolder::OutputFolder(const std::filesystem::path& folder) : folder_(folder) {
   CreateOutputFolder(folder_);
   lock_ = LockFolder(folder_);
+  EndReplacements(folder_);
   of_run_ = HoldsRun(folder_) ? FreeName(folder_) : folder_;
 }
 

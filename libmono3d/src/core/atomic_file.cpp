@@ -39,7 +39,13 @@ AtomicFile::AtomicFile(std::filesystem::path path, std::string_view partial_suff
   partial_path_ += partial_suffix;
   const int descriptor = CreateNew(partial_path_);
   file_ = descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
-  if (file_ == nullptr) ThrowSystemError("cannot create the file", path_, errno);
+  if (file_ != nullptr) return;
+  const int error = errno;
+  if (descriptor >= 0) {
+    close(descriptor);
+    unlink(partial_path_.c_str());
+  }
+  ThrowSystemError("cannot create the file", path_, error);
 }
 
 AtomicFile::~AtomicFile() {

@@ -9,7 +9,8 @@ namespace {
 std::string Meaning(vk::Result result) {
   switch (result) {
     case vk::Result::eErrorDeviceLost:
-      return "device lost: the driver gave up, often because a kernel ran too long";
+      return "device lost: the driver gave up, often because a kernel ran too long; smaller images "
+             "help, or another device";
     case vk::Result::eErrorOutOfDeviceMemory:
       return "out of device memory";
     case vk::Result::eErrorOutOfHostMemory:

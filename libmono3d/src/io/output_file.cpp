@@ -32,6 +32,7 @@ void CreateOutputFolder(const std::filesystem::path& folder) {
   if (file < 0) ThrowSystemError("cannot write into the folder", folder, errno);
   close(file);
   std::filesystem::remove(probe, error);
+  if (error) ThrowSystemError("cannot remove the file", probe, error.value());
 }
 
 void RequireWritableFile(const std::filesystem::path& file) {

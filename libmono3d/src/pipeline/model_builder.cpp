@@ -4,9 +4,11 @@
 #include "pipeline/model_builder.h"
 
 #include <algorithm>
+#include <exception>
 #include <opencv2/core.hpp>
 #include <utility>
 
+#include "mono3d/pipeline/snapshot.h"
 #include "pipeline/map_joins.h"
 #include "pipeline/model_counts.h"
 
@@ -80,9 +82,11 @@ void ModelBuilder::Fuse(const DepthMap& map, int map_id) {
     if (left != surfel_maps_.end()) left->second->Rest();
     current_id_ = map_id;
   }
-  std::unique_ptr<SurfelMap>& model = surfel_maps_[map_id];
-  if (!model) model = stages_.create_surfel_map();
-  const FusionResult fusion = model->Integrate(map, *poses_);
+  auto model = surfel_maps_.find(map_id);
+  if (model == surfel_maps_.end()) {
+    model = surfel_maps_.emplace(map_id, stages_.create_surfel_map()).first;
+  }
+  const FusionResult fusion = model->second->Integrate(map, *poses_);
   OfMap& of_map = of_map_[map_id];
   TakeResult(map, fusion, of_map);
   TakeRetried(fusion, of_map);
@@ -139,13 +143,15 @@ void ModelBuilder::Update(const KeyframePosesPtr& poses) {
 void ModelBuilder::Close(const KeyframePosesPtr& poses) {
   for (const MapJoin& join : FindMapJoins(*poses_, *poses)) JoinFinished(join);
   while (!surfel_maps_.empty()) Export(surfel_maps_.begin()->first);
+  if (export_error_) std::rethrow_exception(std::exchange(export_error_, nullptr));
 }
 
 // Before what was put beside it.
 void ModelBuilder::Export(int map_id) {
   const auto found = surfel_maps_.find(map_id);
   if (found == surfel_maps_.end()) return;
-  // What cannot be exported once, for lack of memory, is not tried again.
+  // What cannot be exported once, for lack of memory or with a device that is lost, is not tried
+  // again.
   const std::unique_ptr<SurfelMap> model = std::move(found->second);
   surfel_maps_.erase(found);
   OfMap& of_map = of_map_[map_id];
@@ -154,9 +160,22 @@ void ModelBuilder::Export(int map_id) {
   SurfelExportOptions options = stages_.surfel_export;
   const int max_observations = std::max(1, static_cast<int>(depth_maps.size()));
   options.min_observations = std::min(options.min_observations, max_observations);
-  PointCloud cloud = model->Export(options);
+  PointCloud cloud;
+  try {
+    cloud = model->Export(options);
+  } catch (...) {
+    if (!export_error_) export_error_ = std::current_exception();
+    cloud = LatestPublished(map_id);
+  }
   AppendCloud(of_map.model, cloud);
   of_map.model = std::move(cloud);
+}
+
+// The model as it was some seconds ago; empty where nobody has watched it.
+PointCloud ModelBuilder::LatestPublished(int map_id) {
+  const PublishedModel latest = publisher_.Latest(0);
+  if (latest.poses == nullptr || latest.map_id != map_id) return {};
+  return ToPointCloud(latest.surfels);
 }
 
 void ModelBuilder::PublishIfDue() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -52,7 +53,8 @@ class ModelBuilder {
   // of theirs.
   void Update(const KeyframePosesPtr& poses);
   // Exports the models, at the poses of the last Update, and lets their memory go. Maps that have
-  // become one since then have their models put side by side.
+  // become one since then have their models put side by side. Throws, at the end, what the first
+  // export threw that failed: of that model there is then what was published last.
   void Close(const KeyframePosesPtr& poses);
 
   // Publishes the current model for who watches it, if that is due.
@@ -83,6 +85,7 @@ class ModelBuilder {
   void JoinFinished(const MapJoin& join);
   void JoinRecords(const MapJoin& join);
   void Export(int map_id);
+  PointCloud LatestPublished(int map_id);
 
   ModelStages stages_;
   PipelineCounts counts_;
@@ -92,6 +95,7 @@ class ModelBuilder {
   std::map<int, OfMap> of_map_;
   ModelFeedback feedback_;
   ModelPublisher publisher_;
+  std::exception_ptr export_error_;  // the first one
 };
 
 }  // namespace mono3d

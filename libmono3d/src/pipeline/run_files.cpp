@@ -64,13 +64,20 @@ bool IsSparseFile(std::string_view name) {
          name == "cameras.bin" || name == "images.bin" || name == "points3D.bin";
 }
 
+// A folder of that name is the user's own.
+bool IsFolder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(std::filesystem::symlink_status(path, ignored));
+}
+
 // Adds the files of `folder` / `below` whose names match.
 void AddMatching(const std::filesystem::path& folder, const std::filesystem::path& below,
                  bool (*matches)(std::string_view), std::vector<std::filesystem::path>& files) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder / below, ignored)) {
     const std::string name = entry.path().filename().string();
-    if (matches(WithoutEnding(name, ".partial").value_or(name))) files.push_back(below / name);
+    const bool is_match = matches(WithoutEnding(name, ".partial").value_or(name));
+    if (is_match && !IsFolder(entry.path())) files.push_back(below / name);
   }
 }
 
@@ -111,7 +118,8 @@ std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folde
     AddMatching(folder, model, IsSparseFile, files);
   }
   for (const std::string& name : NamesOfPlacedImages(folder / kImagesOfRun)) {
-    files.push_back(std::filesystem::path(kImagesOfRun) / name);
+    const std::filesystem::path image = std::filesystem::path(kImagesOfRun) / name;
+    if (!IsFolder(folder / image)) files.push_back(image);
   }
   return files;
 }
