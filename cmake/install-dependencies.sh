@@ -25,7 +25,7 @@ case ${1:-all} in
       libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
       vulkan-validationlayers
       libgtest-dev libgmock-dev chromium
-      clang-format clang-tidy doxygen
+      clang clang-format clang-tidy libclang-rt-dev doxygen
     " ;;
   *)
     echo "install-dependencies.sh: expected nothing or \"product\", found \"$1\"" >&2
