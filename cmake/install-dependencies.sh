@@ -22,7 +22,7 @@ developers="
   git
   libgtest-dev libgmock-dev chromium
   vulkan-validationlayers
-  clang-format clang-tidy doxygen
+  clang clang-format clang-tidy libclang-rt-dev doxygen
 "
 case ${1:-all} in
   product) packages=$product ;;

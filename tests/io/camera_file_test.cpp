@@ -424,6 +424,18 @@ TEST_F(CameraFile, ReadsOpenCvXmlAndJson) {
               ThrowsMessage<Error>(HasSubstr("bad.xml")));
 }
 
+TEST_F(CameraFile, RefusesASizeOfKalibrThatIsNone) {
+  for (const char* size : {"1e30", "-3", "640.5"}) {
+    const auto path =
+        WriteText("camchain.yaml", std::string("cam0:\n  intrinsics: [461, 460, 362, 248]\n"
+                                               "  resolution: [") +
+                                       size + ", 480]\n");
+    EXPECT_THAT(
+        [&] { ReadCameraFile(path); },
+        ThrowsMessage<Error>(HasSubstr("camchain.yaml:3: camera calibration: bad resolution")));
+  }
+}
+
 TEST_F(CameraFile, ReadsKalibr) {
   const std::string kalibr =
       "cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n"

@@ -115,6 +115,26 @@ TEST_F(ImageFile, ThatSaysItIsHugeIsRefused) {
                                              "pixels, found 32000x32000)")));
 }
 
+TEST_F(ImageFile, OfAnyFormThatSaysItIsHugeIsRefused) {
+  std::string bmp = Encode(".bmp", Noise(CV_8UC3));
+  bmp.replace(18, 8, std::string("\0\0\x7D\0\0\x83\xFF\xFF", 8));  // 8192000 x -32000
+  std::string tiff = Encode(".tiff", Noise(CV_8UC3));
+  for (const char* tag : {"\x00\x01", "\x01\x01"}) {  // ImageWidth and ImageLength
+    const std::size_t entry = tiff.find(std::string(tag, 2) + std::string("\x03\0\x01\0\0\0", 6));
+    ASSERT_NE(entry, std::string::npos);
+    tiff.replace(entry + 8, 2, "\x30\x75");  // 30000
+  }
+  for (const std::string& bytes : {bmp, tiff, std::string("P6 # of\n30000 30000 255\n")}) {
+    EXPECT_THAT([&] { Read(bytes); },
+                ThrowsMessage<Error>(HasSubstr("the image is too large (expected at most")));
+  }
+}
+
+TEST_F(ImageFile, OfAFormThatNobodyAskedForIsNotDecoded) {
+  EXPECT_THAT([&] { Read(Encode(".hdr", Noise(CV_8UC3))); },
+              ThrowsMessage<Error>(HasSubstr("not an image, or not of a known kind")));
+}
+
 TEST_F(ImageFile, ThatIsNoImageIsRefused) {
   EXPECT_THAT([&] { Read("just a text file with a wrong name\n"); },
               ThrowsMessage<Error>(HasSubstr("image: not an image, or not of a known kind")));

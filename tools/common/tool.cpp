@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "common/common_options.h"
+#include "common/dotted_config.h"
 #include "common/manual.h"
 #include "common/warnings.h"
 #include "mono3d/core/error.h"
@@ -58,24 +59,6 @@ void SendLogToStderr(const std::string& name, bool verbose) {
     }
   });
 }
-
-// The names of our options have dots. "[depth.sgm]" and "p1 = 10" below it say "depth.sgm.p1 = 10":
-// CLI11 would look for subcommands of these names.
-class DottedConfig : public CLI::ConfigBase {
- public:
-  DottedConfig() { parentSeparator('\0'); }
-
-  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
-    std::vector<CLI::ConfigItem> options;
-    for (CLI::ConfigItem& item : CLI::ConfigBase::from_config(input)) {
-      if (item.name == "++" || item.name == "--") continue;  // a section begins or ends
-      if (!item.parents.empty()) item.name = CLI::detail::join(item.parents, ".") + "." + item.name;
-      item.parents.clear();
-      options.push_back(std::move(item));
-    }
-    return options;
-  }
-};
 
 void PrintDevices() {
   for (const DeviceInfo& device : ListDevices()) {

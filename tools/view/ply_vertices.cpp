@@ -13,6 +13,7 @@
 #include <map>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include "mono3d/core/error.h"
 
@@ -26,11 +27,22 @@ namespace {
                          .found = found});
 }
 
-std::optional<std::size_t> Find(const std::map<std::string, std::size_t>& offsets,
-                                const std::string& property) {
-  const auto found = offsets.find(property);
-  if (found == offsets.end()) return std::nullopt;
-  return found->second;
+struct Property {
+  std::string type;
+  std::string name;
+  std::size_t offset = 0;
+};
+
+// Where the first one of these stands, of one type and one behind the other; nothing otherwise.
+std::optional<std::size_t> Find(const std::vector<Property>& properties, const std::string& type,
+                                const std::vector<std::string>& names) {
+  const auto is_it = [&](const Property& property, const std::string& name) {
+    return property.type == type && property.name == name;
+  };
+  const auto found =
+      std::search(properties.begin(), properties.end(), names.begin(), names.end(), is_it);
+  if (found == properties.end()) return std::nullopt;
+  return found->offset;
 }
 
 }  // namespace
@@ -65,7 +77,7 @@ PlyVertices::~PlyVertices() { munmap(const_cast<char*>(bytes_), num_bytes_); }
 
 void PlyVertices::ReadHeader(const std::string& header, const std::filesystem::path& path) {
   const std::map<std::string, std::size_t> sizes = {{"float", 4}, {"uchar", 1}, {"uint", 4}};
-  std::map<std::string, std::size_t> offsets;
+  std::vector<Property> properties;
   std::istringstream lines(header);
   bool is_vertex = false, is_binary = false;
   for (std::string line; std::getline(lines, line);) {
@@ -81,20 +93,20 @@ void PlyVertices::ReadHeader(const std::string& header, const std::filesystem::p
     if (first != "property" || !is_vertex) continue;
     const auto size = sizes.find(second);
     if (size == sizes.end()) ThrowNotAModel(path, "property " + second + " " + third);
-    offsets[third] = stride_;
+    properties.push_back({second, third, stride_});
     stride_ += size->second;
   }
-  const std::optional<std::size_t> x = Find(offsets, "x");
+  const std::optional<std::size_t> x = Find(properties, "float", {"x", "y", "z"});
   if (!is_binary || !x || num_vertices_ <= 0) ThrowNotAModel(path, "another kind of PLY file");
   if (static_cast<std::size_t>(num_vertices_) > (num_bytes_ - vertices_at_) / stride_) {
     ThrowNotAModel(path, "a file that ends too early");
   }
   point_at_ = *x;
-  normal_at_ = Find(offsets, "nx");
-  colour_at_ = Find(offsets, "red");
-  radius_at_ = Find(offsets, "radius");
-  confidence_at_ = Find(offsets, "confidence");
-  observations_at_ = Find(offsets, "observations");
+  normal_at_ = Find(properties, "float", {"nx", "ny", "nz"});
+  colour_at_ = Find(properties, "uchar", {"red", "green", "blue"});
+  radius_at_ = Find(properties, "float", {"radius"});
+  confidence_at_ = Find(properties, "float", {"confidence"});
+  observations_at_ = Find(properties, "uint", {"observations"});
 }
 
 template <typename T>

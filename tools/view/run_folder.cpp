@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/json_file.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/io/colmap_model.h"
@@ -28,10 +29,16 @@ namespace fs = std::filesystem;
 
 constexpr int kPictureWidth_px = 640;
 
-nlohmann::json ReadRecord(const fs::path& path) {
+nlohmann::json RecordOrNothing(const fs::path& path) {
   std::ifstream stream(path);
-  nlohmann::json record = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  nlohmann::json record = ParseJson<nlohmann::json>(stream);
   return record.is_object() ? record : nlohmann::json::object();
+}
+
+// Empty where it is no text.
+std::string TextOf(const nlohmann::json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
 // "000012.jpg" and "flight.mp4#12"
@@ -84,7 +91,7 @@ RunFolder::RunFolder(const fs::path& folder) : folder_(folder) {
                            .expected = "the output folder of mono3d-reconstruct",
                            .found = "no model.ply"});
   }
-  record_ = ReadRecord(folder_ / "run.json");
+  record_ = RecordOrNothing(folder_ / "run.json");
   try {
     ReadKeyframes();
   } catch (const Error& error) {
@@ -97,7 +104,7 @@ void RunFolder::ReadKeyframes() {
   if (!fs::exists(folder_ / "sparse" / "images.txt", ignored)) return;
   const SparseModel sparse = ReadColmapModel(folder_ / "sparse");
   camera_ = sparse.camera;
-  const auto images = ImagesOfInput(record_.value("input", std::string()));
+  const auto images = ImagesOfInput(TextOf(record_, "input"));
   for (const SparseImage& image : sparse.images) {
     Keyframe keyframe;
     keyframe.T_world_cam = image.T_world_cam;
@@ -130,8 +137,8 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
   }
   const nlohmann::json::json_pointer health("/maps/0/health");
   if (record_.contains(health) && record_[health].is_object()) {
-    status["health"] = record_[health].value("state", "");
-    status["health_reason"] = record_[health].value("reason", "");
+    status["health"] = TextOf(record_[health], "state");
+    status["health_reason"] = TextOf(record_[health], "reason");
   }
   return status;
 }

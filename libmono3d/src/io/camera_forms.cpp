@@ -65,6 +65,12 @@ std::optional<CameraModel> ParseKalibr(const CalibrationYaml& yaml) {
   camera.cy = intrinsics[3];
   const std::vector<double> size = yaml.Matrix("cam0.resolution");
   RequireCount(yaml, "cam0.resolution", size.size(), 2);
+  constexpr double kMaxSize = 1e6;
+  for (const double length : size) {
+    if (length >= 1 && length <= kMaxSize && length == std::floor(length)) continue;
+    yaml.Throw(yaml.Line("cam0.resolution"), "bad resolution", "positive whole numbers",
+               std::to_string(length));
+  }
   camera.width = static_cast<int>(size[0]);
   camera.height = static_cast<int>(size[1]);
   if (lens == "none" || !yaml.Has("cam0.distortion_coeffs")) return camera;

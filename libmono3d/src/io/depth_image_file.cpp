@@ -49,6 +49,7 @@ cv::Mat ReadPng(const std::filesystem::path& path, const std::string& bytes,
     throw UsageError({"bad scale of a depth image", {}, "a positive number", ToText(*scale)});
   }
   if (!IsCompletePng(bytes)) ThrowBadDepthImage(path, "the image is truncated", {}, {});
+  RequireDecodableSize(path);
   cv::Mat image;
   try {
     const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());

@@ -3,12 +3,15 @@
 
 #include "io/image_file.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <string_view>
 
+#include "io/exif_camera.h"
 #include "io/image_metadata.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
@@ -54,10 +57,27 @@ bool IsCompleteJpeg(std::string_view bytes) {
   throw Error(ErrorParts{.what = what, .where = path, .expected = {}, .found = {}});
 }
 
-// Before it is decoded: a small file may say that its image is huge. 805 MB in three bytes a pixel.
+// Decoders of further forms, which nobody asked for, need not be trusted.
+bool IsOfKnownForm(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  constexpr std::array<std::string_view, 5> kSignatures = {kJpegBegin, kPngSignature, "BM"sv,
+                                                           "II*\0"sv, "MM\0*"sv};
+  const auto begins = [&](std::string_view signature) { return bytes.starts_with(signature); };
+  if (std::ranges::any_of(kSignatures, begins)) return true;
+  if (bytes.starts_with("RIFF")) return bytes.substr(0, 12).ends_with("WEBP");
+  return bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
+}
+
+}  // namespace
+
 void RequireDecodableSize(const std::filesystem::path& path) {
-  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-  const ImageMetadata metadata = ReadImageMetadata(path);
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;  // 805 MB in three bytes a pixel
+  ImageMetadata metadata = ReadImageMetadata(path);
+  if (metadata.width <= 0 && !metadata.exif.empty()) {  // of a TIFF file
+    const ExifCamera exif = ParseExif(metadata.exif);
+    metadata.width = exif.stored_width;
+    metadata.height = exif.stored_height;
+  }
   const std::int64_t num_pixels = std::int64_t{metadata.width} * metadata.height;
   if (num_pixels <= kMaxPixels) return;
   throw Error(
@@ -67,8 +87,6 @@ void RequireDecodableSize(const std::filesystem::path& path) {
                  .found = std::to_string(metadata.width) + "x" + std::to_string(metadata.height),
                  .code = ErrorCode::kUnsupported});
 }
-
-}  // namespace
 
 bool IsCompletePng(std::string_view bytes) {
   constexpr std::size_t kAroundData = 12;  // length, type, checksum
@@ -88,6 +106,7 @@ cv::Mat ReadImage(const std::filesystem::path& path) {
   const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
   const bool is_cut_png = bytes.starts_with(kPngSignature) && !IsCompletePng(bytes);
   if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated");
+  if (!IsOfKnownForm(bytes)) ThrowUnreadable(path, "not an image, or not of a known kind");
   RequireDecodableSize(path);
   cv::Mat image;
   try {
@@ -97,7 +116,7 @@ cv::Mat ReadImage(const std::filesystem::path& path) {
   } catch (const cv::Exception& exception) {
     ThrowUnreadable(path, "cannot decode the image: " + exception.err);
   }
-  if (image.empty()) ThrowUnreadable(path, "not an image, or not of a known kind");
+  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
   return image;
 }
 

@@ -3,9 +3,11 @@
 
 #include "io/image_metadata.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <istream>
+#include <limits>
 #include <string_view>
 #include <system_error>
 
@@ -72,6 +74,26 @@ void ReadJpegHead(std::istream& file, ImageMetadata& metadata) {
   }
 }
 
+int LittleEndianNumber(std::string_view bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    value |= static_cast<std::uint32_t>(static_cast<std::uint8_t>(bytes[i])) << 8 * i;
+  }
+  // A BMP whose top row comes first has a negative height.
+  return static_cast<int>(value > INT32_MAX ? std::min<std::uint32_t>(0U - value, INT32_MAX)
+                                            : value);
+}
+
+// "P6 # comment\n640 480 255": the numbers, between blanks and comments.
+void ReadPnmSize(std::istream& file, ImageMetadata& metadata) {
+  for (int* size : {&metadata.width, &metadata.height}) {
+    while (file >> std::ws && file.peek() == '#') {
+      file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    }
+    if (!(file >> *size)) *size = 0;
+  }
+}
+
 }  // namespace
 
 ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
@@ -94,6 +116,17 @@ ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
     metadata.height = BigEndianNumber(std::string_view(head).substr(20, 4));
   } else if (head.starts_with(kTiffLittleEndian) || head.starts_with(kTiffBigEndian)) {
     metadata.exif = std::string(kExifHeader) + ReadBytes(path);
+  } else if (head.starts_with("BM") && head.size() == kPngSizeEnd) {
+    // The file of an OS/2 of long ago has 16 bits for each.
+    const bool is_old = LittleEndianNumber(std::string_view(head).substr(14, 4)) == 12;
+    const std::size_t num_bytes = is_old ? 2 : 4;
+    file.seekg(18);
+    metadata.width = LittleEndianNumber(TakeBytes(file, num_bytes));
+    metadata.height = LittleEndianNumber(TakeBytes(file, num_bytes));
+  } else if (head.size() > 2 && head[0] == 'P' && head[1] >= '1' && head[1] <= '6') {
+    file.clear();
+    file.seekg(2);
+    ReadPnmSize(file, metadata);
   }
   return metadata;
 }

@@ -84,13 +84,15 @@ void SwapBytes(cv::Mat& image) {
 cv::Mat ReadPfm(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);
   const Header header = ParseHeader(path, bytes);
-  cv::Mat image(header.height, header.width, CV_32FC(header.num_channels));
-  const std::size_t row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
-  const std::size_t needed = header.num_bytes + row_bytes * static_cast<std::size_t>(image.rows);
+  const std::size_t row_bytes =
+      static_cast<std::size_t>(header.width * header.num_channels) * sizeof(float);
+  const std::size_t needed = header.num_bytes + row_bytes * static_cast<std::size_t>(header.height);
   if (bytes.size() < needed) {
     ThrowBadPfm(path, "file ends too early", std::to_string(needed) + " bytes",
                 std::to_string(bytes.size()));
   }
+  // Not before: a few bytes may speak of 12 GB.
+  cv::Mat image(header.height, header.width, CV_32FC(header.num_channels));
   const char* row = bytes.data() + header.num_bytes;
   for (int y = image.rows - 1; y >= 0; --y, row += row_bytes) {
     std::memcpy(image.ptr(y), row, row_bytes);

@@ -40,8 +40,8 @@ Similarity ParseAxes(std::string_view bytes, const std::string& where) {
   const Eigen::Quaterniond rotation(v[4], v[1], v[2], v[3]);
   const Eigen::Vector3d translation(v[5], v[6], v[7]);
   constexpr double kRounding = 1e-6;
-  const bool is_similarity =
-      v[0] > 0 && translation.allFinite() && std::abs(rotation.norm() - 1) < kRounding;
+  const bool is_similarity = v[0] > 0 && std::isfinite(v[0]) && translation.allFinite() &&
+                             std::abs(rotation.norm() - 1) < kRounding;
   if (!is_similarity) {
     throw Error(
         ErrorParts{.what = "saved map: damaged axes", .where = where, .expected = {}, .found = {}});

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -69,6 +70,9 @@ class ByteReader {
     } else {
       std::memcpy(&number, bytes_.data(), sizeof(T));
     }
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::isfinite(number)) Refuse("a number is not finite");
+    }
     bytes_.remove_prefix(sizeof(T));
   }
   void Text(std::string& text) {
@@ -80,7 +84,7 @@ class ByteReader {
   void List(std::vector<T>& list, const Function& exchange) {
     const std::uint64_t size = Count();
     list.clear();
-    list.reserve(size);
+    // Not reserved: a member may be a thousand times as large as the byte that tells of it.
     for (std::uint64_t i = 0; i < size; ++i) exchange(list.emplace_back());
   }
   template <typename T, typename Function>
@@ -98,7 +102,7 @@ class ByteReader {
   }
 
  private:
-  // Each member takes a byte at least: a wild count is found out before memory is asked for.
+  // Each member takes a byte at least: a wild count is found out at once.
   std::uint64_t Count() {
     std::uint64_t count = 0;
     Number(count);

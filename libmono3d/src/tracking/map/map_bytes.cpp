@@ -190,7 +190,14 @@ std::uint64_t Checksum(std::string_view bytes) {
 bool ObservationsAgree(const Content& content) {
   std::size_t num_observations = 0;
   for (std::size_t id = 0; id < content.points.size(); ++id) {
-    for (const Observation& seen : content.points[id].observations) {
+    const std::vector<Observation>& observations = content.points[id].observations;
+    // Twice the same one would stand for one of a point that is not there.
+    const auto is_not_later = [](const Observation& a, const Observation& b) {
+      return a.keyframe >= b.keyframe;
+    };
+    if (std::ranges::adjacent_find(observations, is_not_later) != observations.end()) return false;
+    if (!content.points[id].alive && !observations.empty()) return false;
+    for (const Observation& seen : observations) {
       if (seen.keyframe >= content.keyframes.size()) return false;
       const View& view = content.keyframes[seen.keyframe].view;
       if (seen.feature >= view.points.size() ||
@@ -210,8 +217,36 @@ bool ObservationsAgree(const Content& content) {
   return num_observations == 0;
 }
 
+// What is counted further, as int.
+bool IsCount(int count) { return count >= 0 && count <= 1'000'000'000; }
+
+bool AreFeatureOptions(const FeatureOptions& features) {
+  constexpr int kMaxLevels = 64;
+  return features.num_levels >= 1 && features.num_levels <= kMaxLevels &&
+         features.scale_factor > 1 && features.scale_factor <= 2 && IsCount(features.num_features);
+}
+
+// The grid of a keyframe takes memory by the size of the image: not much more than what is saved.
+bool IsImageSizePlausible(const Content& content, std::size_t num_bytes) {
+  constexpr double kMaxPixels = 1 << 28;
+  constexpr double kPixelsOfCell = 32 * 32;
+  constexpr double kMaxCellsOfByte = 16;
+  constexpr double kMaxCellsOfSmallMap = 1 << 24;
+  const double num_pixels = double{1} * content.camera.width * content.camera.height;
+  const double num_cells =
+      num_pixels / kPixelsOfCell * static_cast<double>(content.keyframes.size());
+  return num_pixels <= kMaxPixels &&
+         num_cells <= kMaxCellsOfByte * static_cast<double>(num_bytes) + kMaxCellsOfSmallMap;
+}
+
+bool IsInImage(const Eigen::Vector2d& pixel, const CameraModel& camera) {
+  return pixel.minCoeff() >= -1 && pixel.x() <= camera.width && pixel.y() <= camera.height;
+}
+
 bool KeyframesAgree(const Content& content) {
+  constexpr std::int64_t kMaxId = std::int64_t{1} << 53;
   for (const MapPoint& point : content.points) {
+    if (!IsCount(point.num_predicted) || !IsCount(point.num_found)) return false;
     if (point.patch_keyframe >= content.keyframes.size()) return false;
     if (point.patch && (point.patch->octave < 0 || point.patch->octave >= kNumOctaves))
       return false;
@@ -221,8 +256,8 @@ bool KeyframesAgree(const Content& content) {
   std::set<std::int64_t> ids;
   for (std::size_t id = 0; id < content.keyframes.size(); ++id) {
     const MapKeyframe& keyframe = content.keyframes[id];
-    if (!ids.insert(keyframe.id).second) return false;
-    if (!std::isfinite(keyframe.scale) || keyframe.scale <= 0) return false;
+    if (!ids.insert(keyframe.id).second || keyframe.id < 0 || keyframe.id > kMaxId) return false;
+    if (!IsCount(keyframe.num_newer_adjusted) || keyframe.scale <= 0) return false;
     if (!keyframe.alive && keyframe.anchor >= content.keyframes.size()) return false;
     // The anchors of culled keyframes lead to one that is alive.
     std::size_t at = id;
@@ -232,12 +267,7 @@ bool KeyframesAgree(const Content& content) {
     }
     for (const Feature& feature : keyframe.view.features) {
       if (feature.level < 0 || feature.level >= content.features.num_levels) return false;
-      if (!feature.pixel.allFinite()) return false;
-    }
-    const CameraVelocity& velocity = keyframe.view.shutter.velocity();
-    for (const Eigen::Vector3d* axes : {&velocity.angular_rad_per_s, &velocity.linear_su_per_s,
-                                        &velocity.angular_rad_per_s2, &velocity.linear_su_per_s2}) {
-      if (!axes->allFinite()) return false;
+      if (!IsInImage(feature.pixel, content.camera)) return false;
     }
   }
   for (const FrameRecord& frame : content.frames) {
@@ -257,11 +287,14 @@ std::string ToBytes(const Map& map, const FeatureOptions& features,
   std::uint32_t version = kVersion;
   writer.Number(version);
   Exchange(writer, content);
-  std::string bytes = std::string(kMagic) + writer.TakeBytes();
+  return WithChecksum(std::string(kMagic) + writer.TakeBytes());
+}
+
+std::string WithChecksum(std::string bytes) {
   ByteWriter end;
   std::uint64_t checksum = Checksum(bytes);
   end.Number(checksum);
-  return bytes + end.TakeBytes();
+  return std::move(bytes) + end.TakeBytes();
 }
 
 SavedMap FromBytes(std::string_view bytes, const std::string& where) {
@@ -287,10 +320,12 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
   reader = ByteReader(checked.substr(kMagic.size() + sizeof(version)), where);
   Content content;
   Exchange(reader, content);
-  if (!reader.IsAtEnd() || !ObservationsAgree(content) || !KeyframesAgree(content)) {
+  Validate(content.camera, where);
+  if (!reader.IsAtEnd() || !AreFeatureOptions(content.features) ||
+      !IsImageSizePlausible(content, bytes.size()) || !ObservationsAgree(content) ||
+      !KeyframesAgree(content)) {
     all.Refuse("contradicts itself");
   }
-  Validate(content.camera, where);
   if (content.sensor.width != 0) Validate(content.sensor, where);
   for (MapKeyframe& keyframe : content.keyframes) {
     keyframe.is_finalised = true;

@@ -28,6 +28,9 @@ struct SavedMap {
 std::string ToBytes(const Map& map, const FeatureOptions& features,
                     const std::vector<FrameRecord>& frames);
 
+// Bytes without their checksum, with it.
+std::string WithChecksum(std::string bytes);
+
 // The map gets the id 0; its keyframes count as finalised. `where` names the bytes in messages.
 // Throws Error on anything but what ToBytes has made: other files, other versions, bytes cut off or
 // changed, references to what is not there.
