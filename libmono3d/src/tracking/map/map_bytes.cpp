@@ -266,12 +266,14 @@ std::string ToBytes(const Map& map, const FeatureOptions& features,
 
 SavedMap FromBytes(std::string_view bytes, const std::string& where) {
   ByteReader all(bytes, where);
-  if (!bytes.starts_with(kMagic)) all.Refuse("not one of mono3d");
+  if (!bytes.starts_with(kMagic)) all.Refuse("not one of mono3d; --save-map writes one");
   ByteReader reader(bytes.substr(kMagic.size()), where);
   std::uint32_t version = 0;
   reader.Number(version);
   if (version != kVersion) {
-    throw Error(ErrorParts{.what = "saved map: of another version",
+    throw Error(ErrorParts{.what =
+                               "saved map: of another version of mono3d: make it again from its "
+                               "images with --save-map",
                            .where = where,
                            .expected = "version " + std::to_string(kVersion),
                            .found = "version " + std::to_string(version)});
