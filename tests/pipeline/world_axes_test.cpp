@@ -89,12 +89,12 @@ TEST(WorldAxes, OfAnOrbitAreLevelByTheHorizonOfItsCameras) {
 }
 
 TEST(WorldAxes, OfACameraHeldUprightFollowItsImagesAsTheyAreShown) {
-  // Images to be turned clockwise are of a camera that was turned the other way.
+  // Images to be turned clockwise are of a camera that was turned clockwise.
   for (const int turn_deg : {90, 180, 270}) {
     Flight flight(0.95);
     const auto camera = [&](int i) {
       const double angle = 5.0 * i * kDegreeOfAxes;
-      return CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, -turn_deg);
+      return CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, turn_deg);
     };
     for (int i = 0; i < 24; ++i) flight.Add(camera(i));
     EXPECT_LT(TiltOf(flight.AsTracked(), camera(0), turn_deg), 2) << turn_deg;
