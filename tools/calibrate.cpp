@@ -9,6 +9,7 @@
 
 #include "calibrate/calibration_report.h"
 #include "common/camera_choice.h"
+#include "common/input_check.h"
 #include "common/tool.h"
 #include "mono3d/calibration/board_calibration.h"
 #include "mono3d/core/error.h"
@@ -65,6 +66,9 @@ CameraCalibration Learn(const Arguments& arguments, const std::optional<Calibrat
 int Calibrate(const Arguments& arguments) {
   arguments.source.Validate();
   arguments.camera.calibration.Validate();
+  RequireImagesOfPlaces(arguments.input, FindPrior(arguments.input, arguments.camera).camera,
+                        arguments.source);
+  TellOfTurn(arguments.input);
   const CameraCalibration calibration = Learn(arguments, BoardOf(arguments));
   if (!calibration.is_learned && !AgreesWithCalibration(calibration)) {
     throw Error(arguments.input + ": no camera can be learned: " + calibration.reason);

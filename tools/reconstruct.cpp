@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/camera_choice.h"
+#include "common/input_check.h"
 #include "common/photo_cameras.h"
 #include "common/progress.h"
 #include "common/summary.h"
@@ -172,6 +173,7 @@ struct Run {
   RunNotes& notes;
   RunView& view;
   std::filesystem::path folder;  // that is written to
+  int turn_deg = 0;              // of the images when they are shown
 };
 
 struct Result {
@@ -222,8 +224,11 @@ void NoteCamerasOfFiles(const Run& run, const Result& result) {
   std::vector<CameraOfFiles>& cameras = run.record.cameras_of_files;
   const bool is_undistorted = run.arguments.with_global_shutter_images;
   if (result.depth_camera) {
-    cameras.push_back({is_undistorted ? "depth/, images_global_shutter/, sparse/" : "depth/",
-                       *result.depth_camera});
+    const std::string depth = run.writer.writes_depth_maps() ? "depth/" : "";
+    const std::string files =
+        is_undistorted ? depth + (depth.empty() ? "" : ", ") + "images_global_shutter/, sparse/"
+                       : depth;
+    if (!files.empty()) cameras.push_back({files, *result.depth_camera});
   }
   if (is_undistorted) return;
   for (const CameraModel& camera : result.cameras.cameras) {
@@ -295,7 +300,7 @@ Result RunWithKnownCamera(const Run& run) {
   result.reconstruction = FinishAfterAll(pipeline, run.record);
   NoteErrorOf(run.record, [&] { watch.End(); });
   result.depth_camera = files.DepthCamera();
-  ChooseAxes(arguments.written, saved_axes, result.reconstruction);
+  ChooseAxes(arguments.written, saved_axes, run.turn_deg, result.reconstruction);
   Write(run, result, pipeline.tracker());
   return result;
 }
@@ -376,7 +381,7 @@ Result RunWhileLearningCamera(const Run& run) {
   }
   Result result{FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
   NoteErrorOf(run.record, [&] { watch.End(); });
-  ChooseAxes(arguments.written, {}, result.reconstruction);
+  ChooseAxes(arguments.written, {}, run.turn_deg, result.reconstruction);
   progress_line.reset();
   if (result.reconstruction.self_calibration) TellOfCamera(run, prior, result);
   Write(run, result, pipeline.tracker());
@@ -408,14 +413,24 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
 int ReconstructInto(OutputFolder& output, Arguments& arguments,
                     const std::shared_ptr<Device>& device, RunRecord& record) {
   const double start_ms = WallClockMs();
-  const RunWriter writer(output.of_run());
+  const RunWriter writer(output.of_run(),
+                         DepthFilesOf(arguments.written, arguments.pipeline.is_live));
   StageTimes times;
   FramesSoFar frames;
   WriteFailures failures;
   RunNotes notes;
   arguments.view.Open();
-  const Run run{arguments, device,   writer, times,          record,
-                frames,    failures, notes,  arguments.view, output.of_run()};
+  const Run run{arguments,
+                device,
+                writer,
+                times,
+                record,
+                frames,
+                failures,
+                notes,
+                arguments.view,
+                output.of_run(),
+                TellOfTurn(arguments.input)};
   const Result result = MakeRun(run);
   failures.NoteIn(record);
   record.stages = times.Snapshot();
@@ -447,6 +462,12 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.camera.calibration.Validate();
   arguments.self_calibration.Validate();
   RequireSameCamera(arguments);
+  // What is wrong with the input is said before anything is done or written.
+  arguments.source.Validate();
+  const CameraModel camera = FindPrior(arguments.input, arguments.camera).camera;
+  if (arguments.map.empty()) {
+    RequireImagesOfPlaces(arguments.input, camera, arguments.source);
+  }
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   const std::shared_ptr<Device> device = OpenDevice(device_options);
   TellOfDevice(Info(*device));

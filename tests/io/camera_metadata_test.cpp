@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/photo_file.h"
@@ -144,6 +145,20 @@ TEST_F(CameraMetadata, FitsTheFramesOfItsInput) {
   EXPECT_TRUE(OpenFrameSource(folder_, ReadCameraPrior(folder_).camera)->Next());
   const std::string video = WriteVideo("flight.avi");
   EXPECT_TRUE(OpenFrameSource(video, ReadCameraPrior(video).camera)->Next());
+}
+
+TEST_F(CameraMetadata, TurnsAreThoseThatAllPhotosHave) {
+  const auto turned = [](std::uint32_t orientation) {
+    return Camera("A", 8).Short(ExifWriter::Directory::kImage, 0x0112, orientation);
+  };
+  for (const auto& [orientation, turn_deg] : {std::pair(1U, 0), {3U, 180}, {6U, 90}, {8U, 270}}) {
+    WritePhoto("photos/a.jpg", turned(orientation));
+    WritePhoto("photos/b.jpg", turned(orientation));
+    EXPECT_EQ(ReadShownTurn(folder_ / "photos"), turn_deg) << orientation;
+  }
+  WritePhoto("photos/b.jpg", turned(1));
+  EXPECT_EQ(ReadShownTurn(folder_ / "photos"), 0) << "some are upright, some lengthwise";
+  EXPECT_EQ(ReadShownTurn(WritePlain("plain.jpg")), 0);
 }
 
 TEST_F(CameraMetadata, OfAVideoIsTheDefault) {

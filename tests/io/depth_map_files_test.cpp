@@ -10,6 +10,7 @@
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
+#include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/pfm_file.h"
 
 namespace mono3d {
@@ -38,6 +39,41 @@ TEST_F(DepthMapFiles, AreThoseOfTheImagesThatTheMapHas) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.normal.png"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.confidence.pfm"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.confidence.png"));
+}
+
+TEST_F(DepthMapFiles, OfEachFormAreReadAsTheyWere) {
+  DepthMap map;
+  map.camera = DepthCamera();
+  map.depth = cv::Mat(4, 6, CV_32FC1, cv::Scalar(1.23456789));
+  map.depth.at<float>(0, 0) = 0;
+  map.depth.at<float>(0, 1) = 1000;  // beyond 16 bits
+  map.normal = cv::Mat(4, 6, CV_32FC3, cv::Scalar(0, 0.6, -0.8));
+  map.normal.at<cv::Vec3f>(0, 0) = {0, 0, 0};
+  map.confidence = cv::Mat(4, 6, CV_32FC1, cv::Scalar(0.3));
+  map.inferred = cv::Mat(4, 6, CV_8UC1, cv::Scalar(255));
+  WriteText("scale.txt", "2000\n");
+  const auto read = [&](DepthFileForm form, std::size_t ending, double step) {
+    WriteDepthMap(folder_, "7", map, {form, false});
+    const auto path = [&](const char* kind) {
+      return (folder_ / "7").string() + DepthFileEndings(kind)[ending];
+    };
+    const cv::Mat depth = ReadDepthImage(path("depth"));
+    EXPECT_EQ(depth.at<float>(0, 0), 0);
+    EXPECT_EQ(depth.at<float>(0, 1), form == DepthFileForm::kPng16 ? 0 : 1000);
+    EXPECT_NEAR(depth.at<float>(2, 3), 1.23456789F, step);
+    EXPECT_NEAR(ReadConfidence(path("confidence")).at<float>(1, 1), 0.3, 2e-4);
+    const cv::Mat normal = ReadNormals(path("normal"));
+    EXPECT_EQ(normal.at<cv::Vec3f>(0, 0), cv::Vec3f(0, 0, 0));
+    EXPECT_LT(cv::norm(normal.at<cv::Vec3f>(1, 1), cv::Vec3f(0, 0.6F, -0.8F)), 1e-3);
+  };
+  read(DepthFileForm::kPfm, 0, 0);
+  read(DepthFileForm::kExr, 1, 0);
+  read(DepthFileForm::kPng16, 2, 0.5 / kDepthPngScale);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "7.inferred.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "7.depth.png")) << "no preview was asked for";
+  WriteDepthMap(folder_, "8", map, {DepthFileForm::kNone, true});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "8.inferred.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "8.depth.png"));
 }
 
 TEST_F(DepthMapFiles, RefuseImagesOfAnotherType) {

@@ -65,6 +65,29 @@ TEST_F(ImageFile, OfSixteenBitsIsCutToTheUpperEight) {
   }
 }
 
+TEST_F(ImageFile, OfSixteenBitsWithEmptyUpperBitsIsTakenByThoseThatItUses) {
+  for (const char* extension : {".png", ".tiff"}) {
+    const cv::Mat deep = Noise(CV_16UC3);
+    const cv::Mat of_12_bits = deep / 16 - cv::Scalar::all(1);
+    std::vector<std::string> dark;
+    for (int i = 0; i < 12; ++i) {
+      const cv::Mat image = i == 4 ? of_12_bits : cv::Mat(of_12_bits / 8);
+      dark.push_back(WriteText(std::to_string(i) + extension, Encode(extension, image)));
+    }
+    const int bits = FindValueBits(dark);
+    EXPECT_EQ(bits, 12) << extension << ": one scale for all";
+    const cv::Mat read = ReadImage(dark[4], bits);
+    ASSERT_EQ(read.type(), CV_8UC3);
+    EXPECT_EQ(read.at<cv::Vec3b>(3, 5)[1], of_12_bits.at<cv::Vec3w>(3, 5)[1] / 16);
+    EXPECT_GT(cv::mean(read)[0], 100);
+    EXPECT_LT(cv::mean(ReadImage(dark[4]))[0], 10) << "as it was";
+    dark[4] = WriteText(std::string("4") + extension, Encode(extension, deep));
+    EXPECT_EQ(FindValueBits(dark), 16) << "a bright one among them";
+    EXPECT_EQ(FindValueBits({WriteText("a", Encode(extension, Noise(CV_8UC3)))}), 16);
+  }
+  EXPECT_EQ(FindValueBits({WriteText("text.png", "no image")}), 16);
+}
+
 TEST_F(ImageFile, LosesItsAlphaChannel) {
   const cv::Mat read = Read(Encode(".png", cv::Mat(2, 2, CV_8UC4, cv::Scalar(1, 2, 3, 0))));
   ASSERT_EQ(read.type(), CV_8UC3);

@@ -18,6 +18,7 @@
 namespace mono3d {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
@@ -72,6 +73,16 @@ TEST_F(ImageListTest, SaysOnceWhatIsNamedAsAnImageAndIsNone) {
   SetLogSink({});
   EXPECT_THAT(warnings, UnorderedElementsAre(HasSubstr("img2.jpg: left out"),
                                              HasSubstr("img3.jpg: left out")));
+}
+
+TEST_F(ImageListTest, SaysThatPhotographsOfOtherFormsAreLeftOut) {
+  for (const char* name : {"a.jpg", "b.HEIC", "c.heic", "._d.heic"}) WriteText(name, "x");
+  std::vector<std::string> warnings;
+  SetLogSink([&](LogLevel, std::string_view message) { warnings.emplace_back(message); });
+  EXPECT_THAT(Names(ListImages(folder_)), ElementsAre("a.jpg"));
+  SetLogSink({});
+  EXPECT_THAT(warnings, ElementsAre(AllOf(HasSubstr("2 photographs such as b.HEIC are left out"),
+                                          HasSubstr("heif-convert"))));
 }
 
 TEST_F(ImageListTest, OfASequenceFolderIsThatOfItsImages) {

@@ -8,8 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "io/mp4_file.h"
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/frame_source.h"
 
 namespace mono3d {
@@ -72,6 +75,75 @@ TEST_F(VideoTest, TakesStartStrideNumberAndRateIntoAccount) {
   EXPECT_NEAR(cv::mean(frames[1].bgr)[0], kFirst + kStep * 6, kMaxGreyError);
   EXPECT_EQ(OpenFrameSource(path_, VideoCamera(), {.stride = 5})->num_frames(), 3);
   EXPECT_EQ(ReadAll({.stride = 5}).size(), 3U);
+}
+
+// MPEG-4 in an MP4 file, whose index can be changed.
+class Mp4Test : public TemporaryFolderTest {
+ protected:
+  Mp4Test() : path_(folder_ / "flight.mp4") {
+    cv::VideoWriter writer(path_, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
+                           cv::Size(64, 48));
+    for (int i = 0; i < kNumFrames; ++i) {
+      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * i)));
+    }
+  }
+
+  std::vector<double> Times(const FrameSourceOptions& options = {}) const {
+    const auto source = OpenFrameSource(path_, VideoCamera(), options);
+    std::vector<double> times_s;
+    while (auto frame = source->Next()) times_s.push_back(frame->timestamp_s);
+    return times_s;
+  }
+
+  std::filesystem::path path_;
+};
+
+TEST_F(Mp4Test, FramesOfAVariableRateHaveTheirOwnTimes) {
+  const std::uint32_t total = TotalDuration(path_);
+  const std::uint32_t unit = total / (2 * kNumFrames);
+  std::vector<std::uint32_t> durations;
+  std::vector<double> expected_s = {0};
+  for (int i = 0; i < kNumFrames; ++i) {
+    durations.push_back(i % 3 == 0 ? 4 * unit : unit);  // as often as 1/20 s in all
+    expected_s.push_back(expected_s.back() + durations.back() * kNumFrames / kFps / total);
+  }
+  expected_s.pop_back();
+  SetFrameDurations(path_, durations);
+  EXPECT_THAT(Times(), testing::Pointwise(testing::DoubleNear(1e-3), expected_s));
+  const std::vector<double> every_fourth = Times({.stride = 4, .start = 1});
+  ASSERT_EQ(every_fourth.size(), 3U);
+  EXPECT_NEAR(every_fourth[1], expected_s[5], 1e-3) << "frames are not counted but timed";
+  EXPECT_THAT(Times({.fps = 10}), testing::Contains(0.7)) << "--fps stands";
+}
+
+TEST_F(Mp4Test, FramesWithoutTimesFollowAtTheMeanRateAndItIsSaid) {
+  const std::uint32_t total = TotalDuration(path_);
+  std::vector<std::uint32_t> durations(kNumFrames, total / (kNumFrames - 1));
+  durations[4] = 0;  // frame 5 has the time of frame 4
+  SetFrameDurations(path_, durations);
+  std::vector<std::string> messages;
+  SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
+  const std::vector<double> times_s = Times();
+  SetLogSink({});
+  ASSERT_EQ(times_s.size(), static_cast<std::size_t>(kNumFrames));
+  for (std::size_t i = 1; i < times_s.size(); ++i) EXPECT_GT(times_s[i], times_s[i - 1]);
+  EXPECT_NEAR(times_s[5] - times_s[4], 1 / kFps, 0.1 / kFps);
+  EXPECT_THAT(messages, ElementsAre(testing::AllOf(HasSubstr("flight.mp4"), HasSubstr("frame 5"),
+                                                   HasSubstr("--fps"))));
+}
+
+TEST_F(Mp4Test, AVideoThatIsShownTurnedIsReadAsItIsStored) {
+  EXPECT_EQ(ReadShownTurn(path_), 0);
+  SetQuarterTurn(path_);
+  EXPECT_EQ(ReadShownTurn(path_), 90);
+  const auto frame = OpenFrameSource(path_, VideoCamera())->Next();
+  ASSERT_TRUE(frame.has_value());
+  EXPECT_EQ(frame->bgr.size(), cv::Size(64, 48)) << "as the sensor has it, and its calibration";
+  EXPECT_EQ(ReadCameraPrior(path_).camera.width, 64);
+  const CameraModel of_turned{48, 64, 60, 60, 23.5, 31.5, {}};
+  EXPECT_THAT([&] { OpenFrameSource(path_, of_turned)->Next(); },
+              ThrowsMessage<Error>(
+                  testing::AllOf(HasSubstr("were turned"), HasSubstr("leave out --camera"))));
 }
 
 TEST_F(VideoTest, RefusesWhatIsNoVideo) {

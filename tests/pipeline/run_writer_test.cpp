@@ -3,7 +3,7 @@
 
 #include "mono3d/pipeline/run_writer.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <filesystem>
 #include <fstream>
@@ -17,6 +17,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
+#include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
 #include "mono3d/pipeline/run_folder.h"
@@ -174,6 +175,40 @@ TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
+}
+
+TEST_F(RunWriterTest, WritesNoDepthMapsWhereNoneAreWanted) {
+  const RunWriter writer(folder_, {DepthFileForm::kNone});
+  writer.WriteDepthMap(MakeDepthMap(7));
+  writer.WriteDepthCamera(MakeDepthMap(7).camera);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "depth"));
+}
+
+TEST_F(RunWriterTest, SaysTheScaleOfDepthIn16Bits) {
+  {
+    const RunWriter writer(folder_, {DepthFileForm::kPng16, false});
+    writer.WriteDepthCamera(MakeDepthMap(7).camera);
+    writer.WriteDepthMap(MakeDepthMap(7));
+    EXPECT_NEAR(ReadDepthImage(folder_ / "depth/000007.depth16.png").at<float>(1, 1), 2, 1e-3);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.png"));
+  }
+  const RunWriter of_floats(folder_, {DepthFileForm::kExr});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth16.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/scale.txt"));
+  of_floats.WriteDepthMap(MakeDepthMap(8));
+  of_floats.RemoveDepthMap(8);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "depth"));
+}
+
+TEST_F(RunWriterTest, LeavesTheScaleOfOtherDepthImagesAlone) {
+  std::filesystem::create_directories(folder_ / "depth");
+  std::ofstream(folder_ / "depth/scale.txt") << "100";
+  const RunWriter writer(folder_, {DepthFileForm::kPng16});
+  EXPECT_THAT([&] { writer.WriteDepthCamera(MakeDepthMap(7).camera); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("name another folder")));
+  std::string scale;
+  std::ifstream(folder_ / "depth/scale.txt") >> scale;
+  EXPECT_EQ(scale, "100");
 }
 
 TEST_F(RunWriterTest, WritesWhatItCanAndSaysWhatItCannot) {

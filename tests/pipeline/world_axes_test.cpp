@@ -68,8 +68,8 @@ class Flight {
 };
 
 // How far the true up, of the first camera's frame, is from the z axis.
-double TiltOf(const MapReconstruction& tracked, const Pose& T_true_first) {
-  const WorldAxes axes = ChooseWorldAxes(tracked);
+double TiltOf(const MapReconstruction& tracked, const Pose& T_true_first, int turn_deg = 0) {
+  const WorldAxes axes = ChooseWorldAxes(tracked, turn_deg);
   EXPECT_EQ(axes.source, AxesSource::kLevel);
   const Eigen::Vector3d up = axes.S_axes_world.pose().rotation() *
                              (T_true_first.rotation().inverse() * Eigen::Vector3d::UnitZ());
@@ -86,6 +86,19 @@ TEST(WorldAxes, OfAnOrbitAreLevelByTheHorizonOfItsCameras) {
         CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, roll_deg(random)));
   }
   EXPECT_LT(TiltOf(flight.AsTracked(), CameraOver({0, -1, kHeight}, 0, 40)), 2);
+}
+
+TEST(WorldAxes, OfACameraHeldUprightFollowItsImagesAsTheyAreShown) {
+  // Images to be turned clockwise are of a camera that was turned clockwise.
+  for (const int turn_deg : {90, 180, 270}) {
+    Flight flight(0.95);
+    const auto camera = [&](int i) {
+      const double angle = 5.0 * i * kDegreeOfAxes;
+      return CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, turn_deg);
+    };
+    for (int i = 0; i < 24; ++i) flight.Add(camera(i));
+    EXPECT_LT(TiltOf(flight.AsTracked(), camera(0), turn_deg), 2) << turn_deg;
+  }
 }
 
 TEST(WorldAxes, OfAStraightPassAreLevelByTheGround) {

@@ -57,6 +57,8 @@ class BadInput : public testing::Test {
     cv::Mat image(64, width, CV_8UC3);
     cv::RNG random(7);
     random.fill(image, cv::RNG::UNIFORM, 0, 256);
+    // Not all the same.
+    image(cv::Rect(0, 0, 16, 16)) = cv::Scalar::all(20 * (name[0] - '0'));
     cv::imwrite((images() / name).string(), image);
   }
 
@@ -132,7 +134,9 @@ TEST_F(BadInput, CameraFileOfAnotherSize) {
 TEST_F(BadInput, TextFileNamedJpg) {
   std::filesystem::remove_all(images());
   std::filesystem::create_directories(images());
-  WriteText(images() / "a.jpg", "I am no image.\n");
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) {
+    WriteText(images() / name, "I am no image.\n");
+  }
   const CommandResult result = Reconstruct();
   EXPECT_EQ(result.exit_status, kFailure);
   EXPECT_THAT(result.errors, HasSubstr("not one image can be read"));

@@ -13,6 +13,9 @@
 #include <regex>
 #include <string>
 
+#include "mono3d/io/camera_file.h"
+#include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/pfm_file.h"
 #include "mono3d/io/trajectory_file.h"
 #include "tools/command.h"
 #include "tools/small_run.h"
@@ -112,6 +115,34 @@ TEST_F(Evaluate, DepthErrorsAreThoseWorkedOutByHand) {
               kFileRounding);
   EXPECT_NEAR(json["confidence"]["area_to_oracle"], 0, kFileRounding);
   EXPECT_NEAR(json["normals"]["angle_deg"]["median"], 10, 1e-3);
+}
+
+TEST_F(Evaluate, DepthFilesOfEachFormGiveTheSameFigures) {
+  const std::filesystem::path stem = paths_.run / "depth/000002";
+  DepthMap map;
+  map.depth = ReadPfm(stem.string() + ".depth.pfm");
+  map.confidence = ReadPfm(stem.string() + ".confidence.pfm");
+  map.normal = ReadPfm(stem.string() + ".normal.pfm");
+  map.camera = ReadCameraFile(paths_.sequence / "camera.yaml");
+  const auto figures = [&] {
+    const CommandResult result = Run("run run sequence --no-report --json out.json");
+    EXPECT_EQ(result.exit_status, 0) << result.errors;
+    return ReadJson("out.json");
+  };
+  const Json of_floats = figures();
+  for (const DepthFileForm form : {DepthFileForm::kExr, DepthFileForm::kPng16}) {
+    std::filesystem::remove_all(stem.parent_path());
+    std::filesystem::create_directories(stem.parent_path());
+    WriteText(stem.parent_path() / "scale.txt", "2000\n");
+    WriteDepthMap(stem.parent_path(), "000002", map, {form, true});
+    const Json json = figures();
+    EXPECT_EQ(json["depth"]["maps"], 1);
+    EXPECT_NEAR(json["depth"]["mean"]["l1_rel"], of_floats["depth"]["mean"]["l1_rel"], 1e-3);
+    EXPECT_NEAR(json["confidence"]["area_to_oracle"], 0, 1e-3);
+    EXPECT_NEAR(json["normals"]["angle_deg"]["median"], 10, 0.1);
+  }
+  std::filesystem::remove_all(stem.parent_path());
+  EXPECT_THAT(Run("run run sequence --no-report").output, HasSubstr("--depth-files none"));
 }
 
 TEST_F(Evaluate, DepthWithoutScalingIsComparedAsItIs) {

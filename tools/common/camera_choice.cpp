@@ -64,6 +64,17 @@ CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments
   return DefaultCameraPrior(prior.camera.width, prior.camera.height, LensModel::kFisheye);
 }
 
+int TellOfTurn(const std::string& input) {
+  const int turn_deg = ReadShownTurn(input);
+  if (turn_deg != 0) {
+    std::printf(
+        "the images are marked as turned by %d degrees: pixels, --camera and all results are of "
+        "the images as they are stored, not turned\n",
+        turn_deg);
+  }
+  return turn_deg;
+}
+
 FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source) {
   return [input, source](const CameraModel& camera, int start, int max_frames) {
     FrameSourceOptions part = source;

@@ -37,6 +37,9 @@ void AddLensOption(CLI::App& app, CameraArguments& arguments);
 // the file has another lens than was asked for.
 CameraPrior FindPrior(const std::string& input, const CameraArguments& arguments);
 
+// ReadShownTurn of the images; says on stdout where that is not 0.
+int TellOfTurn(const std::string& input);
+
 // Opens `input`, or a part of what `source` takes of it.
 FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source);
 

@@ -12,10 +12,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <initializer_list>
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "common/common_options.h"
 #include "common/dotted_config.h"
@@ -149,6 +153,27 @@ std::string Tool::Suggestion(int argc, const char* const* argv) const {
   return {};
 }
 
+// What is likely meant by arguments that there is no place for; empty: who knows.
+std::string Tool::MeaningOfExtras() const {
+  const std::vector<std::string> extras = app_.remaining(/*recurse=*/true);
+  const auto has_ending = [](const std::string& word, std::initializer_list<const char*> endings) {
+    return std::ranges::any_of(endings, [&](const char* end) { return word.ends_with(end); });
+  };
+  std::error_code ignored;
+  const auto is_file = [&](const std::string& word) {
+    return std::filesystem::is_regular_file(word, ignored);
+  };
+  if (extras.empty() || !std::ranges::all_of(extras, is_file)) return {};
+  if (has_ending(extras[0], {".yaml", ".yml", ".xml", ".json"})) {
+    return extras[0] + " was not expected: is it meant as --camera " + extras[0] + "?";
+  }
+  const std::filesystem::path folder = std::filesystem::path(extras[0]).parent_path();
+  const std::string ending = std::filesystem::path(extras[0]).extension().string();
+  return std::to_string(extras.size() + 1) + " files where one input is expected, to " +
+         extras.back() + ": quote the pattern, as \"" + (folder / ("*" + ending)).string() +
+         "\", or name the folder, " + (folder.empty() ? "." : folder.string());
+}
+
 int Tool::PrintError(const std::string& message, int status) const {
   std::fprintf(stderr, "%s: error: %s\n", name_.c_str(), Printable(message).c_str());
   return status;
@@ -190,6 +215,8 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app_.exit(error);  // --help, --version
     if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+      const std::string meaning = MeaningOfExtras();
+      if (!meaning.empty()) return PrintError(meaning + " (see --help)", 2);
       return PrintError(error.what() + Suggestion(argc, argv) + " (see --help)", 2);
     }
     return PrintError(std::string(error.what()) + " (see --help)", 2);

@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
-#include <string_view>
+#include <string>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/depth_image_file.h"
-#include "mono3d/io/pfm_file.h"
+#include "mono3d/io/depth_map_files.h"
 
 namespace mono3d::tools {
 namespace {
@@ -57,10 +58,12 @@ std::vector<double> Present(const std::vector<std::optional<double>>& values) {
 
 // The estimate without what its mask, beside it, says to be inferred; empty without a mask.
 cv::Mat MatchedAlone(const DepthFiles& files, const cv::Mat& estimate) {
-  const std::string_view ending = ".depth.pfm";
   std::string path = files.estimate.string();
-  if (!path.ends_with(ending)) return {};
-  path.replace(path.size() - ending.size(), ending.size(), ".inferred.png");
+  const std::vector<std::string> endings = DepthFileEndings("depth");
+  const auto ending = std::ranges::find_if(
+      endings, [&](const std::string& candidate) { return path.ends_with(candidate); });
+  if (ending == endings.end()) return {};
+  path.replace(path.size() - ending->size(), ending->size(), ".inferred.png");
   if (!std::filesystem::exists(path)) return {};
   const cv::Mat inferred = cv::imread(path, cv::IMREAD_GRAYSCALE);
   if (inferred.size() != estimate.size()) return {};
@@ -85,10 +88,10 @@ DepthMapEvaluation EvaluateDepthMap(const DepthFiles& files, double scale,
     if (!files.confidence.empty()) {
       map.confidence =
           CalibrateConfidence(RelativeDepthErrorImage(estimate, truth, scale, options.max_depth_m),
-                              ReadPfm(files.confidence));
+                              ReadConfidence(files.confidence));
     }
     if (!files.normal.empty() && camera) {
-      map.normals = CompareNormals(ReadPfm(files.normal), NormalsFromDepth(truth, *camera));
+      map.normals = CompareNormals(ReadNormals(files.normal), NormalsFromDepth(truth, *camera));
     }
     return map;
   });
@@ -124,8 +127,8 @@ std::vector<DepthFiles> MatchFiles(const DepthArguments& arguments) {
   }
   const FilesByFrame estimates = ListDepthImages(arguments.estimate);
   const FilesByFrame truth = ListDepthImages(arguments.truth);
-  const FilesByFrame confidence = ListByFrame(arguments.estimate, ".confidence.pfm");
-  const FilesByFrame normal = ListByFrame(arguments.estimate, ".normal.pfm");
+  const FilesByFrame confidence = ListDepthMapFiles(arguments.estimate, "confidence");
+  const FilesByFrame normal = ListDepthMapFiles(arguments.estimate, "normal");
   const auto find = [](const FilesByFrame& files, std::int64_t frame) {
     const auto found = files.find(frame);
     return found == files.end() ? std::filesystem::path{} : found->second;

@@ -9,7 +9,7 @@
 #include "evaluate/depth_part.h"
 #include "evaluate/sparsification_drawing.h"
 #include "mono3d/io/depth_image_file.h"
-#include "mono3d/io/pfm_file.h"
+#include "mono3d/io/depth_map_files.h"
 
 namespace mono3d::tools {
 namespace {
@@ -180,7 +180,7 @@ void AddPictures(const std::string& which, const DepthMapEvaluation& map,
            " side by side; the worst tenth by confidence "
            "holds " +
            FormatPercent(map.confidence->error_removed_by_worst_tenth) + " of the error.",
-       ConfidencePicture(ReadPfm(map.files.confidence), estimate, truth, map.error.scale,
+       ConfidencePicture(ReadConfidence(map.files.confidence), estimate, truth, map.error.scale,
                          picture)});
 }
 

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
 
 namespace mono3d::tools {
@@ -106,9 +107,19 @@ FilesByFrame ListByFrame(const std::filesystem::path& folder, const std::string&
   return files;
 }
 
+FilesByFrame ListDepthMapFiles(const std::filesystem::path& folder, const std::string& kind) {
+  for (const std::string& ending : DepthFileEndings(kind)) {
+    FilesByFrame files = ListByFrame(folder, ending);
+    if (!files.empty()) return files;
+  }
+  return {};
+}
+
 FilesByFrame ListDepthImages(const std::filesystem::path& folder) {
   RequireFolder(folder);
-  for (const char* ending : {".depth.pfm", ".pfm", ".exr", ".png"}) {
+  FilesByFrame of_run = ListDepthMapFiles(folder, "depth");
+  if (!of_run.empty()) return of_run;
+  for (const char* ending : {".pfm", ".exr", ".png"}) {
     FilesByFrame files = ListByFrame(folder, ending);
     if (!files.empty()) return files;
   }
@@ -126,9 +137,9 @@ RunFiles FindRunFiles(const std::filesystem::path& folder) {
     files.maps.push_back(FindMapFiles(folder, "_map" + std::to_string(number)));
   }
   std::erase_if(files.maps, IsEmpty);
-  files.depth = ListByFrame(folder / "depth", ".depth.pfm");
-  files.confidence = ListByFrame(folder / "depth", ".confidence.pfm");
-  files.normal = ListByFrame(folder / "depth", ".normal.pfm");
+  files.depth = ListDepthMapFiles(folder / "depth", "depth");
+  files.confidence = ListDepthMapFiles(folder / "depth", "confidence");
+  files.normal = ListDepthMapFiles(folder / "depth", "normal");
   files.record = FileOrNothing(folder / "run.json");
   if (files.maps.empty() && files.depth.empty()) {
     throw Error(ErrorParts{.what = "not the output of a reconstruction",

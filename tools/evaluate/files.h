@@ -25,8 +25,12 @@ std::optional<std::int64_t> FrameNumber(const std::filesystem::path& path);
 // folder. Throws Error when two files have the same number.
 FilesByFrame ListByFrame(const std::filesystem::path& folder, const std::string& ending);
 
-// Depth images of a folder: *.depth.pfm where there are some, else *.pfm, *.exr or *.png, whichever
-// of these comes first. Throws Error when there are none.
+// The files of depth maps of a run, of one kind (depth, confidence, normal): .pfm, else .exr, else
+// PNG of 16 bits; none where there are none.
+FilesByFrame ListDepthMapFiles(const std::filesystem::path& folder, const std::string& kind);
+
+// Depth images of a folder: the depth maps of a run where there are some, else *.pfm, *.exr or
+// *.png, whichever of these comes first. Throws Error when there are none.
 FilesByFrame ListDepthImages(const std::filesystem::path& folder);
 
 // Files of one map of a run; empty where there is no such file.

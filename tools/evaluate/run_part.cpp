@@ -71,6 +71,12 @@ void CompareDepthMaps(Comparison& comparison) {
         "depth, confidence, normals: the sequence has no true depth maps (depth/)");
     return;
   }
+  if (comparison.run.depth.empty()) {
+    comparison.left_out.emplace_back(
+        "depth, confidence, normals: the run has no depth maps (depth/): none was estimated, or it "
+        "was made with --depth-files none");
+    return;
+  }
   const auto find = [](const FilesByFrame& files, std::int64_t frame) {
     const auto found = files.find(frame);
     return found == files.end() ? std::filesystem::path{} : found->second;

@@ -16,6 +16,18 @@ void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
                  "(default; frames of a video are written), copy or none")
       ->transform(CLI::CheckedTransformer(placings).description(""))
       ->type_name("TEXT:{link,copy,none}");
+  const std::map<std::string, DepthFileForm> forms = {{"none", DepthFileForm::kNone},
+                                                      {"pfm", DepthFileForm::kPfm},
+                                                      {"exr", DepthFileForm::kExr},
+                                                      {"png16", DepthFileForm::kPng16}};
+  app.add_option("--depth-files", arguments.depth_files,
+                 "depth maps on the disk: pfm (default; 32-bit floats), exr (the same compressed), "
+                 "png16 (16 bits, depth = value / scale.txt) or none")
+      ->transform(CLI::CheckedTransformer(forms).description(""))
+      ->type_name("TEXT:{none,pfm,exr,png16}");
+  app.add_flag(
+      "--depth-previews,!--no-depth-previews", arguments.depth_previews,
+      "pictures of the depth maps beside them; without it they are there but in live runs");
   const std::map<std::string, bool> axes = {{"level", true}, {"first-camera", false}};
   app.add_option("--axes", arguments.is_level,
                  "axes of everything that is written: level (default; z up, the origin on the "
@@ -24,13 +36,18 @@ void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
       ->type_name("TEXT:{level,first-camera}");
 }
 
+DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live) {
+  const bool is_told = arguments.depth_previews != 0;
+  return {arguments.depth_files, is_told ? arguments.depth_previews > 0 : !is_live};
+}
+
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
-                Reconstruction& reconstruction) {
+                int turn_deg, Reconstruction& reconstruction) {
   for (MapReconstruction& map : reconstruction.maps) {
     if (saved_axes && map.map_id == 0) {
       MoveInto(*saved_axes, map);
     } else if (arguments.is_level) {
-      MoveInto(ChooseWorldAxes(map), map);
+      MoveInto(ChooseWorldAxes(map, turn_deg), map);
     }
   }
 }

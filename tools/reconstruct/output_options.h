@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 
+#include "mono3d/io/depth_map_files.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/world_axes.h"
 
@@ -14,13 +15,17 @@ namespace mono3d::tools {
 // In what form a run is written.
 struct OutputArguments {
   ImagePlacing images = ImagePlacing::kLink;
-  bool is_level = true;  // z up; else the axes of the first camera
+  DepthFileForm depth_files = DepthFileForm::kPfm;
+  int depth_previews = 0;  // 1: write them; -1: do not; 0: where the run is not live
+  bool is_level = true;    // z up; else the axes of the first camera
 };
 
+DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live);
+
 // Brings the maps into the axes that they are written in: those asked for, or, of map 0,
-// `saved_axes` where a map was loaded.
+// `saved_axes` where a map was loaded. `turn_deg`: of the images when they are shown.
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
-                Reconstruction& reconstruction);
+                int turn_deg, Reconstruction& reconstruction);
 
 void AddOutputOptions(CLI::App& app, OutputArguments& arguments);
 

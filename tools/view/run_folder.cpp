@@ -180,7 +180,7 @@ SharedBytes RunFolder::Picture(const std::string& kind, std::int64_t keyframe) c
   const fs::path stem = folder_ / "depth" / (SixDigits(asked.frame_index) + ".depth");
   const cv::Mat preview = cv::imread(stem.string() + ".png");
   if (!preview.empty()) return ToJpeg(SmallPicture(preview, kPictureWidth_px, cv::INTER_NEAREST));
-  for (const char* ending : {".pfm", ".exr"}) {
+  for (const char* ending : {".pfm", ".exr", "16.png"}) {
     std::error_code ignored;
     const std::string file = stem.string() + ending;
     if (!fs::exists(file, ignored)) continue;

@@ -122,7 +122,7 @@ void TrajectoryErrorOptions::Visit(OptionVisitor& visit) {
 
 void TrajectoryErrorOptions::Validate() const {
   if (align != "sim3" && align != "se3" && align != "none") {
-    throw UsageError({"no such alignment", {}, "sim3, se3 or none", align});
+    throw UsageError({"no such alignment", "--align", "sim3, se3 or none", align});
   }
   RequireOption(max_time_difference_s >= 0, "max_time_difference", "0 or more",
                 max_time_difference_s);

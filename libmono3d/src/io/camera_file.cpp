@@ -9,11 +9,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "io/calibration_yaml.h"
 #include "io/camera_forms.h"
 #include "io/colmap_cameras.h"
+#include "io/image_names.h"
+#include "io/input_advice.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
@@ -121,9 +124,29 @@ std::string ShutterText(const CameraModel& camera) {
          ": " + direction + "\n";
 }
 
+// What is given by mistake, before a video is read as text.
+void RequireNoImages(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  const bool is_file = std::filesystem::is_regular_file(path, ignored);
+  const bool is_image = is_file && (HasImageExtension(path) || IsOtherPhoto(path));
+  const bool is_video = is_file && IsVideoName(path);
+  if (!is_folder && !is_image && !is_video) return;
+  throw Error(ErrorParts{
+      .what = "cannot read it as a calibration; images or a video are the input, with no option "
+              "before them",
+      .where = path,
+      .expected = "a file such as camera.yaml",
+      .found = is_folder  ? "a folder"
+               : is_image ? "an image"
+                          : "a video",
+      .code = is_folder ? ErrorCode::kIo : ErrorCode::kInvalidInput});
+}
+
 }  // namespace
 
 CameraModel ReadCameraFile(const std::filesystem::path& path) {
+  RequireNoImages(path);
   const std::string bytes = ReadBytes(path);
   if (IsColmapBinaryCameras(bytes)) return ParseColmapBinaryCameras(path, bytes);
   const std::vector<std::string> lines = ReadLines(path);

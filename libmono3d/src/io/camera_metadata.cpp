@@ -10,8 +10,11 @@
 #include <optional>
 #include <utility>
 
+#include "io/exif_camera.h"
 #include "io/image_file.h"
 #include "io/image_list.h"
+#include "io/image_metadata.h"
+#include "io/image_source.h"
 #include "io/photo_prior.h"
 #include "io/video_prior.h"
 #include "mono3d/core/error.h"
@@ -168,7 +171,48 @@ CameraGroup GroupOfCamera(const IdentifiedPhoto& first) {
           {}};
 }
 
+// Mirrored ones, which no camera makes, count as not turned.
+int TurnOfPhoto(const std::string& photo) {
+  const ImageMetadata metadata = ReadImageMetadata(photo);
+  if (metadata.exif.empty()) return 0;
+  switch (ParseExif(metadata.exif).orientation) {
+    case 3:
+      return 180;
+    case 6:
+      return 90;
+    case 8:
+      return 270;
+    default:
+      return 0;
+  }
+}
+
+// Of the first, and a few between it and the last.
+int TurnOfPhotos(const std::vector<std::string>& photos) {
+  constexpr std::size_t kMostRead = 10;
+  const std::size_t stride = std::max<std::size_t>(1, photos.size() / kMostRead);
+  std::optional<int> turn_deg;
+  for (std::size_t i = 0; i < photos.size(); i += stride) {
+    const int of_photo = TurnOfPhoto(photos[i]);
+    if (turn_deg.value_or(of_photo) != of_photo) return 0;
+    turn_deg = of_photo;
+  }
+  return turn_deg.value_or(0);
+}
+
 }  // namespace
+
+int ReadShownTurn(const std::string& input) {
+  switch (KindOfInput(input)) {
+    case InputKind::kImages:
+      return TurnOfPhotos(ListImages(input));
+    case InputKind::kImage:
+      return TurnOfPhoto(input);
+    case InputKind::kVideo:
+      break;
+  }
+  return ReadVideoTurn(input);
+}
 
 CameraPrior ReadPhotoPrior(const std::filesystem::path& photo) {
   const PhotoFacts facts = ReadPhotoFactsAndSize(photo);

@@ -7,10 +7,15 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "io/exr_file.h"
+#include "io/image_file.h"
+#include "io/image_metadata.h"
+#include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/io/output_file.h"
@@ -36,6 +41,84 @@ std::pair<float, float> InverseDepthRange(const cv::Mat& depth) {
   }
   if (inverse.empty()) return {0, 0};
   return {Quantile(inverse, kLowQuantile), Quantile(inverse, kHighQuantile)};
+}
+
+constexpr const char* kDepth = "depth";
+constexpr const char* kNormal = "normal";
+constexpr const char* kConfidence = "confidence";
+constexpr const char* kPng16Ending = "16.png";
+constexpr double kLargest16 = 65535;
+
+cv::Mat Depth16(const cv::Mat& depth) {
+  cv::Mat scaled = depth * kDepthPngScale;
+  scaled.setTo(0, scaled > kLargest16);
+  cv::Mat values;
+  scaled.convertTo(values, CV_16U);
+  return values;
+}
+
+cv::Mat Normal16(const cv::Mat& normal) {
+  cv::Mat values(normal.size(), CV_16UC3, cv::Scalar::all(0));
+  const auto to_16 = [](float share) {
+    return cv::saturate_cast<std::uint16_t>(kLargest16 * (1 + share) / 2);
+  };
+  for (int y = 0; y < normal.rows; ++y) {
+    for (int x = 0; x < normal.cols; ++x) {
+      const auto& n = normal.at<cv::Vec3f>(y, x);
+      if (n == cv::Vec3f(0, 0, 0)) continue;
+      values.at<cv::Vec3w>(y, x) = {to_16(n[2]), to_16(n[1]), to_16(n[0])};  // BGR
+    }
+  }
+  return values;
+}
+
+cv::Mat Confidence16(const cv::Mat& confidence) {
+  cv::Mat values;
+  confidence.convertTo(values, CV_16U, kLargest16);
+  return values;
+}
+
+void WriteEncoded(const std::filesystem::path& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", image, bytes)) throw Error(path.string() + ": cannot be made a PNG");
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                      Durability::kInCache);  // a run writes thousands
+}
+
+// `stem`: the file without the ending of the form.
+void WriteLayer(const std::string& stem, std::string_view kind, const cv::Mat& image,
+                DepthFileForm form) {
+  if (form == DepthFileForm::kExr) {
+    const bool is_half = kind != kDepth;
+    WriteFileAtomically(stem + ".exr", ExrBytes(image, is_half), Durability::kInCache);
+  } else if (form == DepthFileForm::kPng16) {
+    WriteEncoded(stem + kPng16Ending, kind == kDepth    ? Depth16(image)
+                                      : kind == kNormal ? Normal16(image)
+                                                        : Confidence16(image));
+  } else {
+    WritePfm(stem + ".pfm", image);
+  }
+}
+
+// Values from 0 to 1 in CV_32F.
+cv::Mat ReadPng16(const std::filesystem::path& path, int num_channels) {
+  const std::string bytes = ReadBytes(path);
+  cv::Mat image;
+  if (bytes.starts_with(kPngSignature) && IsCompletePng(bytes)) {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    image =
+        cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())), cv::IMREAD_UNCHANGED);
+  }
+  if (image.type() != CV_16UC(num_channels)) {
+    throw Error(
+        ErrorParts{.what = "not an image of a depth map",
+                   .where = path,
+                   .expected = "a PNG of 16 bits in " + std::to_string(num_channels) + " channels",
+                   .found = image.empty() ? "" : cv::typeToString(image.type())});
+  }
+  cv::Mat values;
+  image.convertTo(values, CV_32F, 1 / kLargest16);
+  return values;
 }
 
 }  // namespace
@@ -78,29 +161,53 @@ cv::Mat ConfidencePreview(const cv::Mat& confidence) {
 }
 
 void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
-  std::vector<std::uint8_t> bytes;
-  if (image.empty() || image.depth() != CV_8U || !cv::imencode(".png", image, bytes)) {
+  if (image.empty() || image.depth() != CV_8U) {
     throw Error(ErrorParts{.what = "cannot be written as PNG",
                            .where = path,
                            .expected = "an 8-bit image",
                            .found = cv::typeToString(image.type())});
   }
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-                      Durability::kInCache);  // a run writes thousands
+  WriteEncoded(path, image);
 }
 
 void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
-                   const DepthMap& map) {
+                   const DepthMap& map, const DepthFileOptions& options) {
   Validate(map);
+  if (options.form == DepthFileForm::kNone) return;
   const auto write = [&](const char* kind, const cv::Mat& image, auto preview) {
     if (image.empty()) return;
-    WritePfm(folder / (name + "." + kind + ".pfm"), image);
-    WritePng(folder / (name + "." + kind + ".png"), preview(image));
+    const std::string stem = (folder / (name + "." + kind)).string();
+    WriteLayer(stem, kind, image, options.form);
+    if (options.with_previews) WritePng(stem + ".png", preview(image));
   };
-  write("depth", map.depth, DepthPreview);
-  write("normal", map.normal, NormalPreview);
-  write("confidence", map.confidence, ConfidencePreview);
+  write(kDepth, map.depth, DepthPreview);
+  write(kNormal, map.normal, NormalPreview);
+  write(kConfidence, map.confidence, ConfidencePreview);
   if (!map.inferred.empty()) WritePng(folder / (name + ".inferred.png"), map.inferred);
+}
+
+std::vector<std::string> DepthFileEndings(const std::string& kind) {
+  return {"." + kind + ".pfm", "." + kind + ".exr", "." + kind + kPng16Ending};
+}
+
+cv::Mat ReadConfidence(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  if (name.ends_with(".exr")) return ReadExrDepth(path);
+  if (name.ends_with(kPng16Ending)) return ReadPng16(path, 1);
+  return ReadPfm(path);
+}
+
+cv::Mat ReadNormals(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  if (name.ends_with(".exr")) return ReadExrColours(path);
+  if (!name.ends_with(kPng16Ending)) return ReadPfm(path);
+  cv::Mat colours = ReadPng16(path, 3);
+  cv::Mat normals;
+  cv::cvtColor(colours, normals, cv::COLOR_BGR2RGB);
+  for (auto it = normals.begin<cv::Vec3f>(); it != normals.end<cv::Vec3f>(); ++it) {
+    if (*it != cv::Vec3f(0, 0, 0)) *it = 2 * *it - cv::Vec3f(1, 1, 1);
+  }
+  return normals;
 }
 
 }  // namespace mono3d

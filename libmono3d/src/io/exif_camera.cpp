@@ -149,6 +149,8 @@ ExifCamera ParseExif(const std::string& block) {
   camera.pixels_per_mm = PixelsPerMm(exif);
   const double zoom = exif.Positive(EXIF_IFD_EXIF, EXIF_TAG_DIGITAL_ZOOM_RATIO);
   camera.digital_zoom = zoom > 1 ? zoom : 1;  // 0: not used
+  const int orientation = exif.Size(EXIF_IFD_0, EXIF_TAG_ORIENTATION);
+  if (orientation >= 1 && orientation <= 8) camera.orientation = orientation;
   camera.stored_width = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_WIDTH);
   camera.stored_height = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_LENGTH);
   camera.xmp = exif.Bytes(EXIF_IFD_0, EXIF_TAG_XML_PACKET);

@@ -19,6 +19,7 @@ struct ExifCamera {
   double focal_35mm = 0;     // mm; the same view on film of 36 mm x 24 mm
   double pixels_per_mm = 0;  // on the sensor
   double digital_zoom = 1;   // 1 or more
+  int orientation = 1;       // 1 to 8
   // In TIFF files.
   int stored_width = 0;   // px
   int stored_height = 0;  // px

@@ -8,11 +8,17 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStdIO.h>
+#include <half.h>
 
+#include <array>
+#include <cstddef>
 #include <exception>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/error.h"
 
@@ -60,9 +66,9 @@ cv::Rect ToRect(const Imath::Box2i& window, const std::filesystem::path& path) {
   return {window.min.x, window.min.y, static_cast<int>(width), static_cast<int>(height)};
 }
 
-cv::Mat ReadChannel(Imf::InputFile& file, const std::filesystem::path& path) {
+cv::Mat ReadChannel(Imf::InputFile& file, const std::string& name,
+                    const std::filesystem::path& path) {
   const Imf::ChannelList& channels = file.header().channels();
-  const std::string name = DepthChannel(channels, path);
   const Imf::Channel& channel = channels[name];
   if (channel.xSampling != 1 || channel.ySampling != 1) {
     throw Error(ErrorParts{.what = "channel " + name + " is not of full size",
@@ -86,14 +92,13 @@ cv::Mat ReadChannel(Imf::InputFile& file, const std::filesystem::path& path) {
   return image;
 }
 
-}  // namespace
+constexpr std::array kColours = {"R", "G", "B"};
 
-bool IsExr(std::string_view bytes) { return bytes.starts_with("\x76\x2F\x31\x01"); }
-
-cv::Mat ReadExrDepth(const std::filesystem::path& path) {
+template <typename ReadPart>
+cv::Mat Read(const std::filesystem::path& path, const ReadPart& read) {
   try {
     Imf::InputFile file(path.c_str());
-    return ReadChannel(file, path);
+    return read(file);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {
@@ -103,6 +108,64 @@ cv::Mat ReadExrDepth(const std::filesystem::path& path) {
                    .expected = {},
                    .found = {}});
   }
+}
+
+}  // namespace
+
+bool IsExr(std::string_view bytes) { return bytes.starts_with("\x76\x2F\x31\x01"); }
+
+cv::Mat ReadExrDepth(const std::filesystem::path& path) {
+  return Read(path, [&](Imf::InputFile& file) {
+    return ReadChannel(file, DepthChannel(file.header().channels(), path), path);
+  });
+}
+
+cv::Mat ReadExrColours(const std::filesystem::path& path) {
+  return Read(path, [&](Imf::InputFile& file) {
+    const Imf::ChannelList& channels = file.header().channels();
+    std::vector<cv::Mat> colours;
+    for (const char* name : kColours) {
+      if (channels.findChannel(name) == nullptr) {
+        throw Error(ErrorParts{.what = "no channel of that name",
+                               .where = path,
+                               .expected = name,
+                               .found = Names(channels)});
+      }
+      colours.push_back(ReadChannel(file, name, path));
+    }
+    cv::Mat image;
+    cv::merge(colours, image);
+    return image;
+  });
+}
+
+std::string ExrBytes(const cv::Mat& image, bool is_half) {
+  const Imf::PixelType type = is_half ? Imf::HALF : Imf::FLOAT;
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  Imf::Header header(image.cols, image.rows);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer buffer;
+  std::vector<std::vector<Imath::half>> halves;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const std::string name = channels.size() == 1 ? "Z" : kColours.at(i);
+    header.channels().insert(name, Imf::Channel(type));
+    char* data = reinterpret_cast<char*>(channels[i].data);
+    if (is_half) {
+      halves.emplace_back(channels[i].begin<float>(), channels[i].end<float>());
+      data = reinterpret_cast<char*>(halves.back().data());
+    }
+    const std::size_t pixel = is_half ? sizeof(Imath::half) : sizeof(float);
+    buffer.insert(name,
+                  Imf::Slice(type, data, pixel, pixel * static_cast<std::size_t>(image.cols)));
+  }
+  Imf::StdOSStream stream;
+  {
+    Imf::OutputFile file(stream, header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(image.rows);
+  }
+  return stream.str();
 }
 
 }  // namespace mono3d

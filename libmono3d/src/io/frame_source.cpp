@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "io/image_list.h"
 #include "io/image_source.h"
@@ -75,7 +77,7 @@ class PreparedFrames : public FrameSource {
         Skip(*image);
         continue;
       }
-      has_fitting_ = true;
+      NoteFitting();
       return Frame{image->index, image->timestamp_s,
                    image->name,  undistorter_.Undistort(Resize(image->bgr)),
                    camera(),     sensor_};
@@ -94,13 +96,25 @@ class PreparedFrames : public FrameSource {
     return size.width == calibration_.width && size.height == calibration_.height;
   }
 
+  void NoteFitting() {
+    has_fitting_ = true;
+    for (const std::string& skipped : skipped_at_start_) Log(LogLevel::kWarning, skipped);
+    skipped_at_start_.clear();
+  }
+
   // Throws where it was asked for by name, or the calibration is that of no image.
   void Skip(const SourceImage& image) {
     constexpr int kMaxAtStart = 10;
+    const bool is_turned = HaveSameShape(cv::Size(image.bgr.rows, image.bgr.cols), calibration_) &&
+                           calibration_.width != calibration_.height;
     const Error error(ErrorParts{
-        .what = is_resizing_ ? "image has another shape than the calibration"
-                             : "image has another size than the calibration; see --resize, or "
-                               "--photos for those of several cameras",
+        .what = is_turned
+                    ? "the calibration is of images that were turned, and pixels are taken as "
+                      "they are stored: leave out --camera, or calibrate with "
+                      "mono3d-calibrate from files as the camera wrote them"
+                : is_resizing_ ? "image has another shape than the calibration"
+                               : "image has another size than the calibration; see --resize, or "
+                                 "--photos for those of several cameras",
         .where = image.name,
         .expected = SizeText(calibration_.width, calibration_.height),
         .found = SizeText(image.bgr.cols, image.bgr.rows)});
@@ -109,7 +123,8 @@ class PreparedFrames : public FrameSource {
     if (!skips_other_sizes_ || (!has_fitting_ && num_of_other_sizes_ >= kMaxAtStart)) {
       throw Error(*first_other_size_);
     }
-    Log(LogLevel::kWarning, std::string("skipped: ") + error.what());
+    skipped_at_start_.push_back(std::string("skipped: ") + error.what());
+    if (has_fitting_) NoteFitting();
   }
 
   cv::Mat Resize(const cv::Mat& bgr) const {
@@ -128,6 +143,7 @@ class PreparedFrames : public FrameSource {
   bool has_fitting_ = false;  // an image of the calibration's size was there
   std::int64_t num_of_other_sizes_ = 0;
   std::optional<Error> first_other_size_;
+  std::vector<std::string> skipped_at_start_;  // told when an image fits: else there is one error
   bool is_resizing_;
   Undistorter undistorter_;
   CameraModel sensor_;  // where it has a rolling shutter
@@ -174,7 +190,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const Cam
                                              const FrameSourceOptions& options) {
   options.Validate();
   return std::make_unique<PreparedFrames>(OpenImages(input, options), camera, options.resize,
-                                          KindOfInput(input) != InputKind::kImage);
+                                          KindOfInput(input) == InputKind::kImages);
 }
 
 std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -88,6 +91,65 @@ void RequireDecodableSize(const std::filesystem::path& path) {
                  .code = ErrorCode::kUnsupported});
 }
 
+namespace {
+
+// The forms that hold more than 8 bits in a value.
+bool MayHave16Bits(std::string_view bytes) {
+  constexpr std::size_t kBitDepth = 24;  // in the chunk IHDR
+  if (bytes.starts_with(kPngSignature)) return bytes.size() > kBitDepth && bytes[kBitDepth] == 16;
+  const bool is_tiff = bytes.starts_with("II*") || bytes.starts_with("MM");
+  return is_tiff || bytes.starts_with("P5") || bytes.starts_with("P6");
+}
+
+bool FileMayHave16Bits(const std::string& path) {
+  std::array<char, 32> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  return MayHave16Bits(std::string_view(head.data(), static_cast<std::size_t>(file.gcount())));
+}
+
+cv::Mat DecodeBytes(const std::string& bytes, const std::filesystem::path& path, int more_flags) {
+  try {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    return cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
+                        cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION | more_flags);
+  } catch (const cv::Exception& exception) {
+    ThrowUnreadable(path, "cannot decode the image: " + exception.err);
+  }
+}
+
+// As it is stored, 8 or 16 bits in each of three channels.
+cv::Mat Decode(const std::filesystem::path& path) {
+  const std::string bytes = ReadBytes(path);
+  if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
+  if (bytes.size() > INT32_MAX) ThrowUnreadable(path, "the file is too large for an image");
+  const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
+  const bool is_cut_png = bytes.starts_with(kPngSignature) && !IsCompletePng(bytes);
+  if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated: copy it again");
+  if (!IsOfKnownForm(bytes)) ThrowUnreadable(path, "not an image, or not of a known kind");
+  RequireDecodableSize(path);
+  cv::Mat image = DecodeBytes(bytes, path, MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0);
+  if (!image.empty() && image.depth() != CV_8U && image.depth() != CV_16U) {
+    image = DecodeBytes(bytes, path, 0);
+  }
+  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
+  return image;
+}
+
+cv::Mat UpperBits(const cv::Mat& image, int value_bits) {
+  const int shift = value_bits - 8;
+  cv::Mat upper(image.size(), CV_8UC(image.channels()));
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* from = image.ptr<std::uint16_t>(y);
+    std::transform(
+        from, from + image.cols * image.channels(), upper.ptr<std::uint8_t>(y),
+        [shift](int value) { return static_cast<std::uint8_t>(std::min(255, value >> shift)); });
+  }
+  return upper;
+}
+
+}  // namespace
+
 bool IsCompletePng(std::string_view bytes) {
   constexpr std::size_t kAroundData = 12;  // length, type, checksum
   std::size_t position = kPngSignature.size();
@@ -99,25 +161,31 @@ bool IsCompletePng(std::string_view bytes) {
   return false;
 }
 
-cv::Mat ReadImage(const std::filesystem::path& path) {
-  const std::string bytes = ReadBytes(path);
-  if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
-  if (bytes.size() > INT32_MAX) ThrowUnreadable(path, "the file is too large for an image");
-  const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
-  const bool is_cut_png = bytes.starts_with(kPngSignature) && !IsCompletePng(bytes);
-  if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated");
-  if (!IsOfKnownForm(bytes)) ThrowUnreadable(path, "not an image, or not of a known kind");
-  RequireDecodableSize(path);
-  cv::Mat image;
-  try {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    image = cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
-                         cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& exception) {
-    ThrowUnreadable(path, "cannot decode the image: " + exception.err);
+cv::Mat ReadImage(const std::filesystem::path& path, int value_bits) {
+  const cv::Mat image = Decode(path);
+  return image.depth() == CV_16U ? UpperBits(image, value_bits) : image;
+}
+
+int FindValueBits(const std::vector<std::string>& images) {
+  constexpr std::size_t kMostRead = 5;
+  constexpr int kMostEmptied = 14;  // with 15 bits, all but one of the upper 8 are there
+  constexpr int kAll = 16;
+  double largest = 0;
+  const std::size_t stride = std::max<std::size_t>(1, images.size() / kMostRead);
+  for (std::size_t i = 0; i < images.size(); i += stride) {
+    if (!FileMayHave16Bits(images[i])) return kAll;
+    try {
+      const cv::Mat image = Decode(images[i]);
+      if (image.depth() != CV_16U) return kAll;
+      double largest_of_image = 0;
+      cv::minMaxLoc(image.reshape(1), nullptr, &largest_of_image);
+      largest = std::max(largest, largest_of_image);
+    } catch (const Error&) {
+      continue;
+    }
   }
-  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
-  return image;
+  const int bits = std::bit_width(static_cast<unsigned>(largest));
+  return largest == 0 || bits > kMostEmptied ? kAll : std::max(8, bits);
 }
 
 }  // namespace mono3d

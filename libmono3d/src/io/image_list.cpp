@@ -6,8 +6,7 @@
 #include <glob.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -15,27 +14,13 @@
 #include <system_error>
 #include <vector>
 
+#include "io/input_advice.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/io/frame_source.h"
 
 namespace mono3d {
 namespace {
-
-constexpr std::array<std::string_view, 9> kImageExtensions = {
-    ".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm"};
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-
-// Takes the run of digits at the front of `text`, without leading zeros.
-std::string_view TakeNumber(std::string_view& text) {
-  std::size_t length = 0;
-  while (length < text.size() && IsDigit(text[length])) ++length;
-  std::string_view number = text.substr(0, length);
-  text.remove_prefix(length);
-  while (number.size() > 1 && number.front() == '0') number.remove_prefix(1);
-  return number;
-}
 
 // What is named as an image counts in the numbers of the frames that are given to it.
 bool IsFileOrWarn(const std::filesystem::path& path) {
@@ -57,13 +42,26 @@ bool IsImage(const std::filesystem::path& path) {
          IsFileOrWarn(path);
 }
 
+// Beside images that are read; a folder is listed several times.
+void WarnOfOtherPhotos(const std::filesystem::path& example, int num) {
+  Log(LogLevel::kWarning, example.parent_path().string() + ": " + std::to_string(num) +
+                              " photographs such as " + example.filename().string() +
+                              " are left out: " + HowToConvert(example));
+}
+
 std::vector<std::string> ImagesInFolder(const std::filesystem::path& folder) {
   std::error_code error;
   std::vector<std::string> images;
+  std::filesystem::path other;
+  int num_others = 0;
   for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
        it.increment(error)) {
     if (IsImage(it->path())) images.push_back(it->path());
+    if (!IsOtherPhoto(it->path()) || it->path().filename().string().starts_with('.')) continue;
+    ++num_others;
+    if (other.empty() || it->path() < other) other = it->path();
   }
+  if (num_others > 0 && !images.empty()) WarnOfOtherPhotos(other, num_others);
   if (error) {
     throw Error(ErrorParts{.what = "cannot read the folder: " + error.message(),
                            .where = folder,
@@ -87,39 +85,6 @@ std::vector<std::string> ImagesOfGlob(const std::string& pattern) {
 
 }  // namespace
 
-bool NaturalLess(std::string_view a, std::string_view b) {
-  std::string_view rest_a = a;
-  std::string_view rest_b = b;
-  while (!rest_a.empty() && !rest_b.empty()) {
-    if (IsDigit(rest_a.front()) && IsDigit(rest_b.front())) {
-      const std::string_view number_a = TakeNumber(rest_a);
-      const std::string_view number_b = TakeNumber(rest_b);
-      if (number_a.size() != number_b.size()) return number_a.size() < number_b.size();
-      if (number_a != number_b) return number_a < number_b;
-    } else {
-      if (rest_a.front() != rest_b.front()) return rest_a.front() < rest_b.front();
-      rest_a.remove_prefix(1);
-      rest_b.remove_prefix(1);
-    }
-  }
-  if (rest_a.empty() != rest_b.empty()) return rest_a.empty();
-  return a < b;
-}
-
-bool HasImageExtension(const std::filesystem::path& path) {
-  std::string extension = path.extension();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) !=
-         kImageExtensions.end();
-}
-
-std::filesystem::path ImageFolder(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  const std::filesystem::path inner = folder / "images";
-  return std::filesystem::is_directory(inner, ignored) ? inner : folder;
-}
-
 bool IsGlob(std::string_view input) {
   std::error_code ignored;
   return input.find_first_of("*?[") != std::string_view::npos &&
@@ -129,12 +94,15 @@ bool IsGlob(std::string_view input) {
 InputKind KindOfInput(const std::string& input) {
   std::error_code ignored;
   if (std::filesystem::is_directory(input, ignored) || IsGlob(input)) return InputKind::kImages;
-  if (!std::filesystem::exists(input, ignored)) {
-    throw Error(ErrorParts{.what = "there is no such file or folder",
-                           .where = input,
-                           .expected = {},
-                           .found = {},
-                           .code = ErrorCode::kNotFound});
+  const bool is_camera = input.starts_with("/dev/video");
+  if (is_camera || !std::filesystem::exists(input, ignored)) {
+    const WhatInsteadOfFile explained = ExplainNoFile(input);
+    throw Error(ErrorParts{
+        .what = explained.what,
+        .where = input,
+        .expected = explained.is_unsupported ? "" : "an image folder, a quoted glob or a video",
+        .found = {},
+        .code = explained.is_unsupported ? ErrorCode::kUnsupported : ErrorCode::kNotFound});
   }
   if (!std::filesystem::is_regular_file(input, ignored)) {
     throw Error(ErrorParts{.what = "neither a file nor a folder: pipes and devices are not read",
@@ -163,7 +131,7 @@ std::vector<std::string> ListImages(const std::string& input) {
         .what = is_glob ? "no image matches the pattern" : "there are no images in the folder",
         .where = input,
         .expected = "files named .jpg .jpeg .png .bmp .tif .tiff .webp .pgm or .ppm",
-        .found = {},
+        .found = is_glob ? "" : ExplainNoImages(input),
         .code = ErrorCode::kNotFound});
   }
   std::sort(images.begin(), images.end(), NaturalLess);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -56,7 +58,7 @@ class ImageListSource : public ImageSource {
       try {
         return SourceImage{static_cast<std::int64_t>(index), Timestamp(index),
                            std::filesystem::path(list_.images[index]).filename(),
-                           ReadImage(list_.images[index])};
+                           ReadImage(list_.images[index], ValueBits())};
       } catch (const Error& error) {
         if (!list_.skip_unreadable) throw;
         ++num_skipped_;
@@ -78,6 +80,19 @@ class ImageListSource : public ImageSource {
   std::int64_t num_skipped() const override { return static_cast<std::int64_t>(num_skipped_); }
 
  private:
+  // Of all images of the list, so that they stay alike.
+  int ValueBits() {
+    if (value_bits_) return *value_bits_;
+    value_bits_ = FindValueBits(list_.images);
+    if (*value_bits_ < 16) {
+      Log(LogLevel::kWarning, list_.name +
+                                  ": the values of the 16-bit images are small: taken as " +
+                                  std::to_string(*value_bits_) + "-bit ones (times " +
+                                  std::to_string(1 << (16 - *value_bits_)) + ")");
+    }
+    return *value_bits_;
+  }
+
   double Timestamp(std::size_t index) const {
     return list_.timestamps_s.empty() ? static_cast<double>(index) / fps_
                                       : list_.timestamps_s[index];
@@ -86,6 +101,7 @@ class ImageListSource : public ImageSource {
   ImageList list_;
   std::size_t stride_;
   double fps_;
+  std::optional<int> value_bits_;
   std::size_t next_;
   std::size_t num_frames_ = 0;
   std::size_t num_tried_ = 0;

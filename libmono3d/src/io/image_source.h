@@ -53,6 +53,9 @@ std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourc
 void ReadVideoFrames(const std::string& path, const std::set<std::int64_t>& indices,
                      const std::function<void(std::int64_t, const cv::Mat&)>& take);
 
+// By how many degrees programs that show the video turn it clockwise: 0, 90, 180 or 270.
+int ReadVideoTurn(const std::string& path);
+
 // "768x448"; nothing when it is anything else.
 std::optional<cv::Size> ParseSize(const std::string& text);
 

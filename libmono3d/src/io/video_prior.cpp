@@ -71,7 +71,6 @@ std::optional<TelemetryFocal> ParseTelemetryFocal(std::string_view text) {
 
 CameraPrior ReadVideoPrior(const std::filesystem::path& video) {
   constexpr double kFilmWidthMm = 36;
-  // A frame says more than the container: OpenCV turns videos that were filmed upright.
   const std::optional<SourceImage> frame = OpenVideo(video.string(), {.max_frames = 1})->Next();
   if (!frame) {
     throw Error(

@@ -6,10 +6,15 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <opencv2/core/version.hpp>
 #include <opencv2/videoio.hpp>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "io/image_source.h"
+#include "io/input_advice.h"
+#include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 
@@ -19,22 +24,67 @@ namespace {
 cv::VideoCapture OpenCapture(const std::string& path) {
   cv::VideoCapture capture;
   // Only FFmpeg: other readers of OpenCV take the name for that of a numbered image sequence.
-  if (!capture.open(path, cv::CAP_FFMPEG)) {
-    throw Error(ErrorParts{.what = "cannot open the video",
+  if (!MayBeVideo(path) || !capture.open(path, cv::CAP_FFMPEG)) {
+    throw Error(ErrorParts{.what = ExplainNoVideo(path),
                            .where = path,
                            .expected = "an image folder, a glob, or a video that FFmpeg can read",
                            .found = {}});
   }
+  // Pixels as they are stored, as of photographs: calibrations and shutters are of the sensor.
+  capture.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
   return capture;
 }
+
+// Times of the frames, in seconds since the first, each later than the one before.
+class FrameTimes {
+ public:
+  FrameTimes(std::string name, double fps) : name_(std::move(name)), fps_(fps) {}
+
+  // `stamp_s`: what the container says of frame `index`. To be called for each frame in turn.
+  double Add(std::int64_t index, double stamp_s) {
+    // Matroska rounds to whole milliseconds.
+    constexpr double kRounding_s = 0.6e-3;
+    if (index == 0) {
+      shift_s_ = -stamp_s;
+    } else if (!(stamp_s > last_stamp_s_)) {
+      NoteBadStamp(index);
+      shift_s_ = last_s_ + 1 / fps_ - stamp_s;
+    }
+    last_stamp_s_ = stamp_s;
+    const double time_s = stamp_s + shift_s_;
+    const double at_mean_rate_s = static_cast<double>(index) / fps_;
+    const bool is_even = std::abs(time_s - at_mean_rate_s) <= kRounding_s;
+    if (is_even && (index == 0 || at_mean_rate_s > last_s_)) return last_s_ = at_mean_rate_s;
+    return last_s_ = index == 0 ? time_s : std::max(time_s, std::nextafter(last_s_, kLate_s));
+  }
+
+ private:
+  static constexpr double kLate_s = std::numeric_limits<double>::infinity();
+
+  void NoteBadStamp(std::int64_t index) {
+    if (std::exchange(has_told_, true)) return;
+    Log(LogLevel::kWarning, name_ + ": the time stamp of frame " + std::to_string(index) +
+                                " is not there, or no later than the one before: such frames "
+                                "follow at the mean rate, " +
+                                ToText(fps_) + " a second (--fps tells another)");
+  }
+
+  std::string name_;
+  double fps_;
+  double shift_s_ = 0;  // from the container's time
+  double last_stamp_s_ = 0;
+  double last_s_ = 0;
+  bool has_told_ = false;
+};
 
 class VideoSource : public ImageSource {
  public:
   VideoSource(const std::string& path, const FrameSourceOptions& options)
       : path_(path), options_(options), capture_(OpenCapture(path)) {
     const double container_fps = capture_.get(cv::CAP_PROP_FPS);
-    const bool has_fps = std::isfinite(container_fps) && container_fps > 0;
-    fps_ = options.fps > 0 ? options.fps : has_fps ? container_fps : kDefaultFps;
+    // Raw streams tell the ticks of a clock in place of a rate.
+    const bool has_fps = container_fps > 0 && container_fps <= kMaxFps;
+    times_ = FrameTimes(FileName(), has_fps ? container_fps : kDefaultFps);
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
     if (count >= 1 && count < kMaxCount) num_in_file_ = static_cast<std::int64_t>(count);
   }
@@ -45,12 +95,13 @@ class VideoSource : public ImageSource {
     // Seeking is exact in few containers; frames on the way are passed over one by one.
     for (; num_grabbed_ <= wanted; ++num_grabbed_) {
       if (!capture_.grab()) return AtEnd();
+      if (options_.fps > 0) continue;
+      time_s_ = times_.Add(num_grabbed_, 1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC));
     }
-    SourceImage image{
-        wanted,
-        static_cast<double>(wanted) / fps_,
-        std::filesystem::path(path_).filename().string() + "#" + std::to_string(wanted),
-        {}};
+    SourceImage image{wanted,
+                      options_.fps > 0 ? static_cast<double>(wanted) / options_.fps : time_s_,
+                      FileName() + "#" + std::to_string(wanted),
+                      {}};
     if (!capture_.retrieve(image.bgr) || image.bgr.type() != CV_8UC3) return AtEnd();
     ++num_read_;
     return image;
@@ -67,6 +118,9 @@ class VideoSource : public ImageSource {
 
  private:
   static constexpr double kMaxCount = 1e12;  // containers without a count say wild things
+  static constexpr double kMaxFps = 1000;
+
+  std::string FileName() const { return std::filesystem::path(path_).filename().string(); }
 
   std::optional<SourceImage> AtEnd() {
     if (num_read_ == 0) {
@@ -86,7 +140,8 @@ class VideoSource : public ImageSource {
   std::string path_;
   FrameSourceOptions options_;
   cv::VideoCapture capture_;
-  double fps_ = kDefaultFps;
+  FrameTimes times_{{}, kDefaultFps};
+  double time_s_ = 0;  // of the frame that was grabbed last
   std::optional<std::int64_t> num_in_file_;
   std::int64_t num_grabbed_ = 0;
   std::int64_t num_read_ = 0;
@@ -96,6 +151,14 @@ class VideoSource : public ImageSource {
 
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourceOptions& options) {
   return std::make_unique<VideoSource>(path, options);
+}
+
+int ReadVideoTurn(const std::string& path) {
+  // Up to version 4.6, OpenCV counts the other way round (and would turn frames the wrong way).
+  constexpr int kSign = CV_VERSION_MAJOR * 100 + CV_VERSION_MINOR <= 406 ? -1 : 1;
+  const double turn_deg = kSign * OpenCapture(path).get(cv::CAP_PROP_ORIENTATION_META);
+  const int quarters = static_cast<int>(std::lround(turn_deg / 90)) % 4;
+  return 90 * (quarters < 0 ? quarters + 4 : quarters);
 }
 
 void ReadVideoFrames(const std::string& path, const std::set<std::int64_t>& indices,

@@ -57,6 +57,11 @@ bool IsDepthFile(std::string_view name) {
   return std::ranges::count(kDepthEndings, name.substr(dot)) > 0;
 }
 
+bool IsDepthPng16(const std::filesystem::path& path) {
+  return path.string().ends_with(".depth16.png");
+}
+bool IsDepthScale(std::string_view name) { return name == kDepthScaleName; }
+
 bool IsPng(std::string_view name) { return name.ends_with(".png"); }
 
 bool IsSparseFile(std::string_view name) {
@@ -112,6 +117,9 @@ std::string DepthMapName(std::int64_t frame_index) {
 std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   AddMatching(folder, kDepthFolder, IsDepthFile, files);
+  const bool has_png16 = std::ranges::any_of(files, IsDepthPng16);
+  // Else it is of depth images that no run has written, as those of a sequence.
+  if (has_png16) AddMatching(folder, kDepthFolder, IsDepthScale, files);
   AddMatching(folder, {}, IsRunFile, files);
   AddMatching(folder, kKeyframeImageFolder, IsPng, files);
   for (const std::string& model : SparseFolders(folder)) {

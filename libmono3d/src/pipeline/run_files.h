@@ -17,8 +17,11 @@ namespace mono3d {
 
 inline constexpr std::array kTrajectoryNames = {"trajectory", "trajectory_online", "keyframes",
                                                 "model_trajectory"};
-inline constexpr std::array<std::string_view, 6> kDepthEndings = {
-    ".depth.pfm", ".depth.png", ".normal.pfm", ".normal.png", ".confidence.pfm", ".confidence.png"};
+inline constexpr std::array<std::string_view, 13> kDepthEndings = {
+    ".depth.pfm",      ".depth.exr",        ".depth16.png",   ".depth.png",    ".normal.pfm",
+    ".normal.exr",     ".normal16.png",     ".normal.png",    ".inferred.png", ".confidence.pfm",
+    ".confidence.exr", ".confidence16.png", ".confidence.png"};
+inline constexpr std::string_view kDepthScaleName = "scale.txt";  // of .depth16.png
 inline constexpr std::string_view kDepthFolder = "depth";
 inline constexpr std::string_view kDepthCameraName = "camera.yaml";
 inline constexpr std::string_view kKeyframeImageFolder = "images_global_shutter";

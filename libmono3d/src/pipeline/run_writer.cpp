@@ -4,7 +4,11 @@
 #include "mono3d/pipeline/run_writer.h"
 
 #include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -56,20 +60,39 @@ class Attempts {
 
 }  // namespace
 
-RunWriter::RunWriter(const std::filesystem::path& folder) : folder_(folder) {
+RunWriter::RunWriter(const std::filesystem::path& folder, const DepthFileOptions& depth_files)
+    : folder_(folder), depth_files_(depth_files) {
   CreateOutputFolder(folder_);
   RemoveRun(folder_);
-  CreateOutputFolder(folder_ / kDepthFolder);
+  if (writes_depth_maps()) CreateOutputFolder(folder_ / kDepthFolder);
 }
 
 void RunWriter::WriteDepthMap(const DepthMap& map) const {
+  if (!writes_depth_maps()) return;
   MakeFolders();
-  mono3d::WriteDepthMap(folder_ / kDepthFolder, DepthMapName(map.frame_index), map);
+  mono3d::WriteDepthMap(folder_ / kDepthFolder, DepthMapName(map.frame_index), map, depth_files_);
 }
 
 void RunWriter::WriteDepthCamera(const CameraModel& camera) const {
+  if (!writes_depth_maps()) return;
   MakeFolders();
+  if (depth_files_.form == DepthFileForm::kPng16) WriteDepthScale();
   WriteCameraFile(folder_ / kDepthFolder / kDepthCameraName, camera);
+}
+
+void RunWriter::WriteDepthScale() const {
+  const std::filesystem::path path = folder_ / kDepthFolder / kDepthScaleName;
+  const std::string text = std::to_string(std::lround(kDepthPngScale)) + "\n";
+  std::ifstream earlier(path);
+  if (earlier.is_open()) {
+    const std::string found{std::istreambuf_iterator<char>(earlier), {}};
+    if (found == text) return;
+    throw Error(ErrorParts{.what = "the scale of other depth images is there: name another folder",
+                           .where = path,
+                           .expected = text.substr(0, text.size() - 1),
+                           .found = found});
+  }
+  WriteFileAtomically(path, text);
 }
 
 void RunWriter::RemoveDepthMap(std::int64_t frame_index) const {
@@ -91,7 +114,8 @@ void RunWriter::RemoveKeyframeImage(const std::string& frame_name) const {
 // Somebody may have removed them meanwhile.
 void RunWriter::MakeFolders() const {
   std::error_code error;  // the file says why it cannot be written
-  std::filesystem::create_directories(folder_ / kDepthFolder, error);
+  std::filesystem::create_directories(writes_depth_maps() ? folder_ / kDepthFolder : folder_,
+                                      error);
 }
 
 void RunWriter::WriteReconstruction(const Reconstruction& reconstruction) const {

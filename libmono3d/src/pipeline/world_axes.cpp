@@ -33,7 +33,18 @@ std::size_t StrideFor(std::size_t size, std::size_t most) {
   return std::max<std::size_t>(1, size / most);
 }
 
-UpEvidence EvidenceOf(const MapReconstruction& map) {
+// The directions in a camera that are right and down when its images are shown.
+struct ShownDirections {
+  Eigen::Vector3d right;
+  Eigen::Vector3d down;
+};
+
+ShownDirections TurnedBy(int turn_deg) {
+  const double turn = turn_deg * kDegree;
+  return {{std::cos(turn), -std::sin(turn), 0}, {std::sin(turn), std::cos(turn), 0}};
+}
+
+UpEvidence EvidenceOf(const MapReconstruction& map, const ShownDirections& shown) {
   constexpr std::size_t kMostCameras = 300;
   constexpr std::size_t kMostNormals = 1500;
   UpEvidence evidence;
@@ -41,8 +52,8 @@ UpEvidence EvidenceOf(const MapReconstruction& map) {
   const std::size_t stride = StrideFor(map.keyframes.size(), kMostCameras);
   for (std::size_t i = 0; i < map.keyframes.size(); i += stride) {
     const Pose& T_world_cam = map.keyframes[i].T_world_cam;
-    evidence.rights.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitX());
-    evidence.downs.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitY());
+    evidence.rights.push_back(T_world_cam.rotation() * shown.right);
+    evidence.downs.push_back(T_world_cam.rotation() * shown.down);
     evidence.forwards.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitZ());
     const Eigen::Vector3d& centre = T_world_cam.translation();
     if (last && (centre - *last).norm() > 0) {
@@ -160,9 +171,10 @@ std::optional<Eigen::Vector3d> FindUp(const UpEvidence& evidence) {
 }
 
 // The rotation into axes with z along `up` and y along what of `forward` is level.
-Eigen::Matrix3d LevelRotation(const Eigen::Vector3d& up, const Pose& T_world_cam) {
+Eigen::Matrix3d LevelRotation(const Eigen::Vector3d& up, const Pose& T_world_cam,
+                              const ShownDirections& shown) {
   // Of a camera that looks down, that is where the top of its image is.
-  Eigen::Vector3d right = T_world_cam.rotation() * Eigen::Vector3d::UnitX();
+  Eigen::Vector3d right = T_world_cam.rotation() * shown.right;
   right -= right.dot(up) * up;
   const Eigen::Vector3d x = right.norm() > 0.1 ? Eigen::Vector3d(right.normalized())
                                                : Eigen::Vector3d(up.unitOrthogonal());
@@ -213,12 +225,13 @@ void MoveSparse(const Similarity& S, SparseModel& sparse) {
 
 }  // namespace
 
-WorldAxes ChooseWorldAxes(const MapReconstruction& map) {
+WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg) {
   constexpr std::size_t kFewestKeyframes = 3;
   if (map.keyframes.size() < kFewestKeyframes) return {};
-  const std::optional<Eigen::Vector3d> up = FindUp(EvidenceOf(map));
+  const ShownDirections shown = TurnedBy(turn_deg);
+  const std::optional<Eigen::Vector3d> up = FindUp(EvidenceOf(map, shown));
   if (!up) return {};
-  const Eigen::Matrix3d rotation = LevelRotation(*up, map.keyframes.front().T_world_cam);
+  const Eigen::Matrix3d rotation = LevelRotation(*up, map.keyframes.front().T_world_cam, shown);
   return {Similarity(1, Pose(rotation, -OriginOf(map, rotation))), AxesSource::kLevel};
 }
 

@@ -34,6 +34,11 @@ CameraPrior ReadPhotoPrior(const std::filesystem::path& photo);
 // size. Throws Error when there is nothing to read.
 CameraPrior ReadCameraPrior(const std::string& input);
 
+// By how many degrees programs that show the images of the input turn them clockwise, as the
+// container of a video or EXIF says: 0, 90, 180 or 270; 0 where photos differ. FrameSource does not
+// turn them. Throws Error when there is nothing to read.
+int ReadShownTurn(const std::string& input);
+
 // The photos that one camera took with one zoom.
 struct CameraGroup {
   CameraPrior prior;

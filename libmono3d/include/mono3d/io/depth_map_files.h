@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/export.h"
 #include "mono3d/image/depth_map.h"
@@ -23,9 +24,33 @@ cv::Mat ConfidencePreview(const cv::Mat& confidence);
 // Any 8-bit image. Throws Error when it cannot be written.
 void WritePng(const std::filesystem::path& path, const cv::Mat& image);
 
-// Writes <folder>/<name>.depth.pfm, .normal.pfm and .confidence.pfm, a preview .png of each, and
-// .inferred.png; images that the map does not have are left out.
+// The files of a depth map: <name>.depth<ending>, .normal<ending>, .confidence<ending>.
+enum class DepthFileForm {
+  kNone,   // no files
+  kPfm,    // .pfm: 32-bit floats
+  kExr,    // .exr: the same without loss, compressed; normals and confidence in 16-bit floats
+  kPng16,  // 16.png: 16 bits. depth = value / kDepthPngScale, 0 where it is larger than fits;
+           // confidence = value / 65535; red, green, blue of normals = (1 + x, y, z) / 2 * 65535
+};
+struct DepthFileOptions {
+  DepthFileForm form = DepthFileForm::kPfm;
+  bool with_previews = true;  // a .png of each, to look at
+};
+
+// Depth up to 32 times the unit, which is near the mean distance of what is seen, in steps of
+// 0.05 % of the unit.
+inline constexpr double kDepthPngScale = 2000;
+
+// Writes the files of `map`, and .inferred.png; images that the map does not have are left out. Of
+// kPng16, scale.txt in the folder, which ReadDepthImage reads, is the caller's to write.
 void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
-                   const DepthMap& map);
+                   const DepthMap& map, const DepthFileOptions& options = {});
+
+// ".depth.pfm", ".depth.exr", ".depth16.png": those of each form for a kind, depth, normal or
+// confidence.
+std::vector<std::string> DepthFileEndings(const std::string& kind);
+// What WriteDepthMap wrote, by the name's ending; ReadDepthImage reads depth. Throw Error.
+cv::Mat ReadConfidence(const std::filesystem::path& path);  // CV_32FC1
+cv::Mat ReadNormals(const std::filesystem::path& path);     // CV_32FC3
 
 }  // namespace mono3d

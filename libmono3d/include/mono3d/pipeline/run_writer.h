@@ -16,6 +16,7 @@
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/depth_map.h"
+#include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/pipeline.h"
 
@@ -63,7 +64,9 @@ struct RunRecord {
 };
 
 // Writes the files of a run into one folder:
-//   depth/NNNNNN.{depth,normal,confidence}.{pfm,png}   one set a depth map, NNNNNN its frame
+//   depth/NNNNNN.{depth,normal,confidence}.{pfm,png}   one set a depth map, NNNNNN its frame; in
+//                                                       the form of DepthFileOptions
+//   depth/scale.txt                                     of PNG files of 16 bits
 //   depth/camera.yaml                                   their camera
 //   trajectory.txt trajectory_online.txt keyframes.txt model_trajectory.txt   TUM, camera to world
 //   model.ply                                           the surfels
@@ -82,10 +85,12 @@ class RunWriter {
  public:
   // Creates the folder where needed, and clears what an earlier run left under these names. Throws
   // Error when it cannot be written.
-  explicit RunWriter(const std::filesystem::path& folder);
+  explicit RunWriter(const std::filesystem::path& folder, const DepthFileOptions& depth_files = {});
 
+  bool writes_depth_maps() const { return depth_files_.form != DepthFileForm::kNone; }
   void WriteDepthMap(const DepthMap& map) const;
-  // depth/camera.yaml: the camera that all depth maps are of, free of distortion.
+  // depth/camera.yaml: the camera that all depth maps are of, free of distortion; and the scale of
+  // their values, where they have one. Throws Error where a scale of other images is there.
   void WriteDepthCamera(const CameraModel& camera) const;
   // The image of a keyframe, as the frame is named, with ".png" behind where it is not there.
   void WriteKeyframeImage(const Frame& frame) const;
@@ -117,10 +122,12 @@ class RunWriter {
 
  private:
   void MakeFolders() const;
+  void WriteDepthScale() const;
   std::filesystem::path KeyframeImagePath(const std::string& frame_name) const;
   void WriteSparse(const MapReconstruction& map, bool is_first, const SparseModel& sparse) const;
 
   std::filesystem::path folder_;
+  DepthFileOptions depth_files_;
 };
 
 }  // namespace mono3d

@@ -18,8 +18,8 @@ namespace MONO3D_EXPORT mono3d {
 // - in which many surfaces face: ground and roofs;
 // among those in which no camera is upside down or looks steeply up. Where the cameras turn, the
 // first of these decides. Of a map with fewer than three keyframes: its own axes, source
-// kFirstCamera.
-WorldAxes ChooseWorldAxes(const MapReconstruction& map);
+// kFirstCamera. `turn_deg`: ReadShownTurn of the images, which are not turned themselves.
+WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg = 0);
 
 // Moves everything of the map that is in its world.
 void MoveWorld(const Similarity& S_new_old, MapReconstruction& map);

@@ -299,7 +299,7 @@ std::string WithChecksum(std::string bytes) {
 
 SavedMap FromBytes(std::string_view bytes, const std::string& where) {
   ByteReader all(bytes, where);
-  if (!bytes.starts_with(kMagic)) all.Refuse("not one of mono3d");
+  if (!bytes.starts_with(kMagic)) all.Refuse("not one of mono3d; --save-map writes one");
   ByteReader reader(bytes.substr(kMagic.size()), where);
   std::uint32_t version = 0;
   reader.Number(version);
