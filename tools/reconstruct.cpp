@@ -24,6 +24,7 @@
 #include "mono3d/io/output_file.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
+#include "mono3d/pipeline/next_views.h"
 #include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
@@ -36,6 +37,7 @@
 #include "reconstruct/processing.h"
 #include "reconstruct/run_view.h"
 #include "reconstruct/write_failures.h"
+#include "run_report/next_views_report.h"
 #include "run_report/run_report.h"
 
 namespace mono3d::tools {
@@ -397,12 +399,16 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
                  const std::string& why_no_model, const std::filesystem::path& folder) {
   const double start_ms = ProcessCpuMs();
   try {
+    NextViews next;
+    if (!reconstruction.maps.empty()) next = ProposeNextViews(reconstruction.maps.front());
+    if (next.surface_su2 > 0) WriteNextViews(folder, next);
     WriteRunReport(folder, {.reconstruction = reconstruction,
                             .record = run.record,
                             .notes = run.notes,
                             .command = run.arguments.command,
                             .no_model = why_no_model,
-                            .warnings = NotedWarnings()});
+                            .warnings = NotedWarnings(),
+                            .next_views = std::move(next)});
     Log(LogLevel::kDebug,
         "the report took " + std::to_string(ProcessCpuMs() - start_ms) + " ms of processor time");
   } catch (const std::exception& error) {

@@ -161,6 +161,14 @@ TEST(WorldAxes, MoveEverythingThatIsInTheWorld) {
   EXPECT_EQ(map.sparse.images[0].velocity->linear_su_per_s.x(), 2);
 }
 
+TEST(WorldAxes, AreLevelAsFarAsIsKnown) {
+  const Similarity turned(1, Pose(RotationExp({-1, 0, 0}), {1, 2, 3}));
+  EXPECT_TRUE(IsLevel({turned, AxesSource::kLevel}));
+  EXPECT_TRUE(IsLevel({turned, AxesSource::kSavedMap}));
+  EXPECT_FALSE(IsLevel({}));
+  EXPECT_FALSE(IsLevel({{}, AxesSource::kSavedMap})) << "those of the first camera were kept";
+}
+
 TEST(WorldAxes, OfTwoKeyframesAreThoseOfTheFirstCamera) {
   Flight flight;
   flight.Add(CameraOver({0, -1, kHeight}, 0, 45));

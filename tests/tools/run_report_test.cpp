@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "run_report/lost_frames.h"
 #include "run_report/model_drawing.h"
 #include "run_report/model_view.h"
+#include "run_report/next_views_report.h"
 #include "run_report/overlap.h"
 #include "tools/command.h"
 
@@ -153,6 +155,58 @@ TEST(Overview, ShowsTheModelAndThePathAndSaysWhereThereIsNone) {
   };
   EXPECT_GT(share_of({10, 10, 200}, {10, 10, 200}), 0.3) << "the model, closed";
   EXPECT_GT(share_of({60, 150, 30}, {60, 150, 30}), 1e-4) << "the start";
+}
+
+// A facade is thinnest across itself, and its normals do not tell up.
+TEST(Overview, TakesUpFromTheAxesOfTheFiles) {
+  MapReconstruction map;
+  map.model = Square();  // in the plane of x and y: the ground, or a facade where z is ahead
+  const auto down_of = [&] {
+    return Eigen::Vector3d(ViewsOf(map.model, map, 300).front().R_view_world.row(2));
+  };
+  EXPECT_NEAR(down_of().z(), 1, 1e-6) << "against the normals, without any other hint";
+  map.axes.source = AxesSource::kLevel;
+  EXPECT_NEAR(down_of().z(), -1, 1e-6);
+  for (Eigen::Vector3f& point : map.model.points) point = {point.x(), 0, point.y()};
+  for (Eigen::Vector3f& normal : map.model.normals) normal = {0, -1, 0};
+  EXPECT_NEAR(down_of().z(), -1, 1e-6) << "a facade";
+}
+
+TEST(NextViewsReport, ListsThemAndWritesTheirFile) {
+  MapReconstruction map;
+  map.model = Square();
+  EXPECT_EQ(NextViewsSection(map, {}).title, "");
+  NextViews next;
+  next.surface_su2 = 16;
+  EXPECT_THAT(NextViewsSection(map, next).paragraphs.at(0), HasSubstr("no further view"));
+  NextView view;
+  view.T_world_cam = Pose(Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d(1, 2, 3));
+  view.target_world = {1, 2, 0};
+  view.gain_su2 = {{ViewNeed::kThin, 4}, {ViewNeed::kHidden, 1}};
+  next.views = {view};
+  const Section section = NextViewsSection(map, next);
+  ASSERT_EQ(section.tables.size(), 1U);
+  EXPECT_THAT(section.tables[0].rows.at(0), ElementsAre("1", Explanation(ViewNeed::kThin), "31.2 %",
+                                                        "1.00, 2.00, 3.00", "0.00, 0.00, -1.00"));
+  cv::Mat arrow;
+  cv::inRange(section.figures.at(0).image, cv::Scalar(160, 30, 150), cv::Scalar(160, 30, 150),
+              arrow);
+  EXPECT_GT(cv::countNonZero(arrow), 50);
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "mono3d_next_views_test";
+  std::filesystem::create_directories(folder);
+  WriteNextViews(folder, next);
+  const nlohmann::json json = nlohmann::json::parse(ReadText(folder / "next_views.json"));
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(json["surface_su2"], 16);
+  const nlohmann::json& first = json["views"].at(0);
+  EXPECT_EQ(first["position"], nlohmann::json({1.0, 2.0, 3.0}));
+  EXPECT_EQ(first["direction"].at(2), -1);
+  EXPECT_EQ(first["target"], nlohmann::json({1.0, 2.0, 0.0}));
+  EXPECT_EQ(first["rotation_xyzw"], nlohmann::json({1.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(first["reason"], "thin");
+  EXPECT_EQ(first["gain_su2"], 5);
+  EXPECT_EQ(first["gains_su2"]["hidden"], 1);
 }
 
 TEST(ModelView, HoldsASampleOfTheSurfelsInTwelveBytesEach) {

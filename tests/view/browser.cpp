@@ -144,6 +144,13 @@ nlohmann::json Browser::Evaluate(const std::string& expression) {
   return answer["result"].value("value", nlohmann::json());
 }
 
+void Browser::PutToSleep() { Call("Page.setWebLifecycleState", {{"state", "frozen"}}); }
+
+void Browser::WakeUp() {
+  Call("Page.setWebLifecycleState", {{"state", "active"}});
+  Call("Emulation.setFocusEmulationEnabled", {{"enabled", true}});  // it is looked at again
+}
+
 bool Browser::WaitFor(const std::string& expression, double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end) {

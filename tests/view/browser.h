@@ -27,7 +27,10 @@ class Browser {
   // Value of a JavaScript expression on the page.
   nlohmann::json Evaluate(const std::string& expression);
   // Until the expression is true; false where it is not within `seconds`.
-  bool WaitFor(const std::string& expression, double seconds = 60);
+  bool WaitFor(const std::string& expression, double seconds = 180);
+  // As browsers do with a tab that nobody looks at: nothing runs on the page until it is woken.
+  void PutToSleep();
+  void WakeUp();
   cv::Mat Screenshot();  // CV_8UC3
   // Errors of the page's scripts so far.
   const std::string& errors() const { return errors_; }

@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <thread>
 
 #include "drawing/model_picture.h"
 #include "io/temporary_folder.h"
@@ -119,7 +121,7 @@ class GrowingRun {
   PipelineSnapshot Snapshot(std::uint64_t since) const {
     PipelineSnapshot snapshot;
     const int num = num_strips;
-    snapshot.frame_index = 10 * num;
+    snapshot.frame_index = 20 * num;  // every second one is left out
     snapshot.status = TrackingStatus::kTracking;
     snapshot.num_surfels = 900 * num;
     snapshot.counts.num_frames = 10 * num;
@@ -171,6 +173,90 @@ TEST_F(ViewInBrowser, ShowsAModelThatGrows) {
   EXPECT_EQ(browser.Evaluate("mono3d.state().loaded"), 2700) << "what was seen stays";
   EXPECT_EQ(browser.Evaluate("document.getElementById('headline').textContent"),
             "The run has ended, or cannot be reached");
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, ShowsEverythingAfterASleep) {
+  GrowingRun run;
+  LiveView view(FreePort());
+  view.Begin([&run](std::uint64_t since) { return run.Snapshot(since); }, 100);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(view.url());
+  ASSERT_TRUE(browser.WaitFor(std::string(kHasAll) + " && mono3d.state().loaded === 900"))
+      << browser.errors();
+  browser.PutToSleep();
+  run.num_strips = 4;
+  // Longer than the page waits for its next question.
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  EXPECT_EQ(browser.Evaluate("mono3d.state().loaded"), 900) << "it has not slept";
+  view.End();
+  browser.WakeUp();
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().loaded === 3600 && mono3d.state().drawn > 900"));
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().phase === 'finished'"));
+  EXPECT_EQ(browser.Evaluate("mono3d.state().keyframes"), 4);
+  EXPECT_EQ(browser.errors(), "");
+}
+
+// The page of a run that has ended is left open, and another run takes its place.
+TEST_F(ViewInBrowser, ShowsTheNextRunAtTheSameAddress) {
+  GrowingRun run;
+  run.num_strips = 3;
+  ViewArguments same;
+  {
+    // Not the usual port, which the next program that looks for one would take.
+    HttpServerOptions any;
+    any.port = 0;
+    same.port = HttpServer(any, {}).port();
+  }
+  auto view = std::make_unique<LiveView>(same);
+  view->Begin([&run](std::uint64_t since) { return run.Snapshot(since); }, 100);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(view->url());
+  ASSERT_TRUE(browser.WaitFor(std::string(kHasAll) + " && mono3d.state().loaded === 2700"))
+      << browser.errors();
+  view.reset();
+  ASSERT_TRUE(browser.WaitFor("!mono3d.state().connected"));
+  GrowingRun next_run;
+  LiveView next_view(same);
+  next_view.Begin([&](std::uint64_t since) { return next_run.Snapshot(since); }, 100);
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().connected && mono3d.state().loaded === 900"));
+  EXPECT_EQ(browser.Evaluate("mono3d.state().keyframes"), 1);
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, ShowsWhereToFlyNext) {
+  ViewStore store;
+  store.SetModel({0}, {MakeSurfelBlock(ToViewSurfels(Bowl(50)))});
+  store.SetStatus({{"phase", "file"}});
+  store.SetUp({0, -1, 0});
+  ViewProposal proposal;
+  proposal.T_world_cam = Pose(Eigen::Quaterniond::Identity(), {0, 0, 2});
+  proposal.target_world = {0, 0, 5};
+  proposal.reason = "thin: <b>one</b> depth map";
+  proposal.gain_share = 0.1234;
+  store.SetNextViews({proposal, proposal});
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  EXPECT_EQ(browser.Evaluate("mono3d.state().nextViews"), 0) << "only where it is asked for";
+  const cv::Mat without = browser.Screenshot();
+  browser.Evaluate("document.getElementById('show-next').click()");
+  EXPECT_TRUE(browser.WaitFor("mono3d.state().nextViews === 2"));
+  EXPECT_EQ(browser.Evaluate("document.querySelector('#next-list li').textContent"),
+            "thin: <b>one</b> depth map (12 %)");
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#next-labels span').length"), 2);
+  browser.Evaluate("new Promise((done) => setTimeout(done, 300))");
+  // The colour of the arrows.
+  const auto num_purple = [](const cv::Mat& picture) {
+    cv::Mat purple;
+    cv::inRange(picture, cv::Scalar(150, 20, 140), cv::Scalar(170, 40, 160), purple);
+    return cv::countNonZero(purple);
+  };
+  EXPECT_LT(num_purple(without), 20);
+  EXPECT_GT(num_purple(browser.Screenshot()), 100);
+  browser.Evaluate("document.querySelector('#next-list button').click()");
+  browser.Evaluate("new Promise((done) => setTimeout(done, 900))");
   EXPECT_EQ(browser.errors(), "");
 }
 

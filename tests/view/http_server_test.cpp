@@ -3,15 +3,23 @@
 
 #include "view/http_server.h"
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <list>
 #include <memory>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "view/http_client.h"
@@ -192,6 +200,33 @@ TEST(HttpServer, OutlivesMalformedRequests) {
     if (i % 16 == 0) (void)client.ReadAnswer(0.05);
   }
   EXPECT_EQ(Get(server.port(), "/number?n=5").body, "5");
+}
+
+// Where the queue is short, the system drops what comes on top, and a client tries again a second
+// later.
+TEST(HttpServer, LosesNoneOfManyThatConnectAtOnce) {
+  const HttpServer server(AnyPort(), SomeResources());
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(server.port()));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::vector<int> sockets;
+  for (int i = 0; i < 300; ++i) {
+    sockets.push_back(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    (void)connect(sockets.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  }
+  int num_connected = 0, num_tried_again = 0;
+  for (const int socket : sockets) {
+    pollfd ready{.fd = socket, .events = POLLOUT, .revents = 0};
+    if (poll(&ready, 1, 30'000) > 0) ++num_connected;
+    tcp_info info = {};
+    socklen_t size = sizeof info;
+    getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size);
+    if (info.tcpi_total_retrans > 0) ++num_tried_again;
+    close(socket);
+  }
+  EXPECT_EQ(num_connected, 300);
+  EXPECT_EQ(num_tried_again, 0);
 }
 
 TEST(HttpServer, AnswersBesideAHundredIdleConnections) {

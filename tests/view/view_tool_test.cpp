@@ -121,7 +121,13 @@ class ViewTool : public TemporaryFolderTest {
     WriteColmapModel(run_ / "sparse", sparse);
     WriteTrajectory(run_ / "trajectory.txt", {{0, Pose()}, {1, Pose()}, {2, Pose()}});
     WriteText("run/run.json", R"({"input": ")" + (folder_ / "flight").string() +
-                                  R"(", "counts": {"frames": 3, "tracked": 3}})");
+                                  R"(", "counts": {"frames": 3, "tracked": 3},
+                                         "maps": [{"axes": {"of": "level"}}]})");
+    // The second one is not whole.
+    WriteText("run/next_views.json", R"({"surface_su2": 50, "views": [
+        {"position": [1, 2, 3], "target": [4, 5, 6], "rotation_xyzw": [0, 0, 0, 2],
+         "explanation": "thin", "gain_su2": 5},
+        {"position": [1, 2], "target": "there", "explanation": 7}]})");
   }
 
   fs::path run_ = folder_ / "run";
@@ -133,7 +139,8 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   const int port = tool.WaitForPort();
   ASSERT_NE(port, 0) << tool.Text();
   EXPECT_THAT(Get(port, "/").body, testing::HasSubstr("<script type=\"module\" src=\"main.js\">"));
-  for (const char* file : {"main.js", "surfels.js", "controls.js", "flight.js", "measure.js"}) {
+  for (const char* file :
+       {"main.js", "surfels.js", "controls.js", "flight.js", "measure.js", "next_views.js"}) {
     EXPECT_THAT(Get(port, std::string("/") + file).body, StartsWith("// SPDX")) << file;
   }
   const nlohmann::json changes = ChangesAt(port);
@@ -143,6 +150,12 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   EXPECT_EQ(changes["path"].size(), 3U);
   EXPECT_EQ(changes["camera"]["width"], 64);
   EXPECT_EQ(changes["status"]["counts"]["tracked"], 3);
+  // Level axes have z up, wherever the one camera has its top.
+  EXPECT_EQ(changes["up"], nlohmann::json({0.0, 0.0, 1.0}));
+  ASSERT_EQ(changes["next_views"].size(), 1U);
+  EXPECT_EQ(changes["next_views"][0]["reason"], "thin");
+  EXPECT_EQ(changes["next_views"][0]["target"], nlohmann::json({4.0, 5.0, 6.0}));
+  EXPECT_EQ(changes["next_views"][0]["gain_share"], 0.1);
   EXPECT_EQ(Get(port, "/surfels?block=0&first=0&count=9").body.size(), 40U + 9 * 16);
   constexpr const char* kJpeg = "\xff\xd8";
   EXPECT_THAT(Get(port, "/keyframe_image?id=0").body, StartsWith(kJpeg));

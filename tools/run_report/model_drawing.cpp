@@ -13,6 +13,7 @@
 
 #include "drawing/chart.h"
 #include "mono3d/core/statistics.h"
+#include "mono3d/pipeline/world_axes.h"
 
 namespace mono3d::tools {
 namespace {
@@ -30,6 +31,7 @@ constexpr double kMaxGrowth = 2.5;
 constexpr int kMaxCoverage = 10;  // depth maps, at the end of the colour scale
 const cv::Scalar kStart(60, 150, 30);
 const cv::Scalar kPathHalo(255, 255, 255);
+const cv::Scalar kNextView(160, 30, 150);
 
 template <typename Value>
 std::vector<Value> EveryStep(const std::vector<Value>& values, std::size_t step) {
@@ -134,13 +136,19 @@ void DrawPath(const MapReconstruction& map, const CloudView& view, bool is_path,
            kStart);
 }
 
-// The view, enlarged until it shows the path.
-CloudView WithPath(CloudView view, const MapReconstruction& map, int width_px) {
+std::vector<Eigen::Vector3d> PlacesOf(const std::vector<TrajectoryEntry>& entries) {
+  std::vector<Eigen::Vector3d> places;
+  for (const TrajectoryEntry& entry : entries) places.push_back(entry.T_world_cam.translation());
+  return places;
+}
+
+// The view, enlarged until it shows the places.
+CloudView WithPlaces(CloudView view, const std::vector<Eigen::Vector3d>& places, int width_px) {
   Eigen::Array2d low(0, 0);
   Eigen::Array2d high(view.size.width, view.size.height);
   const Eigen::Array2d size = high;
-  for (const TrajectoryEntry& entry : map.trajectory) {
-    const Eigen::Array2d at = InView(view, entry.T_world_cam.translation()).head<2>().array();
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Array2d at = InView(view, place).head<2>().array();
     low = low.min(at - 0.03 * size.maxCoeff());
     high = high.max(at + 0.03 * size.maxCoeff());
   }
@@ -211,9 +219,10 @@ std::vector<CloudView> ViewsOf(const PointCloud& cloud, const MapReconstruction&
     }
   }
   if (some.empty()) return {};
-  std::vector<CloudView> views = StandardCloudViews(some, width_px);
+  std::vector<CloudView> views = StandardCloudViews(some, width_px, KnownUp(map));
   for (CloudView& view : views) {
-    view = WithPath(view, map, view.name == views.front().name ? width_px : width_px / 2);
+    view = WithPlaces(view, PlacesOf(map.trajectory),
+                      view.name == views.front().name ? width_px : width_px / 2);
   }
   return views;
 }
@@ -238,6 +247,44 @@ cv::Mat OverviewPicture(const Reconstruction& reconstruction, bool is_path) {
   cv::Mat overview;
   cv::vconcat(pictures[0], sides, overview);
   return overview;
+}
+
+std::optional<Eigen::Vector3d> KnownUp(const MapReconstruction& map) {
+  if (!IsLevel(map.axes)) return std::nullopt;
+  return Eigen::Vector3d::UnitZ();
+}
+
+cv::Mat NextViewsPicture(const MapReconstruction& map, const NextViews& next) {
+  if (next.views.empty()) return {};
+  const PointCloud cloud = PointsToDraw(map, kMaxDrawn);
+  std::vector<Eigen::Vector3d> places = PlacesOf(map.trajectory);
+  for (const NextView& proposed : next.views) {
+    places.push_back(proposed.T_world_cam.translation());
+  }
+  CloudView view = ViewsOf(cloud, map, kCoverageWidth_px).front();
+  view = WithPlaces(view, places, kCoverageWidth_px);
+  cv::Mat picture = DrawPoints(cloud, view, [&](std::size_t i) {
+    const cv::Vec3b colour = ColourOfPoint(cloud, i);  // pale, for the arrows to stand out
+    return cv::Vec3b(colour / 2 + cv::Vec3b(127, 127, 127));
+  });
+  const auto pixel = [&](const Eigen::Vector3d& place) {
+    const Eigen::Vector3d at = InView(view, place);
+    return cv::Point(static_cast<int>(std::lround(std::clamp(at.x(), -1e4, 1e4))),
+                     static_cast<int>(std::lround(std::clamp(at.y(), -1e4, 1e4))));
+  };
+  for (std::size_t i = next.views.size(); i-- > 0;) {  // the first on top
+    const cv::Point from = pixel(next.views[i].T_world_cam.translation());
+    const cv::Point to = pixel(next.views[i].target_world);
+    const double length = std::hypot(to.x - from.x, to.y - from.y);
+    for (const bool is_halo : {true, false}) {
+      cv::arrowedLine(picture, from, to, is_halo ? kPathHalo : kNextView, is_halo ? 5 : 2,
+                      cv::LINE_AA, 0, std::min(0.3, 10 / std::max(length, 1.0)));
+    }
+    cv::circle(picture, from, 10, kNextView, cv::FILLED, cv::LINE_AA);
+    DrawText(picture, std::to_string(i + 1), {from.x + 0.0, from.y + 0.0}, TextAlign::kCentre, 9,
+             kPathHalo);
+  }
+  return picture;
 }
 
 cv::Mat CoveragePicture(const MapReconstruction& map) {

@@ -6,9 +6,11 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "drawing/cloud_view.h"
 #include "mono3d/geometry/point_cloud.h"
+#include "mono3d/pipeline/next_views.h"
 #include "mono3d/pipeline/reconstruction.h"
 
 namespace mono3d::tools {
@@ -29,6 +31,13 @@ cv::Mat OverviewPicture(const Reconstruction& reconstruction, bool is_path);
 
 // From above: how many depth maps saw each place. Empty without a model.
 cv::Mat CoveragePicture(const MapReconstruction& map);
+
+// From above: an arrow from each of the next views to what it looks at, with its number from 1 on.
+// Empty without any.
+cv::Mat NextViewsPicture(const MapReconstruction& map, const NextViews& next);
+
+// Where up is, as far as the axes of the map tell.
+std::optional<Eigen::Vector3d> KnownUp(const MapReconstruction& map);
 
 // The views of OverviewPicture, from above first: they show the path as well. Empty without points
 // and path.

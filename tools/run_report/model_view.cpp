@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,8 +40,8 @@ struct PageAxes {
   }
 };
 
-PageAxes AxesOfPage(const PointCloud& cloud) {
-  const CloudView above = StandardCloudViews(SampleOf(cloud, 10'000), 1000).front();
+PageAxes AxesOfPage(const PointCloud& cloud, const std::optional<Eigen::Vector3d>& up_world) {
+  const CloudView above = StandardCloudViews(SampleOf(cloud, 10'000), 1000, up_world).front();
   PageAxes axes;
   axes.R_page_world = above.R_view_world;
   axes.R_page_world.bottomRows<2>() *= -1;
@@ -141,7 +142,7 @@ std::string DataHtml(const std::string& id, const std::string& data,
 std::string ModelViewHtml(const MapReconstruction& map, bool is_path, std::size_t max_surfels) {
   if (map.model.empty() || map.model.normals.empty() || map.model.radii.empty()) return {};
   const PointCloud cloud = SampleOf(map.model, max_surfels);
-  const PageAxes axes = AxesOfPage(cloud);
+  const PageAxes axes = AxesOfPage(cloud, KnownUp(map));
   RadiusScale radii;
   radii.largest = Quantile(cloud.radii, 0.99) / axes.radius_su;
   radii.smallest = radii.largest / 1000;

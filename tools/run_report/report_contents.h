@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/warnings.h"
+#include "mono3d/pipeline/next_views.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/pipeline/run_writer.h"
 #include "run_report/run_notes.h"
@@ -21,6 +22,7 @@ struct RunReport {
   std::string command;   // to run again
   std::string no_model;  // why there is none; empty where there is one
   std::vector<NotedWarning> warnings = {};
+  NextViews next_views = {};  // of the first map
 };
 
 }  // namespace mono3d::tools

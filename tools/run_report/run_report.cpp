@@ -12,6 +12,7 @@
 #include "mono3d/io/output_file.h"
 #include "run_report/lost_frames.h"
 #include "run_report/model_drawing.h"
+#include "run_report/next_views_report.h"
 #include "run_report/run_sections.h"
 
 namespace mono3d::tools {
@@ -69,10 +70,13 @@ Page RunPage(const RunReport& report, const cv::Mat& overview) {
   page.key_figures = KeyFiguresOfRun(report, outcomes);
   page.html_after_key_figures = std::string(kBeginKeyFigures) + kEndOfPlace + "\n";
   page.html_after_sections = std::string(kBeginSections) + kEndOfPlace + "\n";
+  const std::vector<MapReconstruction>& maps = report.reconstruction.maps;
+  const Section next_views =
+      maps.empty() ? Section() : NextViewsSection(maps.front(), report.next_views);
   for (Section& section : std::vector<Section>{
            NoticeSection(report), ModelOfRunSection(report, overview), CoverageSection(report),
-           FrameSection(report, outcomes), DepthOfRunSection(report), CameraSection(report),
-           TimeSection(report)}) {
+           next_views, FrameSection(report, outcomes), DepthOfRunSection(report),
+           CameraSection(report), TimeSection(report)}) {
     if (!section.title.empty()) page.sections.push_back(std::move(section));
   }
   return page;

@@ -27,6 +27,9 @@ namespace mono3d::tools {
 namespace {
 
 constexpr int kMaxRequestsOfConnection = 10000;
+// Connections that may wait until they are accepted. httplib has room for five: of more that come
+// at once, the system drops those on top, and each of them tries again after one second, two, four.
+constexpr int kMaxWaitingConnections = 1024;
 
 // As httplib reads and writes a connection.
 class LimitedStream final : public httplib::Stream {
@@ -113,6 +116,9 @@ class LimitedServer final : public httplib::Server {
       return new ConnectionThreads(connections, options_.max_connections);
     };
   }
+
+  // To be called when it is bound.
+  void LengthenQueue() { (void)::listen(svr_sock_, kMaxWaitingConnections); }
 
   Connections connections;
 
@@ -209,6 +215,7 @@ class HttpServer::Impl {
       setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     });
     Bind();
+    server_->LengthenQueue();
     const bool is_v6 = options_.address.find(':') != std::string::npos;
     url_ = "http://" + (is_v6 ? "[" + options_.address + "]" : options_.address) + ":" +
            std::to_string(port_) + prefix_;

@@ -155,7 +155,10 @@ void LiveView::Work() {
 
 void LiveView::Update(bool is_last) {
   UpdatePictures();
-  if (store_.SecondsSinceAsked() > kWatchedFor_s) return;
+  const double since_asked_s = store_.SecondsSinceAsked();
+  // A tab that is asleep asks again when it is woken: what there was last is kept for it.
+  const bool was_ever_asked = since_asked_s < ViewStore::kNeverAsked_s;
+  if (since_asked_s > kWatchedFor_s && !(is_last && was_ever_asked)) return;
   const PipelineSnapshot snapshot = take_snapshot_(version_);
   UpdateModel(snapshot);
   UpdateWay(snapshot);

@@ -15,5 +15,6 @@ std::string_view ViewSurfelsJs();
 std::string_view ViewControlsJs();
 std::string_view ViewFlightJs();
 std::string_view ViewMeasureJs();
+std::string_view ViewNextViewsJs();
 
 }  // namespace mono3d::tools

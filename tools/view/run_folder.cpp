@@ -4,6 +4,7 @@
 #include "view/run_folder.h"
 
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -19,6 +20,7 @@
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/io/trajectory_file.h"
+#include "mono3d/pipeline/reconstruction.h"
 #include "view/small_picture.h"
 #include "view/up_direction.h"
 
@@ -28,6 +30,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPictureWidth_px = 640;
+
+// Nothing where it is not a list of so many numbers.
+template <int kSize>
+std::optional<Eigen::Matrix<double, kSize, 1>> NumbersOf(const nlohmann::json& json) {
+  if (!json.is_array() || json.size() != kSize) return std::nullopt;
+  Eigen::Matrix<double, kSize, 1> v;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    if (!json[i].is_number()) return std::nullopt;
+    v[static_cast<Eigen::Index>(i)] = json[i].get<double>();
+  }
+  if (!v.allFinite()) return std::nullopt;
+  return v;
+}
 
 nlohmann::json RecordOrNothing(const fs::path& path) {
   std::ifstream stream(path);
@@ -79,6 +94,31 @@ std::string SixDigits(std::int64_t number) {
 double Number(const nlohmann::json& object, const char* name) {
   const auto found = object.find(name);
   return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+// As mono3d-reconstruct writes them to next_views.json; what is not so is left out.
+std::vector<ViewProposal> NextViewsOf(const nlohmann::json& json) {
+  constexpr std::size_t kMaxNextViews = 100;
+  const auto views = json.find("views");
+  if (views == json.end() || !views->is_array()) return {};
+  const double surface_su2 = Number(json, "surface_su2");
+  std::vector<ViewProposal> proposals;
+  for (const nlohmann::json& view : *views) {
+    if (!view.is_object() || proposals.size() == kMaxNextViews) break;
+    const auto at = [&view](const char* name) { return view.value(name, nlohmann::json()); };
+    const auto position = NumbersOf<3>(at("position")), target = NumbersOf<3>(at("target"));
+    const auto rotation = NumbersOf<4>(at("rotation_xyzw"));
+    const nlohmann::json explanation = at("explanation");
+    if (!position || !target || !rotation || !explanation.is_string()) continue;
+    if (!(rotation->norm() > 0.1)) continue;
+    ViewProposal proposal;
+    proposal.T_world_cam = Pose(Eigen::Quaterniond(*rotation), *position);
+    proposal.target_world = *target;
+    proposal.reason = explanation.get<std::string>();
+    if (surface_su2 > 0) proposal.gain_share = Number(view, "gain_su2") / surface_su2;
+    proposals.push_back(std::move(proposal));
+  }
+  return proposals;
 }
 
 }  // namespace
@@ -143,6 +183,21 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
   return status;
 }
 
+std::optional<Eigen::Vector3d> RunFolder::KnownUp() const {
+  const nlohmann::json::json_pointer of("/maps/0/axes/of");
+  if (!record_.contains(of) || !record_[of].is_string()) return std::nullopt;
+  const std::string axes = record_[of].get<std::string>();
+  bool is_level = axes == ToString(AxesSource::kLevel);
+  if (axes == ToString(AxesSource::kSavedMap)) {
+    // Those of the first camera are not turned.
+    const nlohmann::json::json_pointer w("/maps/0/axes/rotation/w");
+    is_level = record_.contains(w) && record_[w].is_number() &&
+               std::abs(record_[w].get<double>()) < 1 - 1e-12;
+  }
+  if (!is_level) return std::nullopt;
+  return Eigen::Vector3d::UnitZ();
+}
+
 void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
                      const Eigen::Vector3d& mean_normal) const {
   std::vector<ViewPose> keyframes, path;
@@ -162,7 +217,9 @@ void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
     for (const ViewPose& pose : path) poses.push_back(pose.T_world_cam);
   }
   if (camera_.width > 0) store.SetCamera(camera_);
-  store.SetUp(UpDirection(poses, mean_normal));
+  const std::optional<Eigen::Vector3d> up = KnownUp();
+  store.SetUp(up ? *up : UpDirection(poses, mean_normal));
+  store.SetNextViews(NextViewsOf(RecordOrNothing(folder_ / "next_views.json")));
   store.SetKeyframes(std::move(keyframes));
   store.SetPath(std::move(path));
   store.SetStatus(Status(num_surfels));

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ class RunFolder {
   };
   void ReadKeyframes();
   nlohmann::json Status(std::int64_t num_surfels) const;
+  // Where up is, as far as run.json tells of the axes.
+  std::optional<Eigen::Vector3d> KnownUp() const;
 
   std::filesystem::path folder_;
   nlohmann::json record_;  // run.json

@@ -49,6 +49,7 @@ void AddPage(HttpResources& resources) {
   AddText(resources, "controls.js", kJavaScript, ViewControlsJs());
   AddText(resources, "flight.js", kJavaScript, ViewFlightJs());
   AddText(resources, "measure.js", kJavaScript, ViewMeasureJs());
+  AddText(resources, "next_views.js", kJavaScript, ViewNextViewsJs());
   AddText(resources, "three.module.min.js", kJavaScript, ThreeModule());
 }
 

@@ -96,6 +96,17 @@ void ViewStore::SetCamera(const CameraModel& camera) {
 
 void ViewStore::SetUp(const Eigen::Vector3d& up) { Set("up", VectorToJson(up.cast<float>())); }
 
+void ViewStore::SetNextViews(const std::vector<ViewProposal>& next_views) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const ViewProposal& view : next_views) {
+    list.push_back({{"pose", PoseNumbers(view.T_world_cam)},
+                    {"target", VectorToJson(view.target_world.cast<float>())},
+                    {"reason", view.reason},
+                    {"gain_share", view.gain_share}});
+  }
+  Set("next_views", std::move(list));
+}
+
 void ViewStore::SetStatus(nlohmann::json status) { Set("status", std::move(status)); }
 
 void ViewStore::SetPicture(const std::string& kind, SharedBytes jpeg) {
@@ -189,7 +200,7 @@ SharedBytes ViewStore::PictureOfKeyframe(const std::string& kind, std::int64_t k
 
 double ViewStore::SecondsSinceAsked() const {
   const std::lock_guard lock(mutex_);
-  return asked_at_ms_ ? 1e-3 * (WallClockMs() - *asked_at_ms_) : 1e9;
+  return asked_at_ms_ ? 1e-3 * (WallClockMs() - *asked_at_ms_) : kNeverAsked_s;
 }
 
 }  // namespace mono3d::tools

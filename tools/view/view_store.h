@@ -33,6 +33,14 @@ struct ViewPose {
   Pose T_world_cam;
 };
 
+// Where the camera should fly next.
+struct ViewProposal {
+  Pose T_world_cam;
+  Eigen::Vector3d target_world = Eigen::Vector3d::Zero();
+  std::string reason;
+  double gain_share = 0;  // of the model's surface
+};
+
 // What viewers see, with a version of everything: each viewer asks for what has changed since the
 // version that it has, and fetches at its own pace. Nothing is kept of a viewer, so that neither
 // their number nor their pace costs memory. Thread-safe; no call waits for more than copies.
@@ -48,6 +56,7 @@ class ViewStore {
   void SetPath(std::vector<ViewPose> path);  // every frame, where they are known
   void SetCamera(const CameraModel& camera);
   void SetUp(const Eigen::Vector3d& up);
+  void SetNextViews(const std::vector<ViewProposal>& next_views);
   void SetStatus(nlohmann::json status);  // what the page says in words and numbers
   // JPEG. The latest ones are "image" and "depth"; those of a keyframe are kept beside, the newest
   // up to some megabytes.
@@ -66,8 +75,9 @@ class ViewStore {
   SharedBytes Picture(const std::string& kind) const;  // null: none
   SharedBytes PictureOfKeyframe(const std::string& kind, std::int64_t keyframe_id) const;
 
-  // Seconds since a viewer has asked for changes; many where none has.
+  // Seconds since a viewer has asked for changes.
   double SecondsSinceAsked() const;
+  static constexpr double kNeverAsked_s = 1e9;
 
  private:
   struct Entry {

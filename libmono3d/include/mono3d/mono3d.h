@@ -64,6 +64,7 @@
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
+#include "mono3d/pipeline/next_views.h"
 #include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/reconstruction.h"

@@ -43,10 +43,11 @@ bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view 
 
 bool IsRunFile(std::string_view name) {
   const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
-  // report.html and overview.png are written by mono3d-reconstruct.
+  // report.html, overview.png and next_views.json are written by mono3d-reconstruct.
   return name == "run.json" || name == "report.html" || name == "overview.png" ||
-         name == kCameraName || IsNameOfCamera(name) || IsNameOfMap(name, "model", ".ply") ||
-         IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
+         name == "next_views.json" || name == kCameraName || IsNameOfCamera(name) ||
+         IsNameOfMap(name, "model", ".ply") || IsNameOfMap(name, "mesh", ".ply") ||
+         std::ranges::any_of(kTrajectoryNames, is_text);
 }
 
 bool IsDepthFile(std::string_view name) {

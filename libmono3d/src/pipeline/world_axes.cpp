@@ -235,6 +235,11 @@ WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg) {
   return {Similarity(1, Pose(rotation, -OriginOf(map, rotation))), AxesSource::kLevel};
 }
 
+bool IsLevel(const WorldAxes& axes) {
+  return axes.source == AxesSource::kLevel ||
+         (axes.source == AxesSource::kSavedMap && axes.S_axes_world.pose().RotationAngle() > 1e-9);
+}
+
 void MoveWorld(const Similarity& S_new_old, MapReconstruction& map) {
   for (auto* entries :
        {&map.trajectory, &map.online_trajectory, &map.keyframes, &map.model_trajectory}) {

@@ -7,6 +7,7 @@ import * as THREE from './three.module.min.js';
 import {Controls, fromPose} from './controls.js';
 import {Flight} from './flight.js';
 import {Measure} from './measure.js';
+import {NextViews} from './next_views.js';
 import {Surfels} from './surfels.js';
 
 const POLL_MS = 1000, RETRY_MS = 2000;
@@ -23,6 +24,7 @@ const camera = new THREE.PerspectiveCamera(50, 1, 0.1, 1000);
 const surfels = new Surfels(scene, renderer, drawMore);
 const flight = new Flight(scene);
 const measure = new Measure(scene, $('labels'), $('distance'));
+const nextViews = new NextViews(scene, $('next-labels'), $('next-list'), lookFromNextView);
 const controls = new Controls(camera, canvas, pick, draw);
 
 // --- Drawing: only when something has changed ---
@@ -50,6 +52,7 @@ function render(now) {
   const goesOn = controls.step((now - drawnAt) / 1000);
   const isMoving = controls.isMoving;
   flight.group.visible = $('show-way').checked && controls.lens === null;  // it would be in the way
+  nextViews.setVisible($('show-next').checked && controls.lens === null);
   surfels.prepare(camera, canvas.width, canvas.height, isMoving);
   const begin = performance.now();
   renderer.render(scene, camera);
@@ -57,6 +60,7 @@ function render(now) {
   if (surfels.isComplete !== true || isMoving) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);  // waits
   pictureMs = performance.now() - begin;
   measure.place(camera, width, height);
+  nextViews.place(camera, width, height);
   if (isMoving && wasMoving) surfels.adapt(pictureMs);
   wasMoving = isMoving;
   lastMs = pictureMs;
@@ -171,6 +175,8 @@ document.addEventListener('visibilitychange', draw);
 function take(changes) {
   flight.update(changes);
   surfels.update(changes);
+  if (changes.next_views) nextViews.update(changes.next_views);
+  $('next').hidden = nextViews.views.length === 0;
   if (changes.up && !controls.isTouched) up = new THREE.Vector3(...changes.up).normalize();
   if (changes.status) status = changes.status;
   if (changes.picture_image && !isAway) setPicture('image', `image?v=${changes.picture_image}`, 'image now');
@@ -197,14 +203,16 @@ function followGrowth() {
 
 function showStatus() {
   const isLost = document.body.dataset.connected === 'no';
-  const {phase, frame, num_frames: total} = status;
+  const {phase, num_frames: total} = status;
+  const counts = status.counts ?? {};
+  // Not the frame's own number: of a video some are left out.
+  const frame = counts.frames ?? status.frame;
   const of = total ? ` of ${total}` : '';
   $('headline').textContent = isLost ? 'The run has ended, or cannot be reached'
     : phase === 'file' ? status.name : phase === 'running' ? `Running: frame ${frame}${of}`
       : phase === 'finished' ? 'All frames are in; the run writes its files' : 'Starting';
   $('why').textContent = isLost ? 'What there was remains in view. “mono3d-view” with the output folder shows the result.'
     : status.health_reason || (status.tracking && status.reason ? status.reason : '');
-  const counts = status.counts ?? {};
   const rows = [
     ['Surfels', phase === 'file' ? status.surfels : surfels.numSurfels],
     ['Tracking', phase === 'file' ? undefined : status.tracking],
@@ -293,6 +301,17 @@ $('ride').onchange = () => {
   if ($('ride').checked && stop) goToStop(stop, false);
 };
 
+// A little behind the proposed place, so that its arrow is seen.
+function lookFromNextView({position, quaternion, target}) {
+  const back = position.clone().sub(target);
+  const eye = camera.clone();
+  eye.position.copy(target).addScaledVector(back, 1.4).addScaledVector(up, 0.15 * back.length());
+  eye.up.copy(up);
+  eye.lookAt(target);
+  controls.goTo(eye.position, eye.quaternion, target);
+  controls.isTouched = true;
+}
+
 // --- Clicks ---
 
 let pressed = null;
@@ -355,6 +374,7 @@ function toggle(button, set) {
 toggle($('fly'), (isOn) => { controls.isFlying = isOn; });
 toggle($('measure'), (isOn) => measure.setOn(isOn));
 $('show-way').onchange = draw;
+$('show-next').onchange = draw;
 
 const CUTS = [['across', 0], ['along', 1], ['height', 2]].flatMap(([name, axis]) => [[`${name}, from`, axis, 'low'], [`${name}, to`, axis, 'high']]);
 const cutInputs = CUTS.map(([name, axis, side]) => {
@@ -387,7 +407,7 @@ window.mono3d = {
     surfels: surfels.numSurfels, loaded: surfels.numLoaded, drawn: surfels.numDrawn, pictures: numPictures,
     complete: surfels.isComplete === true && surfels.numLoaded > 0, connected: document.body.dataset.connected === 'yes',
     budget: surfels.budget, frameMs: lastMs, phase: status.phase, keyframes: flight.keyframes.length,
-    distance: measure.distance, up: [...up], blocks: surfels.blocks.size,
+    distance: measure.distance, nextViews: nextViews.isVisible ? nextViews.views.length : 0, up: [...up], blocks: surfels.blocks.size,
   }),
   lookFrom: (pose, lens) => {
     const {position, quaternion} = fromPose(pose);

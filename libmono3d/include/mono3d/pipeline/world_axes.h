@@ -21,6 +21,9 @@ namespace MONO3D_EXPORT mono3d {
 // kFirstCamera. `turn_deg`: ReadShownTurn of the images, which are not turned themselves.
 WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg = 0);
 
+// Is z up? It is not in the axes of a first camera, nor in those of a saved map that has kept them.
+bool IsLevel(const WorldAxes& axes);
+
 // Moves everything of the map that is in its world.
 void MoveWorld(const Similarity& S_new_old, MapReconstruction& map);
 

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "pipeline/surface_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "mono3d/core/statistics.h"
+
+namespace mono3d {
+namespace {
+
+constexpr double kMaxGridCells = 400'000;
+constexpr double kShareBeyondGrid = 0.005;  // of the surfels, at each side
+// Discs of surfels over the area of a cell's side, from which it counts as surface: those of a
+// closed surface overlap.
+constexpr double kMinCover = 0.3;
+constexpr std::size_t kMaxSurfelsForRange = 100'000;
+
+double RangeOfAxis(const PointCloud& model, int axis, double share) {
+  const std::size_t step = model.size() / kMaxSurfelsForRange + 1;
+  std::vector<float> values;
+  for (std::size_t i = 0; i < model.size(); i += step) values.push_back(model.points[i][axis]);
+  return Quantile(std::move(values), share);
+}
+
+}  // namespace
+
+CellGrid::CellGrid(const PointCloud& model, double cell_su) : cell_su_(cell_su) {
+  Eigen::Vector3d high;
+  for (int axis = 0; axis < 3; ++axis) {
+    low_[axis] = RangeOfAxis(model, axis, kShareBeyondGrid);
+    high[axis] = RangeOfAxis(model, axis, 1 - kShareBeyondGrid);
+  }
+  const Eigen::Vector3d range = high - low_;
+  const auto num_at = [&range](double cell) { return (range.array() / cell + 3).prod(); };
+  while (num_at(cell_su_) > kMaxGridCells) cell_su_ *= 1.1;
+  // A cell around all.
+  low_.array() -= cell_su_;
+  size_ = (range / cell_su_).array().floor().cast<int>() + 3;
+  touched_.resize(static_cast<std::size_t>(size_.prod()));
+
+  struct Sum {
+    SurfaceCell cell;
+    double area_su2 = 0;
+    double num = 0;
+  };
+  std::map<std::size_t, Sum> sums;
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const Eigen::Vector3d point = model.points[i].cast<double>();
+    const Eigen::Vector3i at = CellAt(point);
+    if (!Contains(at)) continue;
+    touched_[Index(at)] = 1;
+    Sum& sum = sums[Index(at)];
+    const double radius_su = model.radii.empty() ? cell_su_ : model.radii[i];
+    sum.area_su2 += std::numbers::pi * radius_su * radius_su;
+    sum.num += 1;
+    sum.cell.centre += point;
+    if (!model.normals.empty()) sum.cell.normal += model.normals[i].cast<double>();
+    sum.cell.confidence += model.confidences.empty() ? 1 : model.confidences[i];
+    sum.cell.observations += model.observations.empty() ? 2 : model.observations[i];
+    sum.cell.inferred += IsInferred(model, i) ? 1 : 0;
+  }
+  for (auto& [index, sum] : sums) {
+    SurfaceCell& cell = sum.cell;
+    if (sum.area_su2 < kMinCover * cell_su_ * cell_su_ || !(cell.normal.norm() > 0)) continue;
+    cell.centre /= sum.num;
+    cell.normal.normalize();
+    cell.confidence /= sum.num;
+    cell.observations /= sum.num;
+    cell.inferred /= sum.num;
+    surface_.push_back(cell);
+  }
+}
+
+std::size_t CellGrid::Index(const Eigen::Vector3i& cell) const {
+  return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
+}
+
+bool CellGrid::Contains(const Eigen::Vector3i& cell) const {
+  return (cell.array() >= 0).all() && (cell.array() < size_.array()).all();
+}
+
+Eigen::Vector3i CellGrid::CellAt(const Eigen::Vector3d& p) const {
+  const Eigen::Array3d at = ((p - low_) / cell_su_).array().floor();
+  return at.max(-1).min(size_.array().cast<double>()).cast<int>();
+}
+
+Eigen::Vector3d CellGrid::Centre(const Eigen::Vector3i& cell) const {
+  return low_ + cell_su_ * (cell.cast<double>().array() + 0.5).matrix();
+}
+
+CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam,
+                         std::span<const SurfaceCell> surface, double cell_su)
+    : camera_(camera),
+      T_cam_world_(T_world_cam.Inverse()),
+      depths_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
+              std::numeric_limits<float>::infinity()) {
+  const Eigen::Matrix3d R = T_cam_world_.rotation().toRotationMatrix();
+  const Eigen::Vector3d& t = T_cam_world_.translation();
+  // As far as the corners of a cell are from its middle.
+  const double radius_su = 0.87 * cell_su;
+  for (const SurfaceCell& cell : surface) {
+    const Eigen::Vector3d centre = R * cell.centre + t;
+    if (centre.z() > cell_su) DrawDisc(centre, R * cell.normal, radius_su);
+  }
+}
+
+void CellPicture::DrawDisc(const Eigen::Vector3d& centre_cam, const Eigen::Vector3d& normal_cam,
+                           double radius_su) {
+  const Eigen::Vector2d middle = camera_.Project(centre_cam);
+  const double half_x = camera_.fx * radius_su / centre_cam.z();
+  const double half_y = camera_.fy * radius_su / centre_cam.z();
+  const auto clamped = [](double value, int end) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
+  };
+  const int left = clamped(std::ceil(middle.x() - half_x), camera_.width);
+  const int right = clamped(std::floor(middle.x() + half_x) + 1, camera_.width);
+  const int top = clamped(std::ceil(middle.y() - half_y), camera_.height);
+  const int bottom = clamped(std::floor(middle.y() + half_y) + 1, camera_.height);
+  const double along = normal_cam.dot(centre_cam);
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const Eigen::Vector3d ray = camera_.Unproject({x, y});
+      const double depth = along / normal_cam.dot(ray);
+      if (!((depth * ray - centre_cam).squaredNorm() <= radius_su * radius_su)) continue;
+      float& nearest = depths_[static_cast<std::size_t>(y * camera_.width + x)];
+      nearest = std::min(nearest, static_cast<float>(depth));
+    }
+  }
+}
+
+CellPicture::Depths CellPicture::At(const Eigen::Vector3d& p_world) const {
+  const Eigen::Vector3d p_cam = T_cam_world_ * p_world;
+  if (!(p_cam.z() > 0)) return {};
+  const Eigen::Vector2d pixel = camera_.Project(p_cam);
+  if (!camera_.Contains(pixel)) return {};
+  const auto x = static_cast<int>(std::lround(pixel.x()));
+  const auto y = static_cast<int>(std::lround(pixel.y()));
+  return {p_cam.z(), depths_[static_cast<std::size_t>(y * camera_.width + x)]};
+}
+
+void CellPicture::OpenSky(const Eigen::Vector3d& up_world) {
+  constexpr double kUpright = 0.5;
+  constexpr float kFarAway = 1e30F;
+  const Eigen::Vector3d up_cam = T_cam_world_.rotation() * up_world;
+  if (-up_cam.y() < kUpright) return;
+  for (int x = 0; x < camera_.width; ++x) {
+    for (int y = 0; y < camera_.height; ++y) {
+      float& depth = depths_[static_cast<std::size_t>(y * camera_.width + x)];
+      if (std::isfinite(depth)) break;
+      depth = kFarAway;
+    }
+  }
+}
+
+double CellPicture::ShareCovered() const {
+  const auto num = std::ranges::count_if(depths_, [](float depth) { return depth < 1e30F; });
+  return static_cast<double>(num) / static_cast<double>(depths_.size());
+}
+
+}  // namespace mono3d
