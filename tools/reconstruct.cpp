@@ -33,6 +33,7 @@
 #include "reconstruct/interim_results.h"
 #include "reconstruct/output_folder.h"
 #include "reconstruct/output_options.h"
+#include "reconstruct/positions.h"
 #include "reconstruct/presets.h"
 #include "reconstruct/processing.h"
 #include "reconstruct/run_view.h"
@@ -55,6 +56,7 @@ struct Arguments {
   PipelineOptions pipeline;
   SelfCalibrationOptions self_calibration;
   OutputArguments written;
+  PositionArguments positions;
   bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
@@ -67,6 +69,7 @@ std::vector<OptionField> ListAll(Arguments& arguments) {
   visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
   visitor.Group("live.calibration", arguments.self_calibration);
+  visitor.Group("positions", arguments.positions.georeference);
   return visitor.fields();
 }
 
@@ -175,7 +178,7 @@ struct Run {
   RunNotes& notes;
   RunView& view;
   std::filesystem::path folder;  // that is written to
-  int turn_deg = 0;              // of the images when they are shown
+  PlaceOfRun place;
 };
 
 struct Result {
@@ -302,7 +305,7 @@ Result RunWithKnownCamera(const Run& run) {
   result.reconstruction = FinishAfterAll(pipeline, run.record);
   NoteErrorOf(run.record, [&] { watch.End(); });
   result.depth_camera = files.DepthCamera();
-  ChooseAxes(arguments.written, saved_axes, run.turn_deg, result.reconstruction);
+  ChooseAxes(arguments.written, saved_axes, run.place, result.reconstruction);
   Write(run, result, pipeline.tracker());
   return result;
 }
@@ -383,7 +386,7 @@ Result RunWhileLearningCamera(const Run& run) {
   }
   Result result{FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
   NoteErrorOf(run.record, [&] { watch.End(); });
-  ChooseAxes(arguments.written, {}, run.turn_deg, result.reconstruction);
+  ChooseAxes(arguments.written, {}, run.place, result.reconstruction);
   progress_line.reset();
   if (result.reconstruction.self_calibration) TellOfCamera(run, prior, result);
   Write(run, result, pipeline.tracker());
@@ -436,7 +439,8 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
                 notes,
                 arguments.view,
                 output.of_run(),
-                TellOfTurn(arguments.input)};
+                {TellOfTurn(arguments.input), FindPositions(arguments.input, arguments.positions),
+                 arguments.positions.georeference}};
   const Result result = MakeRun(run);
   failures.NoteIn(record);
   record.stages = times.Snapshot();
@@ -448,6 +452,10 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   const bool is_whole = record.end == RunEnd::kFinished && why_no_model.empty();
   if (is_whole) output.TakePlaceOfEarlier();
   PrintSummary(result.reconstruction, record, output.of_run() / "model.ply");
+  for (const MapReconstruction& map : result.reconstruction.maps) {
+    const std::string line = GeoreferenceLine(map);
+    if (!line.empty()) std::printf("%s\n", line.c_str());
+  }
   if (record.end == RunEnd::kFailed) throw Error(record.error);
   if (!why_no_model.empty()) throw Error(why_no_model);
   if (const std::string kept = output.Keep(); !kept.empty()) std::printf("%s\n", kept.c_str());
@@ -467,6 +475,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.mesh.Validate();
   arguments.camera.calibration.Validate();
   arguments.self_calibration.Validate();
+  arguments.positions.georeference.Validate();
   RequireSameCamera(arguments);
   // What is wrong with the input is said before anything is done or written.
   arguments.source.Validate();
@@ -519,6 +528,7 @@ int main(int argc, char** argv) {
                       "distortion and as of a global shutter, as depth/ is of them; sparse/ is "
                       "then of them, too");
   AddOutputOptions(tool.app(), arguments.written);
+  AddPositionOptions(tool.app(), arguments.positions);
   tool.app().add_option("--map", arguments.map,
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
@@ -537,5 +547,6 @@ int main(int argc, char** argv) {
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   tool.AddOptions(mono3d::ListOptions(arguments.self_calibration), "live.calibration.");
+  tool.AddOptions(mono3d::ListOptions(arguments.positions.georeference), "positions.");
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

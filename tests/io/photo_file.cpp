@@ -21,6 +21,7 @@ constexpr int kLongType = 4;
 constexpr int kRationalType = 5;
 constexpr int kByteType = 1;
 constexpr int kExifPointerTag = 0x8769;
+constexpr int kGpsPointerTag = 0x8825;
 
 std::string App1(const std::string& content) {
   const std::size_t length = content.size() + 2;  // counts itself
@@ -31,7 +32,17 @@ std::string App1(const std::string& content) {
 }  // namespace
 
 ExifWriter& ExifWriter::Add(Directory directory, const Entry& entry) {
-  (directory == Directory::kImage ? image_ : exif_).push_back(entry);
+  switch (directory) {
+    case Directory::kImage:
+      image_.push_back(entry);
+      break;
+    case Directory::kExif:
+      exif_.push_back(entry);
+      break;
+    case Directory::kGps:
+      gps_.push_back(entry);
+      break;
+  }
   return *this;
 }
 
@@ -84,6 +95,25 @@ ExifWriter& ExifWriter::FocalPlane(double resolution, int unit) {
       .Short(Directory::kExif, 0xA210, static_cast<std::uint32_t>(unit));
 }
 
+ExifWriter& ExifWriter::Angle(int tag, double degrees) {
+  constexpr std::uint32_t kPerSecond = 10'000;
+  const auto parts = static_cast<std::uint64_t>(std::llround(degrees * 3600 * kPerSecond));
+  const auto seconds = static_cast<std::uint32_t>(parts % (60 * kPerSecond));
+  const auto minutes = static_cast<std::uint32_t>(parts / (60 * kPerSecond));
+  return Add(Directory::kGps, {tag, kRationalType, 3,
+                               Number(minutes / 60, 4) + Number(1, 4) + Number(minutes % 60, 4) +
+                                   Number(1, 4) + Number(seconds, 4) + Number(kPerSecond, 4)});
+}
+ExifWriter& ExifWriter::Place(double latitude_deg, double longitude_deg, double altitude_m) {
+  return Ascii(Directory::kGps, 1, latitude_deg < 0 ? "S" : "N")
+      .Angle(2, std::abs(latitude_deg))
+      .Ascii(Directory::kGps, 3, longitude_deg < 0 ? "W" : "E")
+      .Angle(4, std::abs(longitude_deg))
+      .Bytes(Directory::kGps, 5, altitude_m < 0 ? "\x01"s : "\0"s)
+      .Rational(Directory::kGps, 6,
+                static_cast<std::uint32_t>(std::llround(1000 * std::abs(altitude_m))), 1000);
+}
+
 // Values of more than 4 bytes go to the end of `values`, which begin at `values_begin`.
 std::string ExifWriter::DirectoryBytes(std::vector<Entry> entries, std::uint32_t values_begin,
                                        std::string& values) const {
@@ -106,16 +136,23 @@ std::string ExifWriter::DirectoryBytes(std::vector<Entry> entries, std::uint32_t
 std::string ExifWriter::Tiff() const {
   constexpr std::size_t kHeader = 8;
   const auto size = [](std::size_t num_entries) { return 2 + 12 * num_entries + 4; };
-  const std::size_t exif_begin = kHeader + size(image_.size() + 1);
-  const auto values_begin = static_cast<std::uint32_t>(exif_begin + size(exif_.size()));
+  const std::size_t num_pointers = gps_.empty() ? 1 : 2;
+  const std::size_t exif_begin = kHeader + size(image_.size() + num_pointers);
+  const std::size_t gps_begin = exif_begin + size(exif_.size());
+  const auto values_begin =
+      static_cast<std::uint32_t>(gps_begin + (gps_.empty() ? 0 : size(gps_.size())));
   std::vector<Entry> image = image_;
-  image.push_back(
-      {kExifPointerTag, kLongType, 1, Number(static_cast<std::uint32_t>(exif_begin), 4)});
+  const auto point_to = [&](int tag, std::size_t begin) {
+    image.push_back({tag, kLongType, 1, Number(static_cast<std::uint32_t>(begin), 4)});
+  };
+  point_to(kExifPointerTag, exif_begin);
+  if (!gps_.empty()) point_to(kGpsPointerTag, gps_begin);
   std::string values;
   std::string bytes = order_ == ByteOrder::kBigEndian ? "MM" : "II";
   bytes += Number(42, 2) + Number(kHeader, 4);
   bytes += DirectoryBytes(image, values_begin, values);
   bytes += DirectoryBytes(exif_, values_begin, values);
+  if (!gps_.empty()) bytes += DirectoryBytes(gps_, values_begin, values);
   return bytes + values;
 }
 

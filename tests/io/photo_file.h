@@ -13,7 +13,7 @@ namespace mono3d {
 class ExifWriter {
  public:
   enum class ByteOrder { kLittleEndian, kBigEndian };
-  enum class Directory { kImage, kExif };
+  enum class Directory { kImage, kExif, kGps };
 
   explicit ExifWriter(ByteOrder order = ByteOrder::kLittleEndian) : order_(order) {}
 
@@ -22,6 +22,7 @@ class ExifWriter {
   ExifWriter& Long(Directory directory, int tag, std::uint32_t value);
   ExifWriter& Rational(Directory directory, int tag, std::uint32_t numerator,
                        std::uint32_t denominator);
+  ExifWriter& Angle(int tag, double degrees);
   ExifWriter& Bytes(Directory directory, int tag, const std::string& bytes);
 
   ExifWriter& Camera(const std::string& make, const std::string& model);
@@ -31,6 +32,10 @@ class ExifWriter {
   ExifWriter& FocalLength35(int focal_mm);
   // FocalPlaneXResolution and FocalPlaneYResolution; unit 2: per inch, 3: per cm.
   ExifWriter& FocalPlane(double resolution, int unit);
+
+  // GPSLatitude, GPSLongitude (degrees, minutes, seconds to 1e-4) and their references;
+  // GPSAltitude.
+  ExifWriter& Place(double latitude_deg, double longitude_deg, double altitude_m);
 
   std::string Tiff() const;
   std::string Block() const;  // as in a JPEG file, with the header "Exif\0\0"
@@ -51,6 +56,7 @@ class ExifWriter {
   ByteOrder order_;
   std::vector<Entry> image_;
   std::vector<Entry> exif_;
+  std::vector<Entry> gps_;
 };
 
 // The bytes of a JPEG file of this size with an EXIF block and an XMP packet, where not empty.

@@ -65,12 +65,12 @@ TEST(SimulateExif, PositionsEqualThoseOfTheGpsFile) {
     ASSERT_TRUE(data) << image;
     EXPECT_EQ(Ascii(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_LATITUDE_REF), "S");
     EXPECT_EQ(Ascii(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_LONGITUDE_REF), "W");
-    const synthetic::Geodetic place{-Degrees(data.get(), EXIF_TAG_GPS_LATITUDE),
+    const Geodetic place{-Degrees(data.get(), EXIF_TAG_GPS_LATITUDE),
                                     -Degrees(data.get(), EXIF_TAG_GPS_LONGITUDE),
                                     Rational(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE, 0)};
     // A millionth of a second of arc is 3e-5 m, the file has 1e-4 m.
     constexpr double kTolerance_m = 3e-4;
-    EXPECT_LT((synthetic::ToEnu(place, {-33.5, -70.6, 115}) - p_enu).norm(), kTolerance_m);
+    EXPECT_LT((ToEnu(place, {-33.5, -70.6, 115}) - p_enu).norm(), kTolerance_m);
     EXPECT_NEAR(Rational(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_TIME_STAMP, 2), t_s, 5e-4);
     ++frame;
   }

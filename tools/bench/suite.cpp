@@ -114,6 +114,8 @@ SequenceResult RunSequence(const SuiteOptions& options, const std::filesystem::p
 
 bool IsSequence(const std::filesystem::path& folder) {
   std::error_code ignored;
+  // The output of a run has images/ as well.
+  if (std::filesystem::exists(folder / "run.json", ignored)) return false;
   return std::filesystem::is_directory(folder / "images", ignored) ||
          std::filesystem::is_regular_file(folder / "camera.yaml", ignored);
 }

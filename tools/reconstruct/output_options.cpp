@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 
+#include "mono3d/pipeline/georeferencing.h"
+
 namespace mono3d::tools {
 
 void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
@@ -42,12 +44,17 @@ DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live) {
 }
 
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
-                int turn_deg, Reconstruction& reconstruction) {
+                const PlaceOfRun& place, Reconstruction& reconstruction) {
   for (MapReconstruction& map : reconstruction.maps) {
     if (saved_axes && map.map_id == 0) {
       MoveInto(*saved_axes, map);
-    } else if (arguments.is_level) {
-      MoveInto(ChooseWorldAxes(map, turn_deg), map);
+      continue;
+    }
+    if (place.positions) {
+      PlaceOnEarth(*place.positions, place.georeference, place.turn_deg, map);
+    }
+    if (!map.georeference && arguments.is_level) {
+      MoveInto(ChooseWorldAxes(map, place.turn_deg), map);
     }
   }
 }

@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 
+#include "mono3d/geo/georeference.h"
+#include "mono3d/geo/position_track.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/world_axes.h"
@@ -22,10 +24,17 @@ struct OutputArguments {
 
 DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live);
 
-// Brings the maps into the axes that they are written in: those asked for, or, of map 0,
-// `saved_axes` where a map was loaded. `turn_deg`: of the images when they are shown.
+// Where the images of a run were, and how they are held.
+struct PlaceOfRun {
+  int turn_deg = 0;  // of the images when they are shown
+  std::optional<PositionTrack> positions;
+  GeoreferenceOptions georeference;
+};
+
+// Brings the maps into the axes that they are written in: of map 0, `saved_axes` where a map was
+// loaded; those of the earth where the positions determine them; else those asked for.
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
-                int turn_deg, Reconstruction& reconstruction);
+                const PlaceOfRun& place, Reconstruction& reconstruction);
 
 void AddOutputOptions(CLI::App& app, OutputArguments& arguments);
 

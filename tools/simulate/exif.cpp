@@ -104,7 +104,7 @@ std::array<ExifRational, 3> Sexagesimal(double degrees) {
           ExifRational{static_cast<ExifLong>(total % per_minute), kPerSecond}};
 }
 
-void SetPlace(ExifData* data, const synthetic::Geodetic& place, const ClockTime& time) {
+void SetPlace(ExifData* data, const Geodetic& place, const ClockTime& time) {
   Directory gps(data, EXIF_IFD_GPS);
   gps.SetBytes(EXIF_TAG_GPS_VERSION_ID, std::array<unsigned char, 4>{2, 3, 0, 0});
   gps.SetAscii(EXIF_TAG_GPS_LATITUDE_REF, place.latitude_deg < 0 ? "S" : "N");

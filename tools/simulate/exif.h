@@ -17,7 +17,7 @@ struct ExifFacts {
   int width = 0;           // px
   int height = 0;          // px
   double focal_px = 0;
-  std::optional<synthetic::Geodetic> place;
+  std::optional<Geodetic> place;
 };
 
 // The day and the hour at which each simulated flight starts: 21 June 2025, 10:00:00 UTC.

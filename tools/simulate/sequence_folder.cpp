@@ -161,13 +161,12 @@ class SequenceWriter {
   std::string EncodeImage(const cv::Mat& bgr, int frame) const {
     if (file_options_.jpeg_quality == 0) return EncodePng(bgr);
     const synthetic::GpsFix& fix = gps_[static_cast<std::size_t>(frame)];
-    return WithExif(
-        EncodeJpeg(bgr, file_options_.jpeg_quality),
-        {.timestamp_s = fix.timestamp_s,
-         .width = bgr.cols,
-         .height = bgr.rows,
-         .focal_px = sequence_.camera().fx,
-         .place = synthetic::ToGeodetic(fix.p_enu_m, sequence_.options().gps.Origin())});
+    return WithExif(EncodeJpeg(bgr, file_options_.jpeg_quality),
+                    {.timestamp_s = fix.timestamp_s,
+                     .width = bgr.cols,
+                     .height = bgr.rows,
+                     .focal_px = sequence_.camera().fx,
+                     .place = ToGeodetic(fix.p_enu_m, sequence_.options().gps.Origin())});
   }
 
   SequenceFileOptions file_options_;

@@ -142,6 +142,33 @@ std::optional<DjiDewarpData> ParseDewarpData(std::string_view text) {
   return data;
 }
 
+int DecimalsBehindPoint(std::string_view number) {
+  const std::size_t point = number.find('.');
+  return point == std::string_view::npos ? 0 : static_cast<int>(number.size() - point - 1);
+}
+
+DjiXmpPosition ParseDjiPosition(const DjiProperties& properties) {
+  const auto number = [&](std::string_view name) { return ParseNumber(DjiText(properties, name)); };
+  const auto sigma = [&](std::string_view name) { return std::max(0.0, number(name).value_or(0)); };
+  // Both spellings are theirs.
+  const std::string_view longitude_name =
+      properties.contains("GpsLongitude") ? "GpsLongitude" : "GpsLongtitude";
+  DjiXmpPosition position;
+  position.latitude_deg = number("GpsLatitude");
+  position.longitude_deg = number(longitude_name);
+  position.num_decimals = std::max(DecimalsBehindPoint(DjiText(properties, "GpsLatitude")),
+                                   DecimalsBehindPoint(DjiText(properties, longitude_name)));
+  position.altitude_m = number("AbsoluteAltitude");
+  position.height_m = number("RelativeAltitude");
+  position.sigma_latitude_m = sigma("RtkStdLat");
+  position.sigma_longitude_m = sigma("RtkStdLon");
+  position.sigma_height_m = sigma("RtkStdHgt");
+  position.gimbal_yaw_deg = number("GimbalYawDegree");
+  position.gimbal_pitch_deg = number("GimbalPitchDegree");
+  position.gimbal_roll_deg = number("GimbalRollDegree");
+  return position;
+}
+
 }  // namespace
 
 std::optional<DjiXmp> ParseDjiXmp(const std::string& packet) {
@@ -154,6 +181,7 @@ std::optional<DjiXmp> ParseDjiXmp(const std::string& packet) {
   xmp.design_centre_y = DjiPixels(*properties, "CalibratedOpticalCenterY");
   const std::string_view dewarp = DjiText(*properties, "DewarpData");
   xmp.dewarp = ParseDewarpData(dewarp);
+  xmp.position = ParseDjiPosition(*properties);
   xmp.is_dewarped = DjiText(*properties, "DewarpFlag") == "1";
   xmp.has_absurd_value =
       (!dewarp.empty() && !xmp.dewarp) ||

@@ -20,6 +20,23 @@ struct DjiDewarpData {
   std::array<double, 5> distortion = {0, 0, 0, 0, 0};
 };
 
+// Where the drone was and the camera looked when it took a photo; nothing where it is not told.
+struct DjiXmpPosition {
+  std::optional<double> latitude_deg;
+  std::optional<double> longitude_deg;
+  int num_decimals = 0;              // of latitude or longitude as written
+  std::optional<double> altitude_m;  // above the ellipsoid or the sea
+  std::optional<double> height_m;    // above the place of take-off
+  // Standard deviations of RTK; 0: not told.
+  double sigma_latitude_m = 0;
+  double sigma_longitude_m = 0;
+  double sigma_height_m = 0;
+  // From north to the east, upwards, clockwise.
+  std::optional<double> gimbal_yaw_deg;
+  std::optional<double> gimbal_pitch_deg;
+  std::optional<double> gimbal_roll_deg;
+};
+
 // What DJI writes of the camera into the XMP of photos.
 struct DjiXmp {
   std::string serial;          // of the camera
@@ -27,6 +44,7 @@ struct DjiXmp {
   double design_centre_x = 0;  // px from the corner of the picture; 0: not told
   double design_centre_y = 0;  // px
   std::optional<DjiDewarpData> dewarp;
+  DjiXmpPosition position;
   bool is_dewarped = false;       // the camera took the distortion out
   bool has_absurd_value = false;  // and it was left out
 };

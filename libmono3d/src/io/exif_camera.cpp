@@ -6,8 +6,10 @@
 #include <libexif/exif-data.h>
 #include <libexif/exif-log.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdlib>
 #include <memory>
 #include <new>
@@ -58,6 +60,37 @@ class ExifReader {
     const double number = entry == nullptr ? 0 : Number(*entry);
     return std::isfinite(number) && number > 0 ? number : 0;
   }
+  // Degrees, minutes and seconds as degrees; the finest step that they are written in comes with
+  // them.
+  std::optional<double> Degrees(ExifIfd ifd, int tag, double& step_deg) const {
+    const ExifEntry* entry = Find(ifd, tag);
+    constexpr std::size_t kSize = 8;  // bytes of a rational number
+    if (entry == nullptr || entry->format != EXIF_FORMAT_RATIONAL || entry->components != 3 ||
+        entry->size < 3 * kSize) {
+      return std::nullopt;
+    }
+    double degrees = 0;
+    double unit = 1;
+    for (std::size_t i = 0; i < 3; ++i, unit /= 60) {
+      const ExifRational part = exif_get_rational(entry->data + i * kSize, order_);
+      if (part.denominator == 0) {
+        if (part.numerator != 0) return std::nullopt;
+        continue;  // 0/0: minutes and seconds that are not used
+      }
+      degrees += unit * part.numerator / part.denominator;
+      step_deg = std::min(step_deg, unit / part.denominator);
+    }
+    return degrees;
+  }
+
+  // Finite, 0 or more; nothing where it is not told.
+  std::optional<double> NotNegative(ExifIfd ifd, int tag) const {
+    const ExifEntry* entry = Find(ifd, tag);
+    if (entry == nullptr) return std::nullopt;
+    const double number = Number(*entry);
+    return std::isfinite(number) && number >= 0 ? std::optional(number) : std::nullopt;
+  }
+
   int Size(ExifIfd ifd, int tag) const {
     constexpr double kMaxSize = 1e6;  // px; more than any picture has
     const double size = Positive(ifd, tag);
@@ -119,6 +152,33 @@ double PixelsPerMm(const ExifReader& exif) {
   }
 }
 
+constexpr int kGpsLatitudeRef = 1;
+constexpr int kGpsLatitude = 2;
+constexpr int kGpsLongitudeRef = 3;
+constexpr int kGpsLongitude = 4;
+constexpr int kGpsAltitudeRef = 5;
+constexpr int kGpsAltitude = 6;
+constexpr int kGpsHorizontalError = 0x1F;
+
+std::optional<ExifPosition> PositionOf(const ExifReader& exif) {
+  double step_deg = 1;
+  const std::optional<double> latitude = exif.Degrees(EXIF_IFD_GPS, kGpsLatitude, step_deg);
+  const std::optional<double> longitude = exif.Degrees(EXIF_IFD_GPS, kGpsLongitude, step_deg);
+  if (!latitude || !longitude || *latitude > 90 || *longitude > 180) return std::nullopt;
+  if (*latitude == 0 && *longitude == 0) return std::nullopt;  // no fix
+  ExifPosition position;
+  position.latitude_deg =
+      exif.Text(EXIF_IFD_GPS, kGpsLatitudeRef).starts_with('S') ? -*latitude : *latitude;
+  position.longitude_deg =
+      exif.Text(EXIF_IFD_GPS, kGpsLongitudeRef).starts_with('W') ? -*longitude : *longitude;
+  position.num_decimals = static_cast<int>(std::lround(std::max(0.0, -std::log10(step_deg))));
+  position.altitude_m = exif.NotNegative(EXIF_IFD_GPS, kGpsAltitude);
+  const bool is_below_sea = exif.Bytes(EXIF_IFD_GPS, kGpsAltitudeRef).starts_with('\x01');
+  if (position.altitude_m && is_below_sea) *position.altitude_m *= -1;
+  position.sigma_horizontal_m = exif.NotNegative(EXIF_IFD_GPS, kGpsHorizontalError).value_or(0);
+  return position;
+}
+
 void NoteDamage(ExifLog*, ExifLogCode code, const char*, const char*, va_list, void* is_damaged) {
   if (code == EXIF_LOG_CODE_CORRUPT_DATA) *static_cast<bool*>(is_damaged) = true;
 }
@@ -151,6 +211,7 @@ ExifCamera ParseExif(const std::string& block) {
   camera.digital_zoom = zoom > 1 ? zoom : 1;  // 0: not used
   const int orientation = exif.Size(EXIF_IFD_0, EXIF_TAG_ORIENTATION);
   if (orientation >= 1 && orientation <= 8) camera.orientation = orientation;
+  camera.position = PositionOf(exif);
   camera.stored_width = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_WIDTH);
   camera.stored_height = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_LENGTH);
   camera.xmp = exif.Bytes(EXIF_IFD_0, EXIF_TAG_XML_PACKET);

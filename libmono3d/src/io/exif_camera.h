@@ -3,9 +3,19 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace mono3d {
+
+// Where the receiver of the camera was (WGS 84).
+struct ExifPosition {
+  double latitude_deg = 0;
+  double longitude_deg = 0;
+  int num_decimals = 0;              // of the degrees, that the file can tell
+  std::optional<double> altitude_m;  // above the ellipsoid or the sea, as the device tells it
+  double sigma_horizontal_m = 0;     // GPSHPositioningError; 0: not told
+};
 
 // What EXIF says of the camera; numbers that are not told, or no positive numbers, are 0.
 struct ExifCamera {
@@ -20,6 +30,7 @@ struct ExifCamera {
   double pixels_per_mm = 0;  // on the sensor
   double digital_zoom = 1;   // 1 or more
   int orientation = 1;       // 1 to 8
+  std::optional<ExifPosition> position;
   // In TIFF files.
   int stored_width = 0;   // px
   int stored_height = 0;  // px

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "mono3d/core/version.h"
@@ -156,6 +157,60 @@ JsonValue AxesJson(const WorldAxes& axes) {
   return json;
 }
 
+JsonValue NoiseJson(const PositionNoise& noise) {
+  JsonValue json = JsonValue::Object();
+  json.Set("wander_m", noise.wander_m);
+  json.Set("correlation_s", noise.correlation_s);
+  json.Set("white_m", noise.white_m);
+  return json;
+}
+
+JsonValue EnuJson(const Eigen::Vector3d& enu) {
+  JsonValue json = JsonValue::Object();
+  json.Set("east", enu.x());
+  json.Set("north", enu.y());
+  json.Set("up", enu.z());
+  return json;
+}
+
+JsonValue PositionResidualsJson(const std::vector<PositionResidual>& residuals) {
+  JsonValue list = JsonValue::List();
+  for (const PositionResidual& residual : residuals) {
+    JsonValue json = EnuJson(residual.enu_m);
+    json.Set("fix", residual.fix);
+    json.Set("time_s", residual.time_s);
+    if (residual.is_outlier) json.Set("outlier", true);
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
+// Metres; x east, y north, z up of the origin.
+JsonValue GeoreferenceJson(const Georeference& georeference) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  JsonValue origin = JsonValue::Object();
+  origin.Set("latitude_deg", georeference.origin.latitude_deg);
+  origin.Set("longitude_deg", georeference.origin.longitude_deg);
+  origin.Set("altitude_m", georeference.origin.altitude_m);
+  JsonValue json = JsonValue::Object();
+  json.Set("origin", std::move(origin));
+  json.Set("altitude_known", georeference.has_altitude);
+  json.Set("scale_sigma", georeference.scale_sigma);
+  json.Set("heading_sigma_deg", georeference.heading_sigma_rad / kDegree);
+  json.Set("tilt_sigma_deg", georeference.tilt_sigma_rad / kDegree);
+  json.Set("position_sigma_m", EnuJson(georeference.position_sigma_m));
+  json.Set("clock_offset_s", georeference.clock_offset_s);
+  json.Set("clock_offset_sigma_s", georeference.clock_offset_sigma_s);
+  json.Set("noise_horizontal", NoiseJson(georeference.horizontal));
+  json.Set("noise_vertical", NoiseJson(georeference.vertical));
+  json.Set("fixes", georeference.residuals.size());
+  json.Set("fixes_used", georeference.num_used);
+  json.Set("rms_horizontal_m", georeference.rms_horizontal_m);
+  json.Set("rms_vertical_m", georeference.rms_vertical_m);
+  json.Set("residuals_m", PositionResidualsJson(georeference.residuals));
+  return json;
+}
+
 // One line of evidence per attempt.
 JsonValue FusionsJson(const std::vector<FusionRecord>& fusions) {
   JsonValue list = JsonValue::List();
@@ -189,6 +244,8 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
     json.Set("sparse_points", map.sparse.points.size());
     json.Set("sparse_reprojection_px", MeanReprojection_px(map.sparse));
     json.Set("axes", AxesJson(map.axes));
+    if (map.georeference) json.Set("georeference", GeoreferenceJson(*map.georeference));
+    if (!map.why_no_georeference.empty()) json.Set("no_georeference", map.why_no_georeference);
     json.Set("health", HealthJson(map.health));
     json.Set("health_changes", HealthChangesJson(map.health_changes));
     json.Set("submap_joins", SubmapJoinsJson(map.submap_joins));

@@ -236,7 +236,7 @@ WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg) {
 }
 
 bool IsLevel(const WorldAxes& axes) {
-  return axes.source == AxesSource::kLevel ||
+  return axes.source == AxesSource::kLevel || axes.source == AxesSource::kEarth ||
          (axes.source == AxesSource::kSavedMap && axes.S_axes_world.pose().RotationAngle() > 1e-9);
 }
 
@@ -262,6 +262,8 @@ const char* ToString(AxesSource source) {
       return "level";
     case AxesSource::kSavedMap:
       return "saved map";
+    case AxesSource::kEarth:
+      return "earth";
   }
   return "unknown";
 }

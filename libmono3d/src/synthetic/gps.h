@@ -9,16 +9,10 @@
 #include <vector>
 
 #include "mono3d/core/options.h"
+#include "mono3d/geometry/geodetic.h"
 #include "mono3d/geometry/pose.h"
 
 namespace mono3d::synthetic {
-
-// A place on the ellipsoid WGS 84.
-struct Geodetic {
-  double latitude_deg = 0;   // -90 to 90, north positive
-  double longitude_deg = 0;  // -180 to 180, east positive
-  double altitude_m = 0;     // above the ellipsoid
-};
 
 // A receiver of which the error wanders slowly, as that of satellite navigation does: a first-order
 // Gauss-Markov process on each axis.
@@ -44,10 +38,5 @@ struct GpsFix {
 // lengths of both lists; the times ascend. The same seed gives the same errors.
 std::vector<GpsFix> GpsTrack(std::span<const double> timestamps_s, std::span<const Pose> poses,
                              const GpsOptions& options, std::uint64_t seed);
-
-// Local east, north, up to the ellipsoid and back, through earth-centred coordinates; exact to
-// 1e-6 m within 100 km of the origin.
-Geodetic ToGeodetic(const Eigen::Vector3d& p_enu_m, const Geodetic& origin);
-Eigen::Vector3d ToEnu(const Geodetic& place, const Geodetic& origin);
 
 }  // namespace mono3d::synthetic

@@ -12,6 +12,7 @@
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geo/georeference.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/image/keyframe_poses.h"
@@ -71,8 +72,9 @@ enum class AxesSource {
   kFirstCamera,  // they are the tracker's own: those of the first camera
   kLevel,        // z is up: ChooseWorldAxes
   kSavedMap,     // those of the run that saved the map
+  kEarth,        // x east, y north, z up, metres: PlaceOnEarth
 };
-const char* ToString(AxesSource source);  // "first camera", "level", "saved map"
+const char* ToString(AxesSource source);  // "first camera", "level", "saved map", "earth"
 
 struct WorldAxes {
   Similarity S_axes_world;  // from the tracker's own axes
@@ -92,7 +94,9 @@ struct MapReconstruction {
   ModelHealth health;                        // at the end
   std::vector<HealthChange> health_changes;  // good at first
   std::vector<SubmapJoin> submap_joins;
-  WorldAxes axes = {};  // that all of this is in: see MoveInto
+  WorldAxes axes = {};                            // that all of this is in: see MoveInto
+  std::optional<Georeference> georeference = {};  // where the axes are those of the earth
+  std::string why_no_georeference = {};           // where there are positions, but they are not
 };
 
 // How a live run kept up with frames that came at their own pace.

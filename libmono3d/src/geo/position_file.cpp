@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "mono3d/geo/position_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "geo/dji_telemetry.h"
+#include "geo/gpx_file.h"
+#include "geo/nmea_file.h"
+#include "geo/position_table.h"
+#include "geo/position_text.h"
+#include "io/image_list.h"
+#include "io/photo_prior.h"
+#include "io/text.h"
+#include "mono3d/core/error.h"
+#include "mono3d/io/frame_source.h"
+
+namespace mono3d {
+namespace {
+
+constexpr const char* kForms =
+    "DJI telemetry (.SRT), GPX, NMEA, a table with named columns, geo.txt or gps.txt";
+
+bool IsXml(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  return TrimBlanks(text.substr(0, 200)).starts_with('<');
+}
+
+// EXIF where XMP tells nothing; XMP has more digits and the rest.
+PositionFix FixOf(const PhotoFacts& facts, int& num_decimals) {
+  PositionFix fix;
+  fix.image = facts.name;
+  if (facts.exif && facts.exif->position) {
+    const ExifPosition& position = *facts.exif->position;
+    fix.latitude_deg = position.latitude_deg;
+    fix.longitude_deg = position.longitude_deg;
+    fix.altitude_m = position.altitude_m;
+    fix.sigma_horizontal_m = position.sigma_horizontal_m;
+    num_decimals = position.num_decimals;
+  }
+  if (!facts.xmp) return fix;
+  const DjiXmpPosition& position = facts.xmp->position;
+  if (position.latitude_deg && position.longitude_deg && *position.latitude_deg != 0) {
+    fix.latitude_deg = *position.latitude_deg;
+    fix.longitude_deg = *position.longitude_deg;
+    num_decimals = position.num_decimals;
+  }
+  if (position.altitude_m) fix.altitude_m = position.altitude_m;
+  fix.height_m = position.height_m;
+  if (position.sigma_latitude_m > 0 && position.sigma_longitude_m > 0) {
+    fix.sigma_horizontal_m = std::hypot(position.sigma_latitude_m, position.sigma_longitude_m) /
+                             std::sqrt(2.0);  // of each axis
+  }
+  fix.sigma_vertical_m = position.sigma_height_m;
+  if (position.gimbal_yaw_deg && position.gimbal_pitch_deg && position.gimbal_roll_deg) {
+    fix.gimbal = GimbalAngles{*position.gimbal_yaw_deg, *position.gimbal_pitch_deg,
+                              *position.gimbal_roll_deg};
+  }
+  return fix;
+}
+
+}  // namespace
+
+PositionTrack ReadPositionFile(const std::filesystem::path& path) {
+  const std::string bytes = ReadBytes(path);
+  if (TrimBlanks(bytes).empty()) {
+    throw Error(ErrorParts{
+        .what = "the file of positions is empty", .where = path, .expected = kForms, .found = {}});
+  }
+  if (IsXml(bytes)) return ParseGpx(path, bytes);
+  const std::vector<std::string> lines = ReadLines(path);
+  if (IsNmeaFile(lines)) return ParseNmea(path, lines);
+  if (IsSubtitleFile(lines)) return ParseDjiTelemetry(path, lines);
+  if (IsPositionTable(lines)) return ParsePositionTable(path, lines);
+  if (IsImagePositionList(lines)) return ParseImagePositionList(path, lines);
+  if (IsPositionList(lines)) return ParsePositionList(path, lines);
+  throw Error(ErrorParts{.what = "not a file of positions",
+                         .where = AtLine(path, 1),
+                         .expected = kForms,
+                         .found = lines.front(),
+                         .code = ErrorCode::kUnsupported});
+}
+
+PositionTrack ReadPhotoPositions(const std::vector<std::string>& images) {
+  PositionTrackBuilder builder(images.empty() ? std::string() : images.front(), "EXIF",
+                               PositionClock::kImages);
+  bool has_any = false;
+  for (const std::string& image : images) {
+    try {
+      int num_decimals = 0;
+      const PositionFix fix = FixOf(ReadPhotoFacts(image), num_decimals);
+      builder.Add(fix, num_decimals);
+      has_any |= fix.latitude_deg != 0 || fix.longitude_deg != 0;
+    } catch (const Error&) {
+      builder.AddWithoutPosition();
+    }
+  }
+  return has_any ? builder.Finish() : PositionTrack{};
+}
+
+std::optional<std::filesystem::path> FindPositionFile(const std::filesystem::path& video) {
+  constexpr std::array<std::string_view, 4> kExtensions = {".srt", ".gpx", ".nmea", ".csv"};
+  std::error_code ignored;
+  std::filesystem::directory_iterator files(
+      video.has_parent_path() ? video.parent_path() : std::filesystem::path("."), ignored);
+  std::optional<std::filesystem::path> found;
+  std::size_t rank = kExtensions.size();
+  for (; files != std::filesystem::directory_iterator(); files.increment(ignored)) {
+    const std::filesystem::directory_entry& file = *files;
+    if (file.path().stem() != video.stem() || !file.is_regular_file(ignored)) continue;
+    const std::string extension = file.path().extension().string();
+    const auto kind = std::ranges::find_if(
+        kExtensions, [&](std::string_view known) { return EqualsIgnoringCase(known, extension); });
+    const auto kind_rank = static_cast<std::size_t>(kind - kExtensions.begin());
+    if (kind_rank >= rank) continue;
+    rank = kind_rank;
+    found = file.path();
+  }
+  return found;
+}
+
+std::optional<PositionTrack> ReadPositionsOf(const std::string& input) {
+  if (KindOfInput(input) == InputKind::kVideo) {
+    const std::optional<std::filesystem::path> file = FindPositionFile(input);
+    return file ? std::optional(ReadPositionFile(*file)) : std::nullopt;
+  }
+  if (KindOfInput(input) == InputKind::kImage) return std::nullopt;
+  PositionTrack track = ReadPhotoPositions(ListImages(input));
+  return track.fixes.empty() ? std::nullopt : std::optional(std::move(track));
+}
+
+}  // namespace mono3d
