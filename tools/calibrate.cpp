@@ -66,10 +66,11 @@ CameraCalibration Learn(const Arguments& arguments, const std::optional<Calibrat
 int Calibrate(const Arguments& arguments) {
   arguments.source.Validate();
   arguments.camera.calibration.Validate();
+  const std::optional<CalibrationBoard> board = BoardOf(arguments);
   RequireImagesOfPlaces(arguments.input, FindPrior(arguments.input, arguments.camera).camera,
                         arguments.source);
   TellOfTurn(arguments.input);
-  const CameraCalibration calibration = Learn(arguments, BoardOf(arguments));
+  const CameraCalibration calibration = Learn(arguments, board);
   if (!calibration.is_learned && !AgreesWithCalibration(calibration)) {
     throw Error(arguments.input + ": no camera can be learned: " + calibration.reason);
   }

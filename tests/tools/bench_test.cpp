@@ -67,7 +67,7 @@ TEST_F(BenchRun, GoesOnAfterABrokenSequenceAndSaysWhy) {
   const Json json = ReadJson("out/bench.json");
   ASSERT_EQ(json["sequences"].size(), 2U);
   EXPECT_EQ(json["sequences"][0]["success"], false);
-  EXPECT_THAT(json["sequences"][0]["reason"].get<std::string>(), HasSubstr("not one image"));
+  EXPECT_THAT(json["sequences"][0]["reason"].get<std::string>(), HasSubstr("too few images"));
   EXPECT_EQ(json["sequences"][1]["success"], true);
   EXPECT_GT(json["sequences"][1]["tracked_share"], 0.9);
   EXPECT_GT(json["sequences"][1]["share_of_frames_used"], 0);

@@ -103,8 +103,8 @@ TEST_F(KeptResults, TheEmptyFolderOfAKilledRunIsUsedAgain) {
 TEST_F(KeptResults, WhatAFailedRunHasMadeIsBesideTheEarlierResultAndNamed) {
   MakeEarlierRun();
   const std::map<std::string, std::string> before = Files();
-  // Two frames make no model.
-  const CommandResult result = Reconstruct(" --max-frames 2");
+  // Three frames make no model.
+  const CommandResult result = Reconstruct(" --max-frames 3");
   EXPECT_EQ(result.exit_status, kFailure);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("no model"), HasSubstr("out/unfinished_1")));
   for (const auto& [name, content] : before) EXPECT_TRUE(Files()[name] == content) << name;
@@ -132,7 +132,7 @@ TEST_F(KeptResults, TwoRunsDoNotWriteIntoOneFolder) {
   std::filesystem::create_directories(output());
   const int folder = open(output().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   ASSERT_EQ(flock(folder, LOCK_EX | LOCK_NB), 0);
-  const CommandResult result = Reconstruct(" --max-frames 2");
+  const CommandResult result = Reconstruct(" --max-frames 3");
   EXPECT_EQ(result.exit_status, kFailure);
   EXPECT_THAT(result.errors, HasSubstr("another run is writing into this folder"));
   EXPECT_TRUE(std::filesystem::is_empty(output()));
@@ -184,7 +184,7 @@ TEST_F(KeptResults, ARunThatIsKilledHasAModelAndATrajectory) {
   EXPECT_GT(ReadTrajectory(output() / "trajectory.txt").size(), 10U);
   EXPECT_GT(ReadTrajectory(output() / "keyframes.txt").size(), 2U);
   // The killed run is not replaced by one that fails.
-  const CommandResult next = Reconstruct(" --max-frames 2");
+  const CommandResult next = Reconstruct(" --max-frames 3");
   EXPECT_THAT(next.errors, HasSubstr("stays as it was"));
 }
 

@@ -66,8 +66,8 @@ TEST(SimulateExif, PositionsEqualThoseOfTheGpsFile) {
     EXPECT_EQ(Ascii(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_LATITUDE_REF), "S");
     EXPECT_EQ(Ascii(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_LONGITUDE_REF), "W");
     const Geodetic place{-Degrees(data.get(), EXIF_TAG_GPS_LATITUDE),
-                                    -Degrees(data.get(), EXIF_TAG_GPS_LONGITUDE),
-                                    Rational(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE, 0)};
+                         -Degrees(data.get(), EXIF_TAG_GPS_LONGITUDE),
+                         Rational(data.get(), EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE, 0)};
     // A millionth of a second of arc is 3e-5 m, the file has 1e-4 m.
     constexpr double kTolerance_m = 3e-4;
     EXPECT_LT((ToEnu(place, {-33.5, -70.6, 115}) - p_enu).norm(), kTolerance_m);

@@ -95,7 +95,7 @@ cv::Mat ReadChannel(Imf::InputFile& file, const std::string& name,
 constexpr std::array kColours = {"R", "G", "B"};
 
 template <typename ReadPart>
-cv::Mat Read(const std::filesystem::path& path, const ReadPart& read) {
+cv::Mat ReadExr(const std::filesystem::path& path, const ReadPart& read) {
   try {
     Imf::InputFile file(path.c_str());
     return read(file);
@@ -115,13 +115,13 @@ cv::Mat Read(const std::filesystem::path& path, const ReadPart& read) {
 bool IsExr(std::string_view bytes) { return bytes.starts_with("\x76\x2F\x31\x01"); }
 
 cv::Mat ReadExrDepth(const std::filesystem::path& path) {
-  return Read(path, [&](Imf::InputFile& file) {
+  return ReadExr(path, [&](Imf::InputFile& file) {
     return ReadChannel(file, DepthChannel(file.header().channels(), path), path);
   });
 }
 
 cv::Mat ReadExrColours(const std::filesystem::path& path) {
-  return Read(path, [&](Imf::InputFile& file) {
+  return ReadExr(path, [&](Imf::InputFile& file) {
     const Imf::ChannelList& channels = file.header().channels();
     std::vector<cv::Mat> colours;
     for (const char* name : kColours) {

@@ -29,9 +29,9 @@ std::vector<PositionedCamera> CamerasOf(const MapReconstruction& map, PositionCl
   return cameras;
 }
 
-std::optional<UpDirection> UpOf(const MapReconstruction& map,
-                                const std::vector<PositionedCamera>& cameras,
-                                const PositionTrack& track, int turn_deg) {
+std::optional<UpDirection> KnownUp(const MapReconstruction& map,
+                                   const std::vector<PositionedCamera>& cameras,
+                                   const PositionTrack& track, int turn_deg) {
   if (const std::optional<UpDirection> up = UpFromGimbal(cameras, track)) return up;
   // Level axes were within 1.5 degrees of flights with relief and within 4 of photographs that look
   // straight down.
@@ -48,7 +48,7 @@ void PlaceOnEarth(const PositionTrack& track, const GeoreferenceOptions& options
                   MapReconstruction& map) {
   const std::vector<PositionedCamera> cameras = CamerasOf(map, track.clock);
   GeoreferenceResult result =
-      EstimateGeoreference(cameras, track, UpOf(map, cameras, track, turn_deg), options);
+      EstimateGeoreference(cameras, track, KnownUp(map, cameras, track, turn_deg), options);
   map.why_no_georeference = std::move(result.reason);
   if (!result.georeference) return;
   MoveInto({result.georeference->S_enu_map, AxesSource::kEarth}, map);
