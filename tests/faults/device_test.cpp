@@ -87,11 +87,11 @@ TEST_F(DeviceOfRun, OfTwoTheChoiceIsSaid) {
   std::filesystem::copy_file(Lavapipe(), folder_ / "second.json");
   const Environment two = {
       {"VK_DRIVER_FILES", Lavapipe().string() + ":" + (folder_ / "second.json").string()}};
-  // Two frames make no model.
-  const EndedRun first = SmallReconstruction(folder_, {"--max-frames", "2"}).Run(two);
+  // Three frames make no model.
+  const EndedRun first = SmallReconstruction(folder_, {"--max-frames", "3"}).Run(two);
   EXPECT_THAT(first.output, HasSubstr("device 0 of 2: llvmpipe"));
   EXPECT_THAT(first.output, HasSubstr("--device"));
-  const SmallReconstruction run(folder_, {"--max-frames", "2", "--device", "1"});
+  const SmallReconstruction run(folder_, {"--max-frames", "3", "--device", "1"});
   const EndedRun second = run.Run(two);
   EXPECT_THAT(second.output, HasSubstr("device 1 of 2: llvmpipe"));
   const EndedRun only = run.Run({{"VK_DRIVER_FILES", Lavapipe()}});

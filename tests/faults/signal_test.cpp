@@ -83,7 +83,7 @@ class Signals : public TemporaryFolderTest {
     EXPECT_EQ(FaultsOfFiles(run_->output(), state), "");
     const bool is_mended = state == RunState::kKilled && !run_->ChangeOfEarlierRun().empty();
     // A run that fails at once mends it all the same.
-    if (is_mended) (void)SmallReconstruction(folder_, {"--max-frames", "2"}).Run({});
+    if (is_mended) (void)SmallReconstruction(folder_, {"--max-frames", "3"}).Run({});
     EXPECT_TRUE(run_->ChangeOfEarlierRun().empty() || run_->IsEarlierRunGone())
         << run_->ChangeOfEarlierRun();
   }
@@ -230,7 +230,7 @@ TEST_F(Signals, KillWhileTheNewRunTakesThePlaceOfTheEarlierOneIsMended) {
         run.Run(FileFaults(folder_, "rename:" + std::to_string(place) + ":kill"));
     ASSERT_EQ(killed.signal, SIGKILL) << killed.errors;
     // A run that fails at once: it mends the folder all the same.
-    const SmallReconstruction next(folder_, {"--max-frames", "2"});
+    const SmallReconstruction next(folder_, {"--max-frames", "3"});
     EXPECT_EQ(next.Run({}).exit_status, 1);
     EXPECT_EQ(FaultsOfFiles(run.output(), RunState::kFailed), "") << place;
     if (run.IsEarlierRunGone()) {

@@ -114,7 +114,11 @@ TEST_F(CalibrateTool, LearnsFromACharucoBoardInAnotherSize) {
 }
 
 TEST_F(CalibrateTool, SaysInOneLineWhyNothingIsLearned) {
-  WriteImages(std::vector<cv::Mat>(4, cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(80))));
+  std::vector<cv::Mat> empty_images;
+  for (const int grey : {60, 80, 100, 120}) {
+    empty_images.emplace_back(120, 160, CV_8UC3, cv::Scalar::all(grey));
+  }
+  WriteImages(empty_images);
   for (const std::string board : {"", " --board 9x6", " --charuco 7x5"}) {
     const CommandResult result =
         Calibrate(images().string() + board + " --report " + (folder_ / "report").string());
