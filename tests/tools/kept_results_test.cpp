@@ -32,6 +32,9 @@ using testing::Not;
 
 const std::filesystem::path kFlight = MONO3D_EXAMPLE;
 
+// No map starts with so many points.
+const std::string kNoModel = " --max-frames 3 --tracking.initialisation.min_points 100000";
+
 class KeptResults : public TemporaryFolderTest {
  protected:
   std::filesystem::path output() const { return folder_ / "out"; }
@@ -103,8 +106,7 @@ TEST_F(KeptResults, TheEmptyFolderOfAKilledRunIsUsedAgain) {
 TEST_F(KeptResults, WhatAFailedRunHasMadeIsBesideTheEarlierResultAndNamed) {
   MakeEarlierRun();
   const std::map<std::string, std::string> before = Files();
-  // Three frames make no model.
-  const CommandResult result = Reconstruct(" --max-frames 3");
+  const CommandResult result = Reconstruct(kNoModel);
   EXPECT_EQ(result.exit_status, kFailure);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("no model"), HasSubstr("out/unfinished_1")));
   for (const auto& [name, content] : before) EXPECT_TRUE(Files()[name] == content) << name;
@@ -132,7 +134,7 @@ TEST_F(KeptResults, TwoRunsDoNotWriteIntoOneFolder) {
   std::filesystem::create_directories(output());
   const int folder = open(output().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   ASSERT_EQ(flock(folder, LOCK_EX | LOCK_NB), 0);
-  const CommandResult result = Reconstruct(" --max-frames 3");
+  const CommandResult result = Reconstruct(kNoModel);
   EXPECT_EQ(result.exit_status, kFailure);
   EXPECT_THAT(result.errors, HasSubstr("another run is writing into this folder"));
   EXPECT_TRUE(std::filesystem::is_empty(output()));
@@ -184,7 +186,7 @@ TEST_F(KeptResults, ARunThatIsKilledHasAModelAndATrajectory) {
   EXPECT_GT(ReadTrajectory(output() / "trajectory.txt").size(), 10U);
   EXPECT_GT(ReadTrajectory(output() / "keyframes.txt").size(), 2U);
   // The killed run is not replaced by one that fails.
-  const CommandResult next = Reconstruct(" --max-frames 3");
+  const CommandResult next = Reconstruct(kNoModel);
   EXPECT_THAT(next.errors, HasSubstr("stays as it was"));
 }
 

@@ -328,10 +328,11 @@ TEST_F(ExampleRun, ALiveRunLearnsThatItsCameraIsWrong) {
 TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {
   WriteText(folder_ / "options.txt",
             "max-frames = 3\nkeyframes.best_angle_deg = 4\n"
-            "[tracking.features]\nnum_levels = 7\n");
+            "[tracking.features]\nnum_levels = 7\n"
+            "[tracking.initialisation]\nmin_points = 100000\n");
   const CommandResult result = RunCommand(
       Command(folder_ / "out", " --config " + (folder_ / "options.txt").string()), folder_);
-  EXPECT_EQ(result.exit_status, 1) << "three frames hold no bundle";
+  EXPECT_EQ(result.exit_status, 1) << "no map starts with so many points";
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
   EXPECT_EQ(record["counts"]["frames"], 3);
   EXPECT_EQ(record["options"]["keyframes.best_angle_deg"], 4.0);
