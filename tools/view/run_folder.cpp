@@ -187,7 +187,7 @@ std::optional<Eigen::Vector3d> RunFolder::KnownUp() const {
   const nlohmann::json::json_pointer of("/maps/0/axes/of");
   if (!record_.contains(of) || !record_[of].is_string()) return std::nullopt;
   const std::string axes = record_[of].get<std::string>();
-  bool is_level = axes == ToString(AxesSource::kLevel);
+  bool is_level = axes == ToString(AxesSource::kLevel) || axes == ToString(AxesSource::kEarth);
   if (axes == ToString(AxesSource::kSavedMap)) {
     // Those of the first camera are not turned.
     const nlohmann::json::json_pointer w("/maps/0/axes/rotation/w");

@@ -14,12 +14,15 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <exception>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "io/text.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -57,10 +60,12 @@ cv::Rect ToRect(const Imath::Box2i& window, const std::filesystem::path& path) {
   // In 64 bits, as a broken header may hold anything.
   const auto width = static_cast<std::int64_t>(window.max.x) - window.min.x + 1;
   const auto height = static_cast<std::int64_t>(window.max.y) - window.min.y + 1;
-  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px) {
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;  // as of other images
+  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px ||
+      width * height > kMaxPixels) {
     throw Error(ErrorParts{.what = "bad image size in the header",
                            .where = path,
-                           .expected = "1 to 32767",
+                           .expected = "1 to 32767, 268 million pixels at most",
                            .found = std::to_string(width) + "x" + std::to_string(height)});
   }
   return {window.min.x, window.min.y, static_cast<int>(width), static_cast<int>(height)};
@@ -94,8 +99,32 @@ cv::Mat ReadChannel(Imf::InputFile& file, const std::string& name,
 
 constexpr std::array kColours = {"R", "G", "B"};
 
+// OpenEXR takes as much memory as an attribute claims to have before it reads it: all must lie
+// within the file.
+void RequireAttributesInFile(const std::filesystem::path& path) {
+  const std::string bytes = ReadBytes(path);
+  std::size_t at = 8;  // behind signature and version
+  while (at < bytes.size() && bytes[at] != '\0') {
+    const std::size_t name_end = bytes.find('\0', at);
+    const std::size_t type_end =
+        name_end == std::string::npos ? name_end : bytes.find('\0', name_end + 1);
+    std::int32_t size = -1;
+    const std::size_t size_end =
+        type_end == std::string::npos ? bytes.size() + 1 : type_end + 1 + sizeof size;
+    if (size_end <= bytes.size()) std::memcpy(&size, &bytes[type_end + 1], sizeof size);
+    if (size < 0 || static_cast<std::size_t>(size) > bytes.size() - size_end) {
+      throw Error(ErrorParts{.what = "the header of the OpenEXR image is damaged",
+                             .where = path,
+                             .expected = "attributes within the file",
+                             .found = {}});
+    }
+    at = size_end + static_cast<std::size_t>(size);
+  }
+}
+
 template <typename ReadPart>
 cv::Mat ReadExr(const std::filesystem::path& path, const ReadPart& read) {
+  RequireAttributesInFile(path);
   try {
     Imf::InputFile file(path.c_str());
     return read(file);

@@ -254,18 +254,4 @@ void MoveInto(const WorldAxes& axes, MapReconstruction& map) {
   map.axes = axes;
 }
 
-const char* ToString(AxesSource source) {
-  switch (source) {
-    case AxesSource::kFirstCamera:
-      return "first camera";
-    case AxesSource::kLevel:
-      return "level";
-    case AxesSource::kSavedMap:
-      return "saved map";
-    case AxesSource::kEarth:
-      return "earth";
-  }
-  return "unknown";
-}
-
 }  // namespace mono3d
