@@ -70,7 +70,7 @@ std::string Damaged(std::string text, std::mt19937& random) {
 // MONO3D_DAMAGED_FILES: how many of each form; they are read, or refused by an Error.
 TEST(DamagedPositionFile, IsReadAsFarAsItIsWholeOrRefused) {
   const char* told = std::getenv("MONO3D_DAMAGED_FILES");
-  const int count = told != nullptr ? std::atoi(told) : 300;
+  const int count = told != nullptr ? std::atoi(told) : 100;
   const std::filesystem::path path =
       std::filesystem::path(testing::TempDir()) / "damaged_positions";
   std::mt19937 random(1);
