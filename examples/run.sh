@@ -5,18 +5,21 @@
 # Installs what is missing, builds the library and the tools that make and show models, and turns the
 # images of examples/village_orbit into a coloured model:
 #   examples/run.sh [OUTPUT_FOLDER]
-# `cmake --install build/release-tools` installs what it built.
+# `cmake --install build/release-tools` installs what it built. MONO3D_BUILD=FOLDER takes the tools that
+# were built there, and builds nothing.
 set -eu
 cd "$(dirname "$0")/.."
 
 sequence=examples/village_orbit
 output=${1:-out/village_orbit}
-build=build/release-tools
+build=${MONO3D_BUILD:-build/release-tools}
 
-cmake/install-dependencies.sh product
-cmake --preset release -B "$build" -DMONO3D_UNITY_BUILD=ON -DMONO3D_BUILD_TESTS=OFF \
-  -DMONO3D_BUILD_EVALUATION=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
-cmake --build "$build"
+if [ -z "${MONO3D_BUILD:-}" ]; then
+  cmake/install-dependencies.sh product
+  cmake --preset release -B "$build" -DMONO3D_UNITY_BUILD=ON -DMONO3D_BUILD_TESTS=OFF \
+    -DMONO3D_BUILD_EVALUATION=OFF -DMONO3D_BUILD_SYNTHETIC=OFF
+  cmake --build "$build"
+fi
 
 "$build/tools/mono3d-reconstruct" "$sequence" --camera "$sequence/camera.yaml" -o "$output"
 
