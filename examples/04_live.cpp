@@ -33,7 +33,9 @@ int main(int argc, char** argv) try {
   const mono3d::Undistorter undistorter(mono3d::ReadCameraFile(argv[2]));
   mono3d::PipelineOptions options;
   options.is_live = true;
-  mono3d::Pipeline pipeline(mono3d::CreateStages(options, mono3d::OpenDevice()), {}, options);
+  mono3d::Pipeline pipeline(
+      mono3d::CreateStages(options, mono3d::OpenDevice({.device = {}, .yields = true})), {},
+      options);
   pipeline.Start();
   const auto start = std::chrono::steady_clock::now();
   cv::Mat image;  // filled again and again: Push keeps a copy of its own

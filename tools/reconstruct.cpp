@@ -484,7 +484,9 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
-  const std::shared_ptr<Device> device = OpenDevice(device_options);
+  DeviceOptions own_device_options = device_options;
+  own_device_options.yields = arguments.pipeline.is_live;
+  const std::shared_ptr<Device> device = OpenDevice(own_device_options);
   TellOfDevice(Info(*device));
   RunRecord record;
   record.input = arguments.input;

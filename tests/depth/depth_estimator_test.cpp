@@ -75,6 +75,29 @@ TEST(DepthEstimator, FindsItAsExactlyWhereTheExposureJumps) {
   EXPECT_NEAR(cv::mean(jumping.map.confidence)[0], cv::mean(constant.map.confidence)[0], 0.02);
 }
 
+bool AreTheSame(const DepthMap& a, const DepthMap& b) {
+  const auto same = [](const cv::Mat& one, const cv::Mat& other) {
+    return one.total() == other.total() &&
+           std::memcmp(one.data, other.data, one.total() * one.elemSize()) == 0;
+  };
+  return same(a.depth, b.depth) && same(a.normal, b.normal) && same(a.confidence, b.confidence);
+}
+
+// Whatever it was before.
+TEST(DepthEstimator, WorksAsTheOptionsOfItsEffortSay) {
+  const ImageBundle bundle = PlaneScene().Bundle();
+  const auto estimator = CreateDepthEstimator(TestDevice());
+  for (const DepthEffort effort : {DepthEffort::kUnrefined, DepthEffort::kHalfResolution,
+                                   DepthEffort::kRefinedOnce, DepthEffort::kFull}) {
+    estimator->SetEffort(effort);
+    const DepthResult result = estimator->Estimate(bundle);
+    const DepthResult expected = Estimate(bundle, WithEffort({}, effort));
+    ASSERT_EQ(result.status, DepthStatus::kEstimated) << ToString(effort);
+    EXPECT_EQ(result.level, effort >= DepthEffort::kHalfResolution ? 1 : 0);
+    EXPECT_TRUE(AreTheSame(result.map, expected.map)) << ToString(effort);
+  }
+}
+
 TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {
   PlaneScene scene;
   scene.with_sparse_depths = false;

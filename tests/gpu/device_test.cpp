@@ -6,11 +6,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <iostream>
+#include <map>
+#include <string>
 
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
@@ -68,6 +75,35 @@ TEST(OpenDevice, TakesAnIndex) {
         device.index);
   }
 }
+
+#ifdef __linux__
+// Nice values of this process's threads, by the thread's number.
+std::map<std::string, int> NiceValues() {
+  std::map<std::string, int> values;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    const std::string number = thread.path().filename().string();
+    values[number] = getpriority(PRIO_PROCESS, static_cast<id_t>(std::stoul(number)));
+  }
+  return values;
+}
+
+TEST(OpenDevice, HasThreadsOfItsOwnThatYield) {
+  const std::map<std::string, int> before = NiceValues();
+  const auto device = OpenDevice({.device = {}, .yields = true});
+  if (Info(*device).type != "CPU") GTEST_SKIP() << "the device is not this processor";
+  int num_started = 0;
+  for (const auto& [thread, nice_value] : NiceValues()) {
+    const auto known = before.find(thread);
+    if (known != before.end()) {
+      EXPECT_EQ(nice_value, known->second);
+      continue;
+    }
+    ++num_started;
+    EXPECT_GE(nice_value, std::min(getpriority(PRIO_PROCESS, 0) + 10, 19));
+  }
+  EXPECT_GT(num_started, 0);
+}
+#endif
 
 TEST(OpenDevice, TakesAPartOfTheNameInAnyCase) {
   const std::string name = ListDevices().front().name;

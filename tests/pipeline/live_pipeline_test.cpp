@@ -87,6 +87,7 @@ class LiveEverySelector final : public KeyframeSelector {
 struct Record {
   Gate gate;
   std::vector<ImageBundle> bundles;  // as they came to the depth stage
+  std::vector<DepthEffort> efforts;  // with which they were worked at
   std::vector<std::string> model;    // what was done to it, in order
 };
 
@@ -97,15 +98,18 @@ class GatedDepthEstimator final : public DepthEstimator {
     log_->gate.Pass();
     const Keyframe& reference = bundle.reference();
     log_->bundles.push_back(bundle);
+    log_->efforts.push_back(effort_);
     DepthResult result;
     result.status = DepthStatus::kEstimated;
     result.map.frame_index = reference.frame.index;
     result.map.keyframe_id = reference.id;
     return result;
   }
+  void SetEffort(DepthEffort effort) override { effort_ = effort; }
 
  private:
   Record* log_;
+  DepthEffort effort_ = DepthEffort::kFull;
 };
 
 // Its depth maps go where their keyframes are.
@@ -152,6 +156,7 @@ class LoggingSurfelMap final : public SurfelMap {
 const PipelineOptions kLive = [] {
   PipelineOptions options;
   options.is_live = true;
+  options.live.max_waiting_bundles = 1;
   return options;
 }();
 
@@ -193,6 +198,24 @@ TEST(LivePipeline, DropsTheBundlesThatABusyDepthStageCannotTakeButTheNewest) {
   ASSERT_EQ(result.maps.size(), 1U);
   EXPECT_EQ(result.maps[0].trajectory.size(), 6U);
   EXPECT_EQ(result.maps[0].model.size(), 2U);
+}
+
+TEST(LivePipeline, BundlesThatWaitTakeLessWorkBeforeAnyIsDropped) {
+  Record log;
+  PipelineOptions options = kLive;
+  options.live.max_waiting_bundles = 4;
+  Pipeline pipeline(Stages(&log), {}, options);
+  ProcessWhileDepthIsBusy(pipeline, log, 6);
+  const Reconstruction result = pipeline.Finish();
+  EXPECT_THAT(log.model, ElementsAre("fuse 0", "fuse 2", "fuse 3", "fuse 4", "fuse 5"));
+  EXPECT_EQ(result.counts.num_dropped_bundles, 1);
+  // 4, 3, 2, 1 and 0 bundles wait behind each.
+  EXPECT_THAT(log.efforts,
+              ElementsAre(DepthEffort::kFull, DepthEffort::kMatchedOnly, DepthEffort::kRefinedOnce,
+                          DepthEffort::kHalfResolution, DepthEffort::kHalfResolution));
+  EXPECT_EQ(result.counts.reduced_depth_maps,
+            (std::map<std::string, std::int64_t>{
+                {"matched only", 1}, {"refined once", 1}, {"half resolution", 2}}));
 }
 
 // In its reference's own unit, a bundle is what it was, wherever the world of its map has gone.

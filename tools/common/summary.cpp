@@ -47,6 +47,15 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
         result.live->frames_per_s, result.live->mean_latency_ms, result.live->p95_latency_ms,
         result.live->max_latency_ms, static_cast<long long>(result.live->num_dropped_frames),
         static_cast<long long>(counts.num_dropped_bundles));
+    if (!counts.reduced_depth_maps.empty()) {
+      std::printf("depth maps with less work, to keep up:");
+      const char* separator = "  ";
+      for (const auto& [effort, number] : counts.reduced_depth_maps) {
+        std::printf("%s%lld %s", separator, static_cast<long long>(number), effort.c_str());
+        separator = ", ";
+      }
+      std::printf("\n");
+    }
   }
   if (record.num_skipped_images > 0) {
     std::printf("unreadable images skipped %lld\n",

@@ -230,6 +230,13 @@ Section NoticeSection(const RunReport& report) {
                       " depth maps were left out because the device was busy: --resize makes them "
                       "cheaper, and without --live nothing is left out.");
   }
+  std::int64_t num_reduced = 0;
+  for (const auto& [effort, number] : counts.reduced_depth_maps) num_reduced += number;
+  if (num_reduced > 0) {
+    notices.push_back(Count(num_reduced) +
+                      " depth maps were made with less work, so that none was left out: without "
+                      "--live all have the same.");
+  }
   for (const NotedWarning& warning : report.warnings) {
     notices.push_back("Warning" +
                       (warning.times > 1 ? " (" + Count(warning.times) + " times)" : "") + ": " +

@@ -11,13 +11,13 @@
 
 namespace mono3d {
 
-void LowerThreadPriority() {
+void LowerThreadPriority([[maybe_unused]] ThreadPriority priority) {
 #ifdef __linux__
-  // On Linux the nice value is the thread's own. 5 lower: a third of the share where the cores are
-  // busy, all that is left where not.
-  constexpr int kLower = 5;
+  // On Linux the nice value is the thread's own; each step takes a fifth of the share where the
+  // cores are busy, and nothing where they are not.
+  const int steps = priority == ThreadPriority::kThird ? 5 : 10;
   constexpr int kLowest = 19;
-  (void)setpriority(PRIO_PROCESS, 0, std::min(getpriority(PRIO_PROCESS, 0) + kLower, kLowest));
+  (void)setpriority(PRIO_PROCESS, 0, std::min(getpriority(PRIO_PROCESS, 0) + steps, kLowest));
 #endif
 }
 

@@ -5,8 +5,14 @@
 
 namespace mono3d {
 
+// How much of a core a thread gets that others want as well.
+enum class ThreadPriority {
+  kThird,  // a third of the share of a thread that was not lowered
+  kTenth,
+};
+
 // The calling thread, and those that it starts from now on, yield to others of the process where
 // there are too few cores. For good. Does nothing where the system has no such priority.
-void LowerThreadPriority();
+void LowerThreadPriority(ThreadPriority priority);
 
 }  // namespace mono3d

@@ -86,6 +86,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
                        StageTimes* times);
 
   DepthResult Estimate(const ImageBundle& bundle) override;
+  void SetEffort(DepthEffort effort) override;
 
  private:
   void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
@@ -95,7 +96,8 @@ class VulkanDepthEstimator final : public DepthEstimator {
   void Infer(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map);
 
   std::shared_ptr<Device> device_;
-  DepthEstimatorOptions options_;
+  DepthEstimatorOptions given_;    // with full effort
+  DepthEstimatorOptions options_;  // with that of the moment
   StageTimes* times_;
   Recorder recorder_;
   DepthKernels kernels_;
@@ -114,6 +116,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
 VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
                                            const DepthEstimatorOptions& options, StageTimes* times)
     : device_(std::move(device)),
+      given_(options),
       options_(options),
       times_(times),
       recorder_(device_),
@@ -122,6 +125,12 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
       refiner_(device_, kernels_, options.refinement),
       inference_(device_, kernels_, options.inference) {
   kernels_.Prepare(options);
+}
+
+void VulkanDepthEstimator::SetEffort(DepthEffort effort) {
+  options_ = WithEffort(given_, effort);
+  hierarchy_.SetFinestLevel(options_.pyramid.level);
+  refiner_.SetIterations(options_.refinement.iterations);
 }
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include <algorithm>
+#include <string>
+
 #include "mono3d/depth/depth_estimator.h"
 
 namespace mono3d {
@@ -103,6 +106,33 @@ void DepthEstimatorOptions::Validate() const {
                 "0 to 255", dog.min_response);
   RequireOption(inference.max_difference > 0, "depth.inference.max_difference", "above 0",
                 inference.max_difference);
+}
+
+const char* ToString(DepthEffort effort) {
+  switch (effort) {
+    case DepthEffort::kFull:
+      return "full";
+    case DepthEffort::kMatchedOnly:
+      return "matched only";
+    case DepthEffort::kRefinedOnce:
+      return "refined once";
+    case DepthEffort::kHalfResolution:
+      return "half resolution";
+    case DepthEffort::kUnrefined:
+      return "unrefined";
+  }
+  return "unknown";
+}
+
+DepthEstimatorOptions WithEffort(const DepthEstimatorOptions& options, DepthEffort effort) {
+  DepthEstimatorOptions less = options;
+  if (effort >= DepthEffort::kMatchedOnly) less.inference.enabled = false;
+  if (effort >= DepthEffort::kRefinedOnce) {
+    less.refinement.iterations = std::min(less.refinement.iterations, 1);
+  }
+  if (effort >= DepthEffort::kHalfResolution) less.pyramid.level = std::max(less.pyramid.level, 1);
+  if (effort >= DepthEffort::kUnrefined) less.refinement.iterations = 0;
+  return less;
 }
 
 }  // namespace mono3d

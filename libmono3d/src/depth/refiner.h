@@ -22,6 +22,9 @@ class Refiner {
   // `kernels` must outlive it.
   Refiner(std::shared_ptr<Device> device, DepthKernels& kernels, const RefinementOptions& options);
 
+  // From the next Record on; 0: there is none.
+  void SetIterations(int iterations) { options_.iterations = iterations; }
+
   struct Input {
     const Buffer& images;   // padded images, the reference first
     const Buffer& quarter;  // the same, halved twice

@@ -3,9 +3,11 @@
 
 #include "mono3d/gpu/device.h"
 
+#include <future>
 #include <limits>
 #include <utility>
 
+#include "core/thread_priority.h"
 #include "gpu/address_space.h"
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
@@ -90,7 +92,7 @@ void Device::Run(const vk::raii::CommandBuffer& commands, const vk::raii::Fence&
   if (result != vk::Result::eSuccess) throw MakeVulkanError(info().name, what, result);
 }
 
-std::shared_ptr<Device> OpenDeviceWith(const DeviceOptions& options, HostMemory host_memory) {
+std::shared_ptr<Device> OpenDeviceHere(const DeviceOptions& options, HostMemory host_memory) {
   RequireAddressSpace("opening the device", kOpeningBytes);
   Instance instance = CreateInstance(options.validation);
   std::vector<Candidate> candidates = ListCandidates(instance);
@@ -100,6 +102,17 @@ std::shared_ptr<Device> OpenDeviceWith(const DeviceOptions& options, HostMemory 
     return std::make_shared<Device>(std::move(instance), std::move(chosen), options.validation,
                                     host_memory);
   });
+}
+
+std::shared_ptr<Device> OpenDeviceWith(const DeviceOptions& options, HostMemory host_memory) {
+  if (!options.yields) return OpenDeviceHere(options, host_memory);
+  // The driver's threads have the priority of the one that opens the device.
+  return std::async(std::launch::async,
+                    [&] {
+                      LowerThreadPriority(ThreadPriority::kTenth);
+                      return OpenDeviceHere(options, host_memory);
+                    })
+      .get();
 }
 
 std::shared_ptr<Device> OpenDevice(const DeviceOptions& options) {

@@ -18,7 +18,7 @@ CameraCalibration CalibrateInBackground(const CalibrateFunction& calibrate,
   CameraCalibration found;
   std::exception_ptr error;
   std::thread worker([&] {
-    LowerThreadPriority();
+    LowerThreadPriority(ThreadPriority::kThird);
     try {
       found = calibrate(prior, OpenerOf(std::move(footage), is_stopped));
     } catch (...) {

@@ -40,6 +40,7 @@ class WatchedEstimator final : public DepthEstimator {
     flow_->has_waiting = false;
     return estimator_->Estimate(bundle);
   }
+  void SetEffort(DepthEffort effort) override { estimator_->SetEffort(effort); }
 
  private:
   std::unique_ptr<DepthEstimator> estimator_;

@@ -60,12 +60,13 @@ void ModelFeedback::Append(const ModelFeedback& more) {
   mono3d::Append(more.qualities, qualities);
 }
 
-void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses) {
+void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthEffort effort) {
   Update(poses);
   if (!SetPoses(*poses, bundle)) {
     ++counts_.rejected_bundles["its keyframes are not of one map"];
     return;
   }
+  stages_.depth_estimator->SetEffort(effort);
   const DepthResult depth = stages_.depth_estimator->Estimate(bundle);
   feedback_.qualities.push_back(QualityOf(bundle, depth));
   if (depth.status != DepthStatus::kEstimated) {
@@ -73,6 +74,7 @@ void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses) {
     return;
   }
   ++counts_.num_depth_maps;
+  if (effort != DepthEffort::kFull) ++counts_.reduced_depth_maps[ToString(effort)];
   Fuse(depth.map, poses->At(bundle.reference().id).map_id);
 }
 

@@ -48,7 +48,8 @@ class ModelBuilder {
   explicit ModelBuilder(ModelStages stages) : stages_(std::move(stages)) {}
 
   // A depth map from the bundle, and it into the model of its map, after Update(poses).
-  void Add(ImageBundle bundle, const KeyframePosesPtr& poses);
+  void Add(ImageBundle bundle, const KeyframePosesPtr& poses,
+           DepthEffort effort = DepthEffort::kFull);
   // The models follow their keyframes. Where the tracker has made one map of two, one model is made
   // of theirs.
   void Update(const KeyframePosesPtr& poses);

@@ -90,6 +90,9 @@ void AddModelCounts(const PipelineCounts& model, PipelineCounts& counts) {
   counts.num_models_joined += model.num_models_joined;
   counts.num_corrections += model.num_corrections;
   counts.num_constraints += model.num_constraints;
+  for (const auto& [effort, number] : model.reduced_depth_maps) {
+    counts.reduced_depth_maps[effort] += number;
+  }
   for (const auto& [reason, times] : model.rejected_bundles) {
     CountReason(reason, times, counts.rejected_bundles);
   }

@@ -6,13 +6,18 @@
 #include <chrono>
 #include <utility>
 
+#include "core/thread_priority.h"
 #include "pipeline/clock.h"
 
 namespace mono3d {
 
-ModelThread::ModelThread(ModelStages stages, std::function<void(std::exception_ptr)> on_error)
-    : builder_(std::move(stages)), on_error_(std::move(on_error)) {
-  thread_ = std::thread([this] { Run(); });
+ModelThread::ModelThread(ModelStages stages, std::size_t max_waiting,
+                         std::function<void(std::exception_ptr)> on_error)
+    : builder_(std::move(stages)), on_error_(std::move(on_error)), max_waiting_(max_waiting) {
+  thread_ = std::thread([this] {
+    LowerThreadPriority(ThreadPriority::kTenth);
+    Run();
+  });
 }
 
 ModelThread::~ModelThread() { static_cast<void>(End()); }
@@ -34,9 +39,14 @@ void ModelThread::Add(ImageBundle bundle, KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
     Rethrow();
-    num_dropped_ += bundle_ ? 1 : 0;
-    bundle_ = std::move(bundle);
+    governor_.NoteArrival(Clock_s());
+    if (bundles_.size() == max_waiting_) {
+      ++num_dropped_;
+      bundles_.pop_front();
+    }
+    bundles_.push_back(std::move(bundle));
     poses_ = std::move(poses);
+    have_poses_changed_ = true;
   }
   changed_.notify_all();
 }
@@ -46,13 +56,14 @@ void ModelThread::Update(KeyframePosesPtr poses) {
     const std::lock_guard lock(mutex_);
     Rethrow();
     poses_ = std::move(poses);
+    have_poses_changed_ = true;
   }
   changed_.notify_all();
 }
 
 void ModelThread::Wait() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return error_ || is_ending_ || (!poses_ && !is_busy_); });
+  changed_.wait(lock, [&] { return error_ || is_ending_ || (!HasWork() && !is_busy_); });
   Rethrow();
 }
 
@@ -84,7 +95,7 @@ PublishedModel ModelThread::Published(std::uint64_t since_version) {
 
 // False when the thread is to end.
 bool ModelThread::WaitForWork(std::unique_lock<std::mutex>& lock) {
-  while (!is_ending_ && !poses_) {
+  while (!is_ending_ && !HasWork()) {
     const std::optional<double> due_s = builder_.publisher().Due_s();
     const double wait_s = due_s ? *due_s - Clock_s() : 0;
     if (!due_s) {
@@ -98,9 +109,10 @@ bool ModelThread::WaitForWork(std::unique_lock<std::mutex>& lock) {
   return !is_ending_;
 }
 
-void ModelThread::Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses) {
+void ModelThread::Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses,
+                       DepthEffort effort) {
   if (bundle) {
-    builder_.Add(*std::move(bundle), poses);
+    builder_.Add(*std::move(bundle), poses, effort);
   } else if (poses) {
     builder_.Update(poses);
   }
@@ -111,14 +123,22 @@ void ModelThread::Run() {
   std::unique_lock lock(mutex_);
   while (WaitForWork(lock)) {
     is_busy_ = true;
-    const KeyframePosesPtr poses = std::exchange(poses_, nullptr);
-    std::optional<ImageBundle> bundle = std::exchange(bundle_, std::nullopt);
+    have_poses_changed_ = false;
+    const KeyframePosesPtr poses = poses_;
+    std::optional<ImageBundle> bundle;
+    if (!bundles_.empty()) {
+      bundle = std::move(bundles_.front());
+      bundles_.pop_front();
+    }
+    const bool has_bundle = bundle.has_value();
+    const DepthEffort effort = governor_.effort();
     lock.unlock();
+    const double begin_s = Clock_s();
     std::exception_ptr error;
     ModelProgress progress;
     ModelFeedback feedback;
     try {
-      Work(std::move(bundle), poses);
+      Work(std::move(bundle), poses, effort);
       progress = builder_.Progress();
       feedback = builder_.TakeFeedback();
     } catch (...) {
@@ -129,6 +149,7 @@ void ModelThread::Run() {
     if (!error) {
       progress_ = std::move(progress);
       feedback_.Append(feedback);
+      if (has_bundle) governor_.NoteWork(Clock_s() - begin_s, bundles_.size(), max_waiting_);
     }
     is_busy_ = false;
     is_ending_ = is_ending_ || error;

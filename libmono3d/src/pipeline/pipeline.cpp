@@ -17,10 +17,12 @@
 namespace mono3d {
 namespace {
 
-std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, bool is_live, FirstError& error) {
-  if (is_live) {
+std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, const PipelineOptions& options,
+                                        FirstError& error) {
+  if (options.is_live) {
     return std::make_unique<ModelThread>(
-        std::move(stages), [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
+        std::move(stages), static_cast<std::size_t>(options.live.max_waiting_bundles),
+        [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
   }
   return std::make_unique<DirectModelWorker>(std::move(stages));
 }
@@ -43,7 +45,7 @@ class Pipeline::Impl {
         chain_(std::move(stages.tracker), std::move(stages.keyframe_selector),
                MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
                            std::move(observer.on_depth_map), options.surfel_export},
-                          options.is_live, error_),
+                          options, error_),
                std::move(observer.on_keyframe)) {}
 
   void Process(Frame frame) {

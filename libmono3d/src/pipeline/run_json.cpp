@@ -57,6 +57,9 @@ JsonValue CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_imag
   json.Set("bundles", counts.num_bundles);
   json.Set("bundles_dropped", counts.num_dropped_bundles);
   json.Set("depth_maps", counts.num_depth_maps);
+  if (!counts.reduced_depth_maps.empty()) {
+    json.Set("reduced_depth_maps", ReasonsJson(counts.reduced_depth_maps));
+  }
   json.Set("fused", counts.num_fused);
   json.Set("fused_late", counts.num_fused_late);
   json.Set("repairs", counts.num_repairs);

@@ -12,6 +12,8 @@ void LiveOptions::Visit(OptionVisitor& visit) {
   visit("max_delay_s", max_delay_s, "time that a frame waits to be tracked; then it is dropped");
   visit("max_waiting_mb", max_waiting_mb,
         "images of frames that wait to be tracked; beyond it the oldest frame is dropped");
+  visit("max_waiting_bundles", max_waiting_bundles,
+        "bundles that wait for the depth stage; beyond it the oldest is dropped");
 }
 
 void PipelineOptions::Visit(OptionVisitor& visit) {
@@ -27,6 +29,8 @@ void PipelineOptions::Visit(OptionVisitor& visit) {
 void PipelineOptions::Validate() const {
   RequireOption(live.max_delay_s >= 0, "live.max_delay_s", "0 or more", live.max_delay_s);
   RequireOption(live.max_waiting_mb > 0, "live.max_waiting_mb", "more than 0", live.max_waiting_mb);
+  RequireOption(live.max_waiting_bundles >= 1, "live.max_waiting_bundles", "1 or more",
+                live.max_waiting_bundles);
   if (is_live && are_photos) {
     throw UsageError("photographs are placed together at the end, so not at the pace of a camera");
   }

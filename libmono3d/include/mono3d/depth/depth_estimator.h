@@ -39,6 +39,17 @@ struct DepthResult {
   double max_depth_su = 0;  // infinite when the farthest plane is at infinity
 };
 
+// How much work a depth map may take, beginning with the most. Each leaves out what the one before
+// does, and more.
+enum class DepthEffort {
+  kFull,            // what the options say
+  kMatchedOnly,     // nothing is inferred
+  kRefinedOnce,     // one iteration of the refinement
+  kHalfResolution,  // matched at half the resolution
+  kUnrefined,       // no refinement: a quarter of the work of the first
+};
+const char* ToString(DepthEffort effort);  // "full", "matched only", "refined once", ...
+
 // Width and height that images need at least.
 inline constexpr int kMinDepthSide = 64;
 
@@ -51,6 +62,10 @@ class DepthEstimator {
   // device's buffers allow (3840x2160 fits any). A bundle without depth in it, or with fewer
   // matching images than RefinementOptions::min_views, is a status.
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;
+
+  // From the next bundle on: a live run that does not keep up asks for less. An estimator may leave
+  // this out, and works as before.
+  virtual void SetEffort(DepthEffort /*effort*/) {}
 };
 
 struct PyramidOptions {
@@ -153,6 +168,9 @@ struct DepthEstimatorOptions {
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };
+
+// The options of an estimator that works with less effort.
+DepthEstimatorOptions WithEffort(const DepthEstimatorOptions& options, DepthEffort effort);
 
 // Plane sweep and semi-global matching on `device`. `times`, where given, must outlive it.
 std::unique_ptr<DepthEstimator> CreateDepthEstimator(std::shared_ptr<Device> device,

@@ -26,6 +26,9 @@ std::vector<DeviceInfo> ListDevices();
 struct DeviceOptions {
   std::string device;       // index in ListDevices() or part of a name; empty: the first
   bool validation = false;  // Khronos validation layer; its messages go to the log as warnings
+  // Threads of a driver that computes on the processor yield to all others of the process, for
+  // good: for live runs, whose tracking must not wait for depth. Not on every system.
+  bool yields = false;
 };
 
 // An open device, shared by the stages that run on it. What it can do is private to the library.

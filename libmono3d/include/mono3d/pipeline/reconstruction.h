@@ -42,6 +42,9 @@ struct PipelineCounts {
   // submaps.
   std::int64_t num_constraints = 0;
   std::string selector_findings;  // KeyframeSelector::Findings
+  // Depth maps with less work than the options say, live, so that no bundle was dropped: how many,
+  // by DepthEffort.
+  std::map<std::string, std::int64_t> reduced_depth_maps;
   // How often, by reason.
   std::map<std::string, std::int64_t> untracked_frames;  // when they came
   std::map<std::string, std::int64_t> rejected_bundles;

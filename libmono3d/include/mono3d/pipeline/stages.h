@@ -23,6 +23,8 @@ namespace MONO3D_EXPORT mono3d {
 struct LiveOptions {
   double max_delay_s = 0.5;     // that a frame waits
   double max_waiting_mb = 512;  // images of all frames that wait
+  // Bundles that wait for the depth stage, beyond which the oldest is dropped: they come in bursts.
+  int max_waiting_bundles = 4;
 
   void Visit(OptionVisitor& visit);
 };
@@ -30,9 +32,10 @@ struct LiveOptions {
 // All options of the chain, by module.
 struct PipelineOptions {
   // Real time: the tracker maps, and the models are made, in threads of their own, so that no frame
-  // waits for them. One bundle waits while another is worked at; a newer one takes its place, and
-  // is counted as dropped (paper, section 3.1). Else everything is processed in the order of the
-  // frames, and the same input with the same options gives the same result, if the tracker does.
+  // waits for them. Bundles that come while one is worked at wait; depth maps take less work as
+  // soon as they do, and where that is not enough the oldest is dropped and counted (paper,
+  // section 3.1). Else everything is processed in the order of the frames, and the same input with
+  // the same options gives the same result, if the tracker does.
   bool is_live = false;  // not among the listed options: tools have --live for it
   // Photographs in any order instead of a video: CreatePhotoMapper instead of the tracker, and the
   // views of a depth map are chosen among all of them, in Finish. Not with is_live. Not among the
