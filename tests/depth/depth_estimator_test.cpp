@@ -85,15 +85,19 @@ bool AreTheSame(const DepthMap& a, const DepthMap& b) {
 
 // Whatever it was before.
 TEST(DepthEstimator, WorksAsTheOptionsOfItsEffortSay) {
-  const ImageBundle bundle = PlaneScene().Bundle();
+  PlaneScene scene;
+  scene.camera = scene.camera.Resized(2 * scene.camera.width, 2 * scene.camera.height);
+  const ImageBundle bundle = scene.Bundle();
   const auto estimator = CreateDepthEstimator(TestDevice());
-  for (const DepthEffort effort : {DepthEffort::kUnrefined, DepthEffort::kHalfResolution,
-                                   DepthEffort::kRefinedOnce, DepthEffort::kFull}) {
+  for (const DepthEffort effort : {DepthEffort::kHalfSize, DepthEffort::kRefinedOnce,
+                                   DepthEffort::kMatchedOnly, DepthEffort::kFull}) {
     estimator->SetEffort(effort);
+    const bool is_half_size = effort == DepthEffort::kHalfSize;
     const DepthResult result = estimator->Estimate(bundle);
-    const DepthResult expected = Estimate(bundle, WithEffort({}, effort));
+    const DepthResult expected =
+        Estimate(is_half_size ? HalfSize(bundle) : bundle, WithEffort({}, effort));
     ASSERT_EQ(result.status, DepthStatus::kEstimated) << ToString(effort);
-    EXPECT_EQ(result.level, effort >= DepthEffort::kHalfResolution ? 1 : 0);
+    EXPECT_EQ(result.map.depth.cols, scene.camera.width / (is_half_size ? 2 : 1));
     EXPECT_TRUE(AreTheSame(result.map, expected.map)) << ToString(effort);
   }
 }

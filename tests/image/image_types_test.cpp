@@ -181,5 +181,47 @@ TEST(DepthMap, RefusesImagesOfAnotherSizeOrType) {
   EXPECT_THAT([&] { Validate(bytes); }, ThrowsMessage<Error>(HasSubstr("confidence")));
 }
 
+TEST(HalfSize, ShowsTheSameWithAQuarterOfThePixels) {
+  ImageBundle bundle;
+  bundle.keyframes.resize(3);
+  bundle.T_ref_cam.resize(3);
+  for (Keyframe& keyframe : bundle.keyframes) {
+    Frame& frame = keyframe.frame;
+    frame.camera = {.width = 8, .height = 6, .fx = 10, .fy = 10, .cx = 3.5, .cy = 2.5};
+    frame.bgr = cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(40));
+    frame.bgr(cv::Rect(2, 4, 1, 1)).setTo(cv::Scalar::all(80));
+    frame.content = cv::Rect(1, 0, 5, 6);
+    keyframe.sparse_depths_su = {2};
+    keyframe.sparse_pixels = {{3.5f, 2.5f}};
+  }
+  const ImageBundle half = HalfSize(bundle);
+  Validate(half);
+  const Keyframe& keyframe = half.reference();
+  EXPECT_EQ(keyframe.frame.camera.width, 4);
+  EXPECT_EQ(keyframe.frame.camera.height, 3);
+  EXPECT_DOUBLE_EQ(keyframe.frame.camera.fx, 5);
+  EXPECT_DOUBLE_EQ(keyframe.frame.camera.cx, 1.5);
+  EXPECT_EQ(keyframe.frame.bgr.at<cv::Vec3b>(2, 1), cv::Vec3b(50, 50, 50));
+  EXPECT_EQ(keyframe.frame.content, cv::Rect(1, 0, 2, 3));  // pixel 0 is shown in part
+  EXPECT_EQ(keyframe.sparse_pixels[0], Eigen::Vector2f(1.5f, 1));
+  EXPECT_EQ(bundle.reference().frame.bgr.cols, 8);
+}
+
+TEST(AtSizeOf, TakesTheNearestEstimate) {
+  Frame frame;
+  frame.camera = {.width = 4, .height = 2, .fx = 3, .fy = 3, .cx = 1.5, .cy = 0.5};
+  frame.bgr = cv::Mat(2, 4, CV_8UC3, cv::Scalar::all(9));
+  DepthMap map;
+  map.camera = frame.camera.Resized(2, 1);
+  map.depth = (cv::Mat_<float>(1, 2) << 5, 0);
+  map.normal = cv::Mat(1, 2, CV_32FC3, cv::Scalar(0, 0, -1));
+  map.confidence = (cv::Mat_<float>(1, 2) << 0.5f, 0);
+  map.bgr = cv::Mat(1, 2, CV_8UC3, cv::Scalar::all(9));
+  const DepthMap sized = AtSizeOf(frame, map);
+  Validate(sized);
+  EXPECT_EQ(cv::countNonZero(sized.depth != (cv::Mat_<float>(2, 4) << 5, 5, 0, 0, 5, 5, 0, 0)), 0);
+  EXPECT_EQ(sized.confidence.at<float>(1, 1), 0.5f);
+}
+
 }  // namespace
 }  // namespace mono3d

@@ -43,23 +43,27 @@ class BusyMachine {
 
  private:
   void WorkUntil(double now_s, double full_s) {
-    constexpr double kShare[] = {1, 0.95, 0.9, 0.7, 0.55};
-    while (!waiting_.empty()) {
-      const double begin_s = std::max(free_s_, waiting_.front());
-      const double work_s = full_s * kShare[static_cast<int>(governor_.effort())];
-      if (begin_s + work_s > now_s) return;
-      waiting_.pop_front();
-      free_s_ = begin_s + work_s;
+    constexpr double kShare[] = {1, 0.95, 0.9, 0.3};
+    while (true) {
+      if (work_s_ == 0) {
+        if (waiting_.empty()) return;
+        work_s_ = full_s * kShare[static_cast<int>(governor_.effort())];
+        free_s_ = std::max(free_s_, waiting_.front()) + work_s_;
+        waiting_.pop_front();
+      }
+      if (free_s_ > now_s) return;
       const auto num_waiting =
           std::ranges::count_if(waiting_, [&](double since_s) { return since_s < free_s_; });
-      governor_.NoteWork(work_s, static_cast<std::size_t>(num_waiting), kMaxWaiting);
+      governor_.NoteWork(work_s_, static_cast<std::size_t>(num_waiting), kMaxWaiting);
+      work_s_ = 0;
     }
   }
 
   DepthGovernor governor_;
   std::deque<double> waiting_;  // since when
   double arrival_s_ = 0;
-  double free_s_ = 0;
+  double free_s_ = 0;  // when the work in hand ends
+  double work_s_ = 0;  // that it takes; 0: none
   int num_dropped_ = 0;
   DepthEffort most_effort_ = DepthEffort::kFull;
   DepthEffort least_effort_ = DepthEffort::kFull;
@@ -74,21 +78,28 @@ TEST(DepthGovernor, LeavesAMachineThatKeepsUpAlone) {
 
 TEST(DepthGovernor, DropsNothingWhereLessWorkIsEnough) {
   BusyMachine machine;
-  machine.Run(200, 0.25, 0.4);
+  machine.Run(200, 0.25, 0.27);
   EXPECT_EQ(machine.num_dropped(), 0);
   EXPECT_GT(machine.governor().effort(), DepthEffort::kFull);
 }
 
 TEST(DepthGovernor, DoesWithTheLeastWhereNothingIsEnough) {
   BusyMachine machine;
-  machine.Run(200, 0.25, 1);
-  EXPECT_EQ(machine.governor().effort(), DepthEffort::kUnrefined);
+  machine.Run(200, 0.25, 3);
+  EXPECT_EQ(machine.governor().effort(), DepthEffort::kHalfSize);
+  EXPECT_GT(machine.num_dropped(), 0);
+}
+
+TEST(DepthGovernor, DropsTwoOfThreeBeforeImagesAreSmaller) {
+  BusyMachine machine;
+  machine.Run(200, 0.25, 0.7);
+  EXPECT_EQ(machine.least_effort(), DepthEffort::kRefinedOnce);
   EXPECT_GT(machine.num_dropped(), 0);
 }
 
 TEST(DepthGovernor, TakesItBackWhenThereIsTimeAgain) {
   BusyMachine machine;
-  machine.Run(50, 0.25, 0.5);
+  machine.Run(50, 0.25, 3);
   ASSERT_GT(machine.governor().effort(), DepthEffort::kFull);
   machine.Run(50, 0.25, 0.15);
   EXPECT_EQ(machine.governor().effort(), DepthEffort::kFull);
@@ -97,9 +108,9 @@ TEST(DepthGovernor, TakesItBackWhenThereIsTimeAgain) {
 // Between two efforts, one of which is too much, it does not go up and down with each bundle.
 TEST(DepthGovernor, StaysWhereTheNextEffortWouldBeTooMuch) {
   BusyMachine machine;
-  machine.Run(100, 0.25, 0.34);
+  machine.Run(100, 0.25, 0.258);
   machine.Forget();
-  machine.Run(100, 0.25, 0.34);
+  machine.Run(100, 0.25, 0.258);
   EXPECT_EQ(machine.num_dropped(), 0);
   EXPECT_LE(static_cast<int>(machine.least_effort()) - static_cast<int>(machine.most_effort()), 1);
 }

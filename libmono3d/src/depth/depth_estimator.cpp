@@ -89,6 +89,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   void SetEffort(DepthEffort effort) override;
 
  private:
+  DepthResult EstimateAtSize(const ImageBundle& bundle);
   void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
   void RecordNormals(const CameraModel& camera, double tolerance, const Buffer& inverse_depth);
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
@@ -98,6 +99,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions given_;    // with full effort
   DepthEstimatorOptions options_;  // with that of the moment
+  bool is_half_size_ = false;
   StageTimes* times_;
   Recorder recorder_;
   DepthKernels kernels_;
@@ -129,12 +131,18 @@ VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
 
 void VulkanDepthEstimator::SetEffort(DepthEffort effort) {
   options_ = WithEffort(given_, effort);
-  hierarchy_.SetFinestLevel(options_.pyramid.level);
+  is_half_size_ = effort == DepthEffort::kHalfSize;
   refiner_.SetIterations(options_.refinement.iterations);
 }
 
 DepthResult VulkanDepthEstimator::Estimate(const ImageBundle& bundle) {
   RequireBundle(bundle, *device_);
+  const CameraModel& camera = bundle.reference().frame.camera;
+  const bool can_halve = std::min(camera.width, camera.height) >= 2 * kMinDepthSide;
+  return EstimateAtSize(is_half_size_ && can_halve ? HalfSize(bundle) : bundle);
+}
+
+DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
   if (!HasEnoughViews(bundle, options_.refinement)) {
     return Rejected(DepthRejection::kOther, "fewer matching images than refinement.min_views");
   }

@@ -116,22 +116,19 @@ const char* ToString(DepthEffort effort) {
       return "matched only";
     case DepthEffort::kRefinedOnce:
       return "refined once";
-    case DepthEffort::kHalfResolution:
-      return "half resolution";
-    case DepthEffort::kUnrefined:
-      return "unrefined";
+    case DepthEffort::kHalfSize:
+      return "half size";
   }
   return "unknown";
 }
 
 DepthEstimatorOptions WithEffort(const DepthEstimatorOptions& options, DepthEffort effort) {
   DepthEstimatorOptions less = options;
+  if (effort == DepthEffort::kHalfSize) return less;
   if (effort >= DepthEffort::kMatchedOnly) less.inference.enabled = false;
   if (effort >= DepthEffort::kRefinedOnce) {
     less.refinement.iterations = std::min(less.refinement.iterations, 1);
   }
-  if (effort >= DepthEffort::kHalfResolution) less.pyramid.level = std::max(less.pyramid.level, 1);
-  if (effort >= DepthEffort::kUnrefined) less.refinement.iterations = 0;
   return less;
 }
 

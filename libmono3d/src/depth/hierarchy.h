@@ -29,9 +29,6 @@ class Hierarchy {
   Hierarchy(std::shared_ptr<Device> device, DepthKernels& kernels,
             const DepthEstimatorOptions& options);
 
-  // PyramidOptions::level from the next Upload on.
-  void SetFinestLevel(int level) { options_.pyramid.level = level; }
-
   // First of all: the images that the rest is about.
   void Upload(const ImageBundle& bundle);
 

@@ -4,6 +4,7 @@
 #include "mono3d/image/depth_map.h"
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "mono3d/core/error.h"
@@ -50,6 +51,22 @@ DepthMap OnlyInferred(const DepthMap& map) {
     image->setTo(cv::Scalar::all(0), map.inferred == 0);
   }
   return inferred;
+}
+
+DepthMap AtSizeOf(const Frame& frame, const DepthMap& map) {
+  if (frame.camera.width == map.camera.width && frame.camera.height == map.camera.height) {
+    return map;
+  }
+  DepthMap sized = map;
+  sized.camera = frame.camera;
+  sized.bgr = frame.bgr;
+  for (cv::Mat* image : {&sized.depth, &sized.normal, &sized.confidence, &sized.inferred}) {
+    if (image->empty()) continue;
+    cv::Mat larger;
+    cv::resize(*image, larger, {frame.camera.width, frame.camera.height}, 0, 0, cv::INTER_NEAREST);
+    *image = larger;
+  }
+  return sized;
 }
 
 PointCloud ToPointCloud(const DepthMap& map, const Similarity& S_world_kf) {

@@ -4,6 +4,7 @@
 #include "mono3d/image/image_bundle.h"
 
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -108,6 +109,34 @@ void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle) {
     T_ref_cam.push_back(Relative({1, T_world_cam[bundle.reference_index()]}, pose));
   }
   bundle.T_ref_cam = std::move(T_ref_cam);
+}
+
+ImageBundle HalfSize(const ImageBundle& bundle) {
+  ImageBundle half = bundle;
+  for (Keyframe& keyframe : half.keyframes) {
+    Frame& frame = keyframe.frame;
+    const int width = frame.camera.width / 2, height = frame.camera.height / 2;
+    const double scale_x = double(width) / frame.camera.width;
+    const double scale_y = double(height) / frame.camera.height;
+    cv::Mat bgr;
+    cv::resize(frame.bgr, bgr, {width, height}, 0, 0, cv::INTER_AREA);
+    frame.bgr = bgr;
+    frame.camera = frame.camera.Resized(width, height);
+    if (frame.sensor.width > 0) frame.sensor = frame.sensor.Resized(width, height);
+    if (!frame.content.empty()) {
+      // Pixels of which a part was not taken are left out.
+      const cv::Point from(static_cast<int>(std::ceil(frame.content.x * scale_x)),
+                           static_cast<int>(std::ceil(frame.content.y * scale_y)));
+      const cv::Point to(static_cast<int>(frame.content.br().x * scale_x),
+                         static_cast<int>(frame.content.br().y * scale_y));
+      frame.content = cv::Rect(from, to);
+    }
+    for (Eigen::Vector2f& pixel : keyframe.sparse_pixels) {
+      pixel = Eigen::Vector2f((pixel.x() + 0.5f) * static_cast<float>(scale_x) - 0.5f,
+                              (pixel.y() + 0.5f) * static_cast<float>(scale_y) - 0.5f);
+    }
+  }
+  return half;
 }
 
 }  // namespace mono3d

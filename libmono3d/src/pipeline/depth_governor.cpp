@@ -11,13 +11,17 @@ namespace {
 
 // Depth map and fusion at each effort, in units of one StereoSGBM (MODE_HH, 128 disparities), on
 // two cores without a GPU: `mono3d-bench depth` and `fusion`. Only their ratios count.
-constexpr std::array<double, 5> kWork = {1.50, 1.43, 1.35, 1.07, 0.84};
+constexpr std::array<double, 4> kWork = {1.50, 1.43, 1.35, 0.40};
 // Bundles in a row that none waited behind before there is more work again: bundles come in bursts.
 constexpr int kCalm = 4;
 // Of the time between bundles that the work may take then: what is left holds the next burst.
 constexpr double kLoad = 0.8;
 // Weight of the newest value in what is smoothed: of the latest four or so.
 constexpr double kNewest = 0.4;
+
+// Bundles overlap: a model of every third one at full size is better than one of all at half the
+// size, and only where fewer can be made the images become smaller.
+constexpr double kMaxLoadAtFullSize = 3;
 
 double WorkAt(DepthEffort effort) { return kWork[static_cast<std::size_t>(effort)]; }
 
@@ -40,9 +44,10 @@ void DepthGovernor::NoteWork(double work_s, std::size_t num_waiting, std::size_t
   work_s_ += (work_s_ == 0 ? 1 : kNewest) * (work_s - work_s_);
   num_calm_ = num_waiting == 0 ? num_calm_ + 1 : 0;
   DepthEffort changed = effort_;
-  if (2 * num_waiting >= max_waiting && num_waiting > 0 && effort_ < DepthEffort::kUnrefined) {
+  if (2 * num_waiting >= max_waiting && num_waiting > 0 && MayHaveLess()) {
     changed = Next(effort_, 1);
-  } else if (effort_ > DepthEffort::kFull && num_calm_ >= kCalm && HasTimeForMore()) {
+  } else if (effort_ == DepthEffort::kHalfSize ? HasTimeForMore()
+                                               : num_calm_ >= kCalm && HasTimeForMore()) {
     changed = Next(effort_, -1);
   }
   if (changed == effort_) return;
@@ -51,9 +56,16 @@ void DepthGovernor::NoteWork(double work_s, std::size_t num_waiting, std::size_t
   effort_ = changed;
 }
 
+bool DepthGovernor::MayHaveLess() const {
+  if (effort_ == DepthEffort::kHalfSize) return false;
+  return effort_ != DepthEffort::kRefinedOnce || work_s_ > kMaxLoadAtFullSize * interval_s_;
+}
+
 bool DepthGovernor::HasTimeForMore() const {
+  if (effort_ == DepthEffort::kFull) return false;
   const double more_s = work_s_ * WorkAt(Next(effort_, -1)) / WorkAt(effort_);
-  return more_s < kLoad * interval_s_;
+  const double max_load = effort_ == DepthEffort::kHalfSize ? kMaxLoadAtFullSize : 1;
+  return more_s < kLoad * max_load * interval_s_;
 }
 
 }  // namespace mono3d

@@ -9,8 +9,9 @@
 
 namespace mono3d {
 
-// How much work a depth map of a live run may take, so that no bundle is dropped: less as soon as
-// bundles wait, and more again when there has been time for it. One thread at a time.
+// How much work a depth map of a live run may take, so that no bundle is dropped, or as few as
+// possible: less as soon as bundles wait, and more again when there has been time for it. One
+// thread at a time.
 class DepthGovernor {
  public:
   // Of the next bundle.
@@ -22,6 +23,7 @@ class DepthGovernor {
   void NoteWork(double work_s, std::size_t num_waiting, std::size_t max_waiting);
 
  private:
+  bool MayHaveLess() const;
   bool HasTimeForMore() const;
 
   DepthEffort effort_ = DepthEffort::kFull;

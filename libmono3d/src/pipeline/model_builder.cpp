@@ -75,10 +75,10 @@ void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthE
   }
   ++counts_.num_depth_maps;
   if (effort != DepthEffort::kFull) ++counts_.reduced_depth_maps[ToString(effort)];
-  Fuse(depth.map, poses->At(bundle.reference().id).map_id);
+  Fuse(depth.map, bundle.reference().frame, poses->At(bundle.reference().id).map_id);
 }
 
-void ModelBuilder::Fuse(const DepthMap& map, int map_id) {
+void ModelBuilder::Fuse(const DepthMap& map, const Frame& reference, int map_id) {
   if (map_id != current_id_) {
     const auto left = surfel_maps_.find(current_id_);
     if (left != surfel_maps_.end()) left->second->Rest();
@@ -93,7 +93,7 @@ void ModelBuilder::Fuse(const DepthMap& map, int map_id) {
   TakeResult(map, fusion, of_map);
   TakeRetried(fusion, of_map);
   publisher_.NoteChange();
-  if (stages_.on_depth_map) stages_.on_depth_map(map, fusion);
+  if (stages_.on_depth_map) stages_.on_depth_map(AtSizeOf(reference, map), fusion);
 }
 
 void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion, OfMap& of_map) {

@@ -79,7 +79,7 @@ class ModelBuilder {
   OfMap& Of(int map_id) { return of_map_[map_id]; }
 
  private:
-  void Fuse(const DepthMap& map, int map_id);
+  void Fuse(const DepthMap& map, const Frame& reference, int map_id);
   void TakeResult(const DepthMap& map, const FusionResult& fusion, OfMap& of_map);
   void TakeRetried(const FusionResult& fusion, OfMap& of_map);
   void Join(const MapJoin& join, const KeyframePoses& poses);

@@ -39,14 +39,13 @@ struct DepthResult {
   double max_depth_su = 0;  // infinite when the farthest plane is at infinity
 };
 
-// How much work a depth map may take, beginning with the most. Each leaves out what the one before
-// does, and more.
+// How much work a depth map may take, beginning with the most. In the order of what a model loses
+// least by, of the work it saves: see docs/decisions/0031.
 enum class DepthEffort {
-  kFull,            // what the options say
-  kMatchedOnly,     // nothing is inferred
-  kRefinedOnce,     // one iteration of the refinement
-  kHalfResolution,  // matched at half the resolution
-  kUnrefined,       // no refinement: a quarter of the work of the first
+  kFull,         // what the options say
+  kMatchedOnly,  // nothing is inferred
+  kRefinedOnce,  // the same, and one iteration of the refinement
+  kHalfSize,     // all of it, of images of half the size
 };
 const char* ToString(DepthEffort effort);  // "full", "matched only", "refined once", ...
 
@@ -63,8 +62,9 @@ class DepthEstimator {
   // matching images than RefinementOptions::min_views, is a status.
   [[nodiscard]] virtual DepthResult Estimate(const ImageBundle& bundle) = 0;
 
-  // From the next bundle on: a live run that does not keep up asks for less. An estimator may leave
-  // this out, and works as before.
+  // From the next bundle on: a live run that does not keep up asks for less. With kHalfSize the map
+  // is half as wide and high as the images, where these have twice kMinDepthSide. An estimator may
+  // leave this out, and works as before.
   virtual void SetEffort(DepthEffort /*effort*/) {}
 };
 

@@ -10,6 +10,7 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/image/frame.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -46,6 +47,10 @@ DepthMap WithoutInferred(const DepthMap& map);
 
 // The map with the estimates that are inferred alone. `depth` is empty where there are none.
 DepthMap OnlyInferred(const DepthMap& map);
+
+// The map at the size of its reference image `frame`: each pixel has the estimate of the nearest
+// one.
+DepthMap AtSizeOf(const Frame& frame, const DepthMap& map);
 
 // The points of the map in the world, with colour, and normal where the map has normals. The
 // default is the frame of the reference image's camera.

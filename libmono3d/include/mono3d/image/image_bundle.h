@@ -56,4 +56,7 @@ void Validate(const ImageBundle& bundle);
 // the own unit of the reference. Throws Error unless there are as many as keyframes.
 void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle);
 
+// The same with images of half the width and height; of odd ones the last pixel is shared out.
+ImageBundle HalfSize(const ImageBundle& bundle);
+
 }  // namespace mono3d
