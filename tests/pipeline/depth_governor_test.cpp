@@ -90,9 +90,9 @@ TEST(DepthGovernor, DoesWithTheLeastWhereNothingIsEnough) {
   EXPECT_GT(machine.num_dropped(), 0);
 }
 
-TEST(DepthGovernor, DropsTwoOfThreeBeforeImagesAreSmaller) {
+TEST(DepthGovernor, DropsThreeOfFourBeforeImagesAreSmaller) {
   BusyMachine machine;
-  machine.Run(200, 0.25, 0.7);
+  machine.Run(200, 0.25, 1);
   EXPECT_EQ(machine.least_effort(), DepthEffort::kRefinedOnce);
   EXPECT_GT(machine.num_dropped(), 0);
 }

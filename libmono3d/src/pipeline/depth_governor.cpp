@@ -19,9 +19,9 @@ constexpr double kLoad = 0.8;
 // Weight of the newest value in what is smoothed: of the latest four or so.
 constexpr double kNewest = 0.4;
 
-// Bundles overlap: a model of every third one at full size is better than one of all at half the
-// size, and only where fewer can be made the images become smaller.
-constexpr double kMaxLoadAtFullSize = 3;
+// Bundles overlap: a model of every fourth one at full size is as good as one of two thirds of them
+// at half the size, and only where fewer can be made the images become smaller.
+constexpr double kMaxLoadAtFullSize = 4;
 
 double WorkAt(DepthEffort effort) { return kWork[static_cast<std::size_t>(effort)]; }
 
