@@ -251,6 +251,36 @@ TEST(RunReport, TellsWhatWasLostAndWhyAndNeedsNoNetwork) {
                           Not(HasSubstr("src=\"/")), Not(HasSubstr("<link"))));
 }
 
+TEST(RunReport, TellsHowSureItIsWhereTheModelIsOnTheEarth) {
+  const RunNotes notes;
+  Reconstruction reconstruction;
+  reconstruction.maps.resize(1);
+  RunRecord record;
+  const RunReport report = {.reconstruction = reconstruction,
+                            .record = record,
+                            .notes = notes,
+                            .command = "",
+                            .no_model = ""};
+  const auto html = [&] { return ToHtml(RunPage(report, OverviewPicture(reconstruction, true))); };
+  EXPECT_THAT(html(), Not(HasSubstr("On the earth")));
+  reconstruction.maps[0].why_no_georeference = "3 of 9 fixes belong to a camera";
+  EXPECT_THAT(html(), HasSubstr("not placed by them: 3 of 9 fixes belong to a camera."));
+  Georeference& found = reconstruction.maps[0].georeference.emplace();
+  found.origin = {.latitude_deg = 49.5, .longitude_deg = 8.25, .altitude_m = 160};
+  found.scale_sigma = 0.0125;
+  found.position_sigma_m = {0.25, 0.5, 1.75};
+  found.clock_offset_s = 1.5;
+  found.clock_offset_sigma_s = 0.25;
+  found.num_used = 1;
+  found.residuals = {{.fix = 0, .time_s = 1, .enu_m = {0.5, -0.25, 0}},
+                     {.fix = 1, .time_s = 3, .enu_m = {40, 0, 0}, .is_outlier = true}};
+  EXPECT_THAT(html(), AllOf(HasSubstr("49.5000000°, 8.2500000°"), HasSubstr("± 1.25 %"),
+                            HasSubstr("± 0.25 m, ± 0.50 m, ± 1.75 m"), HasSubstr("1.50 ± 0.25 s"),
+                            HasSubstr("1 of 2"), HasSubstr("fill=\"#c8382e\"")));
+  // The outlier does not set the scale: half a metre is the end of it.
+  EXPECT_THAT(html(), AllOf(HasSubstr(">0.5</text>"), Not(HasSubstr(">40</text>"))));
+}
+
 TEST(RunReport, IsWrittenWithoutAnyMap) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "mono3d_run_report_test";

@@ -71,6 +71,7 @@ footer { margin-top: 4rem; padding-top: 1rem; border-top: 1px solid var(--line);
 @media (max-width: 34rem) {
   main { padding: 1.5rem 1rem 3rem; }
   h1 { font-size: 1.45rem; }
+  th, td { white-space: normal; padding-right: .6rem; }
 }
 @media print { figure, table { break-inside: avoid; } }
 )css";

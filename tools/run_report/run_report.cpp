@@ -76,7 +76,7 @@ Page RunPage(const RunReport& report, const cv::Mat& overview) {
   for (Section& section : std::vector<Section>{
            NoticeSection(report), ModelOfRunSection(report, overview), CoverageSection(report),
            next_views, FrameSection(report, outcomes), DepthOfRunSection(report),
-           CameraSection(report), TimeSection(report)}) {
+           PositionSection(report), CameraSection(report), TimeSection(report)}) {
     if (!section.title.empty()) page.sections.push_back(std::move(section));
   }
   return page;
