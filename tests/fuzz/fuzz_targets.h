@@ -19,6 +19,7 @@ void Image(std::string_view input);       // photos, decoded
 void Options(std::string_view input);     // --config
 void Photo(std::string_view input);       // EXIF and XMP
 void Ply(std::string_view input);         // clouds, meshes, what the view maps into memory
+void Positions(std::string_view input);   // of a drone, in every form
 void RunRecord(std::string_view input);   // run.json, sequence.json
 void SavedMap(std::string_view input);    // without its checksum, which is added
 void Sequence(std::string_view input);    // timestamps.txt, telemetry, names of images
@@ -29,7 +30,7 @@ struct FuzzTarget {
   void (*run)(std::string_view input);
 };
 
-inline constexpr std::array<FuzzTarget, 12> kFuzzTargets = {{{"camera", Camera},
+inline constexpr std::array<FuzzTarget, 13> kFuzzTargets = {{{"camera", Camera},
                                                              {"colmap", Colmap},
                                                              {"depth_image", DepthImage},
                                                              {"http", Http},
@@ -37,6 +38,7 @@ inline constexpr std::array<FuzzTarget, 12> kFuzzTargets = {{{"camera", Camera},
                                                              {"options", Options},
                                                              {"photo", Photo},
                                                              {"ply", Ply},
+                                                             {"positions", Positions},
                                                              {"run_record", RunRecord},
                                                              {"saved_map", SavedMap},
                                                              {"sequence", Sequence},
