@@ -226,8 +226,8 @@ const std::vector<Mistake>& Mistakes() {
       {"a model that is not there", "render none.ply --overview -o out.png", 1, "none.ply",
        "no such file"},
       {"a picture without a pose", "render cut.ply -o out.png", 2, "--overview", "--pose"},
-      {"a scene that is not there", "simulate -o out --scene.kind moon", 2, "kind: expected one of",
-       "town"},
+      {"a scene that is not there", "simulate -o out --scene.kind moon", 2,
+       "--scene.kind: expected one of", "town"},
       {"a view of no run", "view flight", 1, "flight: there is no run",
        "the output folder of mono3d-reconstruct"},
   };

@@ -44,7 +44,14 @@ void AddLensOption(CLI::App& app, CameraArguments& arguments) {
   app.add_option("--lens", arguments.lens,
                  "fisheye: of action cameras and racing drones, from about 110 degrees across the "
                  "image on; auto: that of --camera, or pinhole")
-      ->check(CLI::IsMember(names))
+      ->check(CLI::Validator(
+          [names](const std::string& text) {
+            const bool is_known = std::ranges::find(names, text) != names.end();
+            return is_known ? std::string()
+                            : "expected " + names[0] + ", " + names[1] + " or " + names[2] +
+                                  ", found " + text;
+          },
+          "{" + names[0] + "," + names[1] + "," + names[2] + "}"))
       ->capture_default_str();
 }
 

@@ -3,38 +3,41 @@
 
 #include "reconstruct/output_options.h"
 
-#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "common/one_of.h"
 #include "mono3d/pipeline/georeferencing.h"
 
 namespace mono3d::tools {
 
 void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
-  const std::map<std::string, ImagePlacing> placings = {
+  const std::vector<std::pair<std::string, ImagePlacing>> placings = {
       {"link", ImagePlacing::kLink}, {"copy", ImagePlacing::kCopy}, {"none", ImagePlacing::kNone}};
   app.add_option("--images", arguments.images,
                  "images/ beside sparse/, of the keyframes as they were taken, for COLMAP: link "
                  "(default; frames of a video are written), copy or none")
-      ->transform(CLI::CheckedTransformer(placings).description(""))
+      ->transform(OneOf(placings))
       ->type_name("TEXT:{link,copy,none}");
-  const std::map<std::string, DepthFileForm> forms = {{"none", DepthFileForm::kNone},
-                                                      {"pfm", DepthFileForm::kPfm},
-                                                      {"exr", DepthFileForm::kExr},
-                                                      {"png16", DepthFileForm::kPng16}};
+  const std::vector<std::pair<std::string, DepthFileForm>> forms = {
+      {"none", DepthFileForm::kNone},
+      {"pfm", DepthFileForm::kPfm},
+      {"exr", DepthFileForm::kExr},
+      {"png16", DepthFileForm::kPng16}};
   app.add_option("--depth-files", arguments.depth_files,
                  "depth maps on the disk: pfm (default; 32-bit floats), exr (the same compressed), "
                  "png16 (16 bits, depth = value / scale.txt) or none")
-      ->transform(CLI::CheckedTransformer(forms).description(""))
+      ->transform(OneOf(forms))
       ->type_name("TEXT:{none,pfm,exr,png16}");
   app.add_flag(
       "--depth-previews,!--no-depth-previews", arguments.depth_previews,
       "pictures of the depth maps beside them; without it they are there but in live runs");
-  const std::map<std::string, bool> axes = {{"level", true}, {"first-camera", false}};
+  const std::vector<std::pair<std::string, bool>> axes = {{"level", true}, {"first-camera", false}};
   app.add_option("--axes", arguments.is_level,
                  "axes of everything that is written: level (default; z up, the origin on the "
                  "ground) or first-camera")
-      ->transform(CLI::CheckedTransformer(axes).description(""))
+      ->transform(OneOf(axes))
       ->type_name("TEXT:{level,first-camera}");
 }
 

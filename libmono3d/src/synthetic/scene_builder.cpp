@@ -105,7 +105,7 @@ void SceneOptions::Validate() const {
   if (FindKind(kind) == nullptr) {
     std::string names;
     for (const char* name : kSceneKinds) names += (names.empty() ? "" : ", ") + std::string(name);
-    throw UsageError("kind: expected one of " + names + "; found " + kind);
+    throw UsageError("--scene.kind: expected one of " + names + "; found " + kind);
   }
   RequireOption(half_extent_m >= 50 && half_extent_m <= 1000, "half_extent_m", "50 to 1000",
                 half_extent_m);
