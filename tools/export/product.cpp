@@ -7,13 +7,16 @@
 #include <cstdio>
 #include <sstream>
 
+#include "export/las.h"
+#include "export/rasters.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 
 namespace mono3d::tools {
 
 std::vector<Product>& Products() {
-  static std::vector<Product> products = {};
+  static std::vector<Product> products = {LasProduct(), LocalPlyProduct(), SurfaceModelProduct(),
+                                          OrthophotoProduct()};
   return products;
 }
 
