@@ -68,6 +68,18 @@ TEST_F(CoordinateSystemTest, AgreesWithGdaltransform) {
   EXPECT_LT((feet.ToMap(here) - Eigen::Vector3d(1253922.102, 222795.997, 100)).norm(), 5);
 }
 
+// Expected as above. The grid is in Debian's proj-data.
+TEST_F(CoordinateSystemTest, BringsHeightsToTheSeaByAGrid) {
+  try {
+    const CoordinateSystem system("EPSG:32632+5773", kKarlsruhe, true);
+    EXPECT_TRUE(system.has_heights());
+    EXPECT_NEAR(system.ToMap({0, 0, 0}).z(), 66.81468, 1e-3);
+    EXPECT_NEAR(system.ToEnu(system.ToMap({10, 20, 5})).z(), 5, 1e-3);
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+}
+
 TEST_F(CoordinateSystemTest, ComesBack) {
   for (const char* code : {"EPSG:25832", "EPSG:31467", "EPSG:3857"}) {
     const CoordinateSystem system(code, kKarlsruhe, true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "export/product.h"
+#include "export/product_list.h"
 
 #include <algorithm>
 #include <cstdio>
