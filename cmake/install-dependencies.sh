@@ -13,6 +13,7 @@ product="
   ca-certificates
   g++ cmake ninja-build pkg-config dpkg-dev file
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
+  libproj-dev libgdal-dev
   libexif-dev libexpat1-dev libflann-dev libembree-dev
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev

@@ -21,6 +21,10 @@ pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
 # Metadata of photos: EXIF, and XMP, which is XML.
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)
+# Coordinate systems, and the raster files of a survey. Without them everything else works, and
+# mono3d-export says what is missing.
+pkg_check_modules(proj IMPORTED_TARGET proj>=8)
+pkg_check_modules(gdal IMPORTED_TARGET gdal>=3.1)
 if(MONO3D_BUILD_EVALUATION)
   # FLANN's headers call LZ4, which its CMake package does not name.
   find_package(flann 1.9 REQUIRED)

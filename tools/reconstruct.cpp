@@ -17,6 +17,7 @@
 #include "common/progress.h"
 #include "common/summary.h"
 #include "common/tool.h"
+#include "export/run_products.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/io/camera_metadata.h"
@@ -60,6 +61,7 @@ struct Arguments {
   bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
+  std::string products;  // empty: none
   RunView view;
 };
 
@@ -459,7 +461,7 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   if (record.end == RunEnd::kFailed) throw Error(record.error);
   if (!why_no_model.empty()) throw Error(why_no_model);
   if (const std::string kept = output.Keep(); !kept.empty()) std::printf("%s\n", kept.c_str());
-  return 0;
+  return WriteRunProducts(is_whole ? arguments.products : "", output.of_run());
 }
 
 // Says on stdout which device it is, where there are others.
@@ -476,6 +478,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.camera.calibration.Validate();
   arguments.self_calibration.Validate();
   arguments.positions.georeference.Validate();
+  RequireKnownProducts(arguments.products);
   RequireSameCamera(arguments);
   // What is wrong with the input is said before anything is done or written.
   arguments.source.Validate();
@@ -529,6 +532,7 @@ int main(int argc, char** argv) {
                       "write images_global_shutter/ as well: the keyframes' images without "
                       "distortion and as of a global shutter, as depth/ is of them; sparse/ is "
                       "then of them, too");
+  AddRunProductOptions(tool.app(), arguments.products);
   AddOutputOptions(tool.app(), arguments.written);
   AddPositionOptions(tool.app(), arguments.positions);
   tool.app().add_option("--map", arguments.map,

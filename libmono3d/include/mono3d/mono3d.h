@@ -63,6 +63,7 @@
 #include "mono3d/io/paced_source.h"
 #include "mono3d/io/pfm_file.h"
 #include "mono3d/io/ply_file.h"
+#include "mono3d/io/ply_reader.h"
 #include "mono3d/io/timestamps_file.h"
 #include "mono3d/io/trajectory_file.h"
 #include "mono3d/keyframes/keyframe_selector.h"

@@ -3,6 +3,7 @@
 
 #include "mono3d/geometry/geodetic.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -70,6 +70,13 @@ bool IsSparseFile(std::string_view name) {
          name == "cameras.bin" || name == "images.bin" || name == "points3D.bin";
 }
 
+// What mono3d-export writes into products/ of a run: of another model, once that is replaced.
+constexpr std::string_view kProductFolder = "products";
+bool IsProduct(std::string_view name) {
+  return name == "model.las" || name == "model_local.ply" || name == "dsm.tif" ||
+         name == "orthophoto.tif" || name == "contours.gpkg";
+}
+
 // A folder of that name is the user's own.
 bool IsFolder(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -123,6 +130,7 @@ std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folde
   if (has_png16) AddMatching(folder, kDepthFolder, IsDepthScale, files);
   AddMatching(folder, {}, IsRunFile, files);
   AddMatching(folder, kKeyframeImageFolder, IsPng, files);
+  AddMatching(folder, kProductFolder, IsProduct, files);
   for (const std::string& model : SparseFolders(folder)) {
     AddMatching(folder, model, IsSparseFile, files);
   }

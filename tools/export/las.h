@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include "export/product.h"
+
+namespace mono3d::tools {
+
+// model.las; model_local.ply.
+Product LasProduct();
+Product LocalPlyProduct();
+
+}  // namespace mono3d::tools

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "export/product_list.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+
+#include "export/las.h"
+#include "export/rasters.h"
+#include "mono3d/core/error.h"
+#include "mono3d/io/output_file.h"
+
+namespace mono3d::tools {
+
+std::vector<Product>& Products() {
+  static std::vector<Product> products = {LasProduct(), LocalPlyProduct(), SurfaceModelProduct(),
+                                          OrthophotoProduct()};
+  return products;
+}
+
+std::vector<const Product*> ChooseProducts(const std::string& names) {
+  std::vector<const Product*> chosen;
+  if (names == "all") {
+    for (const Product& product : Products()) chosen.push_back(&product);
+    return chosen;
+  }
+  std::istringstream list(names);
+  for (std::string name; std::getline(list, name, ',');) {
+    const auto found = std::ranges::find(Products(), name, &Product::name);
+    if (found == Products().end()) {
+      std::string known = "all";
+      for (const Product& product : Products()) known += ", " + product.name;
+      throw UsageError("--products: expected " + known + ", found \"" + name + "\"");
+    }
+    if (std::ranges::find(chosen, &*found) == chosen.end()) chosen.push_back(&*found);
+  }
+  return chosen;
+}
+
+int WriteProducts(std::span<const Product* const> products, const FinishedRun& run,
+                  const std::filesystem::path& folder) {
+  CreateOutputFolder(folder);
+  int num_failed = 0;
+  for (const Product* product : products) {
+    try {
+      for (const std::filesystem::path& file : product->write(run, folder)) {
+        std::printf("%s\n", file.c_str());
+      }
+    } catch (const Error& error) {
+      ++num_failed;
+      std::fprintf(stderr, "%s: %s\n", product->name.c_str(), error.what());
+    }
+  }
+  return num_failed;
+}
+
+}  // namespace mono3d::tools
