@@ -283,6 +283,8 @@ Result RunWithKnownCamera(const Run& run) {
   Result result;
   PipelineOptions options = arguments.pipeline;
   options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
+  // A map of an earlier run keeps its shape as well as its axes.
+  if (arguments.map.empty()) options.positions = PositionsFor(run.place);
   result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
   std::unique_ptr<FrameSource> source = run.view.Watched(
       WithNotes(OpenFrameSource(arguments.input, result.cameras, arguments.source), run.notes));
@@ -377,8 +379,9 @@ Result RunWhileLearningCamera(const Run& run) {
     const ScopedStageTimer timer(&run.times, "calibration");
     return CalibrateCamera(known, open, arguments.camera.calibration);
   };
-  SelfCalibratingPipeline pipeline(std::move(setup), arguments.pipeline,
-                                   arguments.self_calibration);
+  PipelineOptions options = arguments.pipeline;
+  options.positions = PositionsFor(run.place);
+  SelfCalibratingPipeline pipeline(std::move(setup), options, arguments.self_calibration);
   RunView::Watch watch(run.view, pipeline, source->num_frames());
   {
     InterimWriter interim(run.writer, run.frames, run.record,

@@ -46,6 +46,11 @@ DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live) {
   return {arguments.depth_files, is_told ? arguments.depth_previews > 0 : !is_live};
 }
 
+std::optional<PipelinePositions> PositionsFor(const PlaceOfRun& place) {
+  if (!place.positions) return std::nullopt;
+  return PipelinePositions{*place.positions, place.georeference, place.turn_deg};
+}
+
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
                 const PlaceOfRun& place, Reconstruction& reconstruction) {
   for (MapReconstruction& map : reconstruction.maps) {

@@ -10,6 +10,7 @@
 #include "mono3d/geo/position_track.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/pipeline/images_of_run.h"
+#include "mono3d/pipeline/stages.h"
 #include "mono3d/pipeline/world_axes.h"
 
 namespace mono3d::tools {
@@ -30,6 +31,9 @@ struct PlaceOfRun {
   std::optional<PositionTrack> positions;
   GeoreferenceOptions georeference;
 };
+
+// For the pipeline, where there are positions.
+std::optional<PipelinePositions> PositionsFor(const PlaceOfRun& place);
 
 // Brings the maps into the axes that they are written in: of map 0, `saved_axes` where a map was
 // loaded; those of the earth where the positions determine them; else those asked for.

@@ -79,6 +79,9 @@ std::string GeoreferenceLine(const MapReconstruction& map) {
   line += "; " + std::to_string(georeference.num_used) + " of " +
           std::to_string(georeference.residuals.size()) + " positions used, off by " +
           Format("%.2g m", georeference.rms_horizontal_m);
+  if (map.position_fit) {
+    line += ", the path bent by " + Format("%.2g m", map.position_fit->rms_moved_m);
+  }
   if (georeference.clock_offset_sigma_s > 0) {
     line += ", clock " + Format("%+.2f", georeference.clock_offset_s) + " +- " +
             Format("%.2g s", georeference.clock_offset_sigma_s);

@@ -41,6 +41,7 @@
 #include "mono3d/geometry/two_view_ransac.h"
 #include "mono3d/geometry/voxel_grid.h"
 #include "mono3d/gpu/device.h"
+#include "mono3d/image/camera_positions.h"
 #include "mono3d/image/common_camera.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"

@@ -13,6 +13,7 @@
 
 #include "geo/position_fit.h"
 #include "geo/position_pairs.h"
+#include "geo/position_priors.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 
@@ -22,46 +23,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFewestFixes = 3;
-
-// What receivers of drones and telephones do without corrections, and how well a barometer holds.
-constexpr double kTypicalHorizontal_m = 1.5;
-constexpr double kTypicalVertical_m = 1.5;
-// What that is worth beside the residuals, in independent errors; what a receiver itself states, by
-// its own count of satellites, is worth more.
-constexpr double kTypicalWorth = 2;
-constexpr double kStatedWorth = 4;
-
-double MedianStated(const PositionTrack& track, double PositionFix::*sigma) {
-  std::vector<double> stated;
-  for (const PositionFix& fix : track.fixes) {
-    if (fix.*sigma > 0) stated.push_back(fix.*sigma);
-  }
-  // Where most tell nothing, it is not known.
-  return 2 * stated.size() < track.fixes.size() ? 0 : UpperMedianOrZero(std::move(stated));
-}
-
-PlacementPriors PriorsFor(const PositionTrack& track, const PositionPairs& pairs,
-                          const std::optional<UpDirection>& up,
-                          const GeoreferenceOptions& options) {
-  PlacementPriors priors;
-  priors.up = up;
-  priors.clock_offset_s = options.clock_offset_s;
-  if (track.clock != PositionClock::kImages) {
-    priors.clock_offset_sigma_s = options.clock_offset_sigma_s;
-  }
-  priors.antenna_m = {options.antenna_right_m, options.antenna_down_m, options.antenna_forward_m};
-  priors.has_vertical = pairs.has_vertical();
-  const double stated_m = MedianStated(track, &PositionFix::sigma_horizontal_m);
-  const double stated_vertical_m = MedianStated(track, &PositionFix::sigma_vertical_m);
-  const double rounding_m = track.resolution_m / std::sqrt(12.0);  // of an even distribution
-  priors.horizontal_m = std::hypot(stated_m > 0 ? stated_m : kTypicalHorizontal_m, rounding_m);
-  // Heights err twice as much as places, where only these are stated.
-  priors.vertical_m = stated_vertical_m > 0 ? stated_vertical_m
-                      : stated_m > 0        ? 2 * stated_m
-                                            : kTypicalVertical_m;
-  priors.worth = stated_m > 0 ? kStatedWorth : kTypicalWorth;
-  return priors;
-}
 
 // The direction in which the cameras spread most, in the axes of the placement.
 Vector3d MainDirection(const std::vector<PositionPair>& pairs, const MapPlacement& placement) {
@@ -111,8 +72,7 @@ class OutlierSearch {
   }
 
  private:
-  // In standard deviations: of 10,000 normal ones less than one is beyond.
-  static constexpr double kFar = 5;
+  static constexpr double kFar = kFarPosition;
 
   std::vector<double> Axis(Eigen::Index axis) const {
     std::vector<double> values;
@@ -146,17 +106,9 @@ class OutlierSearch {
   }
 
   void DropFrozen() {
-    constexpr std::size_t kFewestRepeated = 3;
-    std::size_t first = 0;
-    for (std::size_t i = 1; i <= pairs_.size(); ++i) {
-      const bool goes_on =
-          i < pairs_.size() && (pairs_[i].p_enu_m.head<2>() == pairs_[first].p_enu_m.head<2>());
-      if (goes_on) continue;
-      const double moved_m = scale_ * (pairs_[i - 1].p_map - pairs_[first].p_map).norm();
-      if (i - first >= kFewestRepeated && moved_m > kFar * priors_.horizontal_m) {
-        for (std::size_t k = first + 1; k < i; ++k) used_[k] = false;
-      }
-      first = i;
+    const std::vector<bool> are_frozen = AreFrozen(pairs_, scale_, kFar * priors_.horizontal_m);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      if (are_frozen[i]) used_[i] = false;
     }
   }
 

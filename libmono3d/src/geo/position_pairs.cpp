@@ -27,6 +27,23 @@ double LongestGap(std::span<const PositionedCamera> cameras) {
 
 }  // namespace
 
+std::vector<bool> AreFrozen(const std::vector<PositionPair>& pairs, double scale, double far_m) {
+  constexpr std::size_t kFewestRepeated = 3;
+  std::vector<bool> are_frozen(pairs.size(), false);
+  std::size_t first = 0;
+  for (std::size_t i = 1; i <= pairs.size(); ++i) {
+    const bool goes_on =
+        i < pairs.size() && pairs[i].p_enu_m.head<2>() == pairs[first].p_enu_m.head<2>();
+    if (goes_on) continue;
+    const double moved_m = scale * (pairs[i - 1].p_map - pairs[first].p_map).norm();
+    if (i - first >= kFewestRepeated && moved_m > far_m) {
+      for (std::size_t k = first + 1; k < i; ++k) are_frozen[k] = true;
+    }
+    first = i;
+  }
+  return are_frozen;
+}
+
 PositionPairs::PositionPairs(std::span<const PositionedCamera> cameras, const PositionTrack& track)
     : cameras_(cameras), track_(track), longest_gap_s_(LongestGap(cameras)) {
   FindPlaces();

@@ -23,6 +23,10 @@ struct PositionPair {
   Eigen::Quaterniond R_map_cam = Eigen::Quaterniond::Identity();
 };
 
+// Which of them have the place of the one before, though the camera has moved by more than `far_m`
+// since that was first told: the receiver has stopped. `scale`: metres of the map's unit.
+std::vector<bool> AreFrozen(const std::vector<PositionPair>& pairs, double scale, double far_m);
+
 // The fixes of a track in local metres, and their cameras.
 class PositionPairs {
  public:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "mono3d/image/global_shutter.h"
@@ -39,11 +40,16 @@ std::vector<TrajectoryEntry> EntriesInWorld(const std::vector<FramePose>& frames
 }  // namespace
 
 Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
-             std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe)
+             std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe,
+             const PipelineOptions& options)
     : tracker_(std::move(tracker)),
       keyframe_selector_(std::move(keyframe_selector)),
       worker_(std::move(worker)),
-      on_keyframe_(std::move(on_keyframe)) {}
+      on_keyframe_(std::move(on_keyframe)),
+      is_live_(options.is_live) {
+  // Photographs are placed together at the end, and have positions by name.
+  if (options.positions && !options.are_photos) positions_.emplace(*options.positions);
+}
 
 TrackingResult Chain::Process(const Frame& frame) {
   ++counts_.num_frames;
@@ -52,6 +58,7 @@ TrackingResult Chain::Process(const Frame& frame) {
   TakePoses(frame, tracking);
   try {
     Update();
+    GivePositionsIfDue(tracking);
     for (const Keyframe& keyframe : tracking.finalised_keyframes) Select(keyframe);
   } catch (...) {
     has_thrown_ = true;
@@ -120,6 +127,34 @@ bool Chain::FeedBack() {
   return true;
 }
 
+std::size_t Chain::NumKeyframesOf(int map_id) const {
+  return static_cast<std::size_t>(
+      std::ranges::count(poses_->poses(), map_id, &KeyframePose::map_id));
+}
+
+// The tracker follows them with its next keyframe. Live, frames would wait meanwhile.
+void Chain::GivePositionsIfDue(const TrackingResult& tracking) {
+  if (!positions_ || is_live_ || !tracking.is_keyframe) return;
+  const std::size_t num_keyframes = NumKeyframesOf(tracking.map_id);
+  if (positions_->IsDue(tracking.map_id, num_keyframes)) {
+    positions_->Give(tracking.map_id, num_keyframes, *tracker_);
+  }
+}
+
+// Twice: how the clocks lie to each other is known better once the path has moved.
+void Chain::FollowAllPositions() {
+  if (!positions_) return;
+  constexpr int kTimes = 2;
+  for (int i = 0; i < kTimes; ++i) {
+    std::set<int> map_ids;
+    for (const TrajectoryEntry& entry : tracker_->KeyframeTrajectory()) {
+      map_ids.insert(entry.map_id);
+    }
+    for (const int map_id : map_ids) positions_->Give(map_id, NumKeyframesOf(map_id), *tracker_);
+    tracker_->WaitForMapping();
+  }
+}
+
 void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
   if (tracking.is_pending) return;
   if (tracking.T_world_cam) {
@@ -185,6 +220,7 @@ void Chain::ProcessLast() {
   }
   (void)FeedBack();
   tracker_->WaitForMapping();
+  FollowAllPositions();
   const std::vector<Keyframe> last_keyframes = tracker_->Finish();
   TakeLateResults();
   Update();
@@ -231,6 +267,11 @@ Reconstruction Chain::Finish() {
                    [](const MapReconstruction& a, const MapReconstruction& b) {
                      return a.trajectory.size() > b.trajectory.size();
                    });
+  for (const PositionFit& fit : tracker_->PositionFits()) {
+    for (MapReconstruction& map : result.maps) {
+      if (map.map_id == fit.map_id) map.position_fit = fit;
+    }
+  }
   TakeCounts();
   result.counts = latest_.snapshot.counts;
   AddModelCounts(worker_->Progress().counts, result.counts);

@@ -12,6 +12,7 @@
 
 #include "mono3d/pipeline/pipeline.h"
 #include "pipeline/model_worker.h"
+#include "pipeline/position_feed.h"
 
 namespace mono3d {
 
@@ -20,9 +21,10 @@ namespace mono3d {
 // Snapshot and State.
 class Chain {
  public:
-  // `on_keyframe` may be empty.
+  // `on_keyframe` may be empty. Of the options, the positions and the pace count.
   Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector> keyframe_selector,
-        std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe);
+        std::unique_ptr<ModelWorker> worker, std::function<void(const Keyframe&)> on_keyframe,
+        const PipelineOptions& options);
 
   // Takes the frame through tracking and the choice of bundles; how far its bundle is then depends
   // on the worker.
@@ -42,6 +44,9 @@ class Chain {
 
  private:
   bool FeedBack();
+  std::size_t NumKeyframesOf(int map_id) const;
+  void GivePositionsIfDue(const TrackingResult& tracking);
+  void FollowAllPositions();
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
   void TakeLateResults();
   void TakeCounts();
@@ -58,6 +63,8 @@ class Chain {
   std::unique_ptr<KeyframeSelector> keyframe_selector_;
   std::unique_ptr<ModelWorker> worker_;
   std::function<void(const Keyframe&)> on_keyframe_;
+  std::optional<PositionFeed> positions_;
+  bool is_live_;
   PipelineCounts counts_;                                       // without those of the worker
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;

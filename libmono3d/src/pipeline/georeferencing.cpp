@@ -11,10 +11,9 @@
 #include "mono3d/pipeline/world_axes.h"
 
 namespace mono3d {
-namespace {
 
-// By time every tracked frame, by name the keyframes: of photographs these are all.
-std::vector<PositionedCamera> CamerasOf(const MapReconstruction& map, PositionClock clock) {
+std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
+                                                  PositionClock clock) {
   std::vector<PositionedCamera> cameras;
   if (clock == PositionClock::kImages) {
     for (const SparseImage& image : map.sparse.images) {
@@ -29,9 +28,9 @@ std::vector<PositionedCamera> CamerasOf(const MapReconstruction& map, PositionCl
   return cameras;
 }
 
-std::optional<UpDirection> KnownUp(const MapReconstruction& map,
-                                   const std::vector<PositionedCamera>& cameras,
-                                   const PositionTrack& track, int turn_deg) {
+std::optional<UpDirection> UpOf(const MapReconstruction& map,
+                                const std::vector<PositionedCamera>& cameras,
+                                const PositionTrack& track, int turn_deg) {
   if (const std::optional<UpDirection> up = UpFromGimbal(cameras, track)) return up;
   // Level axes were within 1.5 degrees of flights with relief and within 4 of photographs that look
   // straight down.
@@ -42,13 +41,11 @@ std::optional<UpDirection> KnownUp(const MapReconstruction& map,
                      kSigma_rad};
 }
 
-}  // namespace
-
 void PlaceOnEarth(const PositionTrack& track, const GeoreferenceOptions& options, int turn_deg,
                   MapReconstruction& map) {
-  const std::vector<PositionedCamera> cameras = CamerasOf(map, track.clock);
+  const std::vector<PositionedCamera> cameras = PositionedCamerasOf(map, track.clock);
   GeoreferenceResult result =
-      EstimateGeoreference(cameras, track, KnownUp(map, cameras, track, turn_deg), options);
+      EstimateGeoreference(cameras, track, UpOf(map, cameras, track, turn_deg), options);
   map.why_no_georeference = std::move(result.reason);
   if (!result.georeference) return;
   MoveInto({result.georeference->S_enu_map, AxesSource::kEarth}, map);

@@ -46,7 +46,7 @@ class Pipeline::Impl {
                MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
                            std::move(observer.on_depth_map), options.surfel_export},
                           options, error_),
-               std::move(observer.on_keyframe)) {}
+               std::move(observer.on_keyframe), options) {}
 
   void Process(Frame frame) {
     if (thread_) throw Error("Process after Start: frames are pushed");

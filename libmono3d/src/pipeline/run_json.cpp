@@ -214,6 +214,20 @@ JsonValue GeoreferenceJson(const Georeference& georeference) {
   return json;
 }
 
+// How the map has followed positions.
+JsonValue PositionFitJson(const PositionFit& fit) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  JsonValue json = JsonValue::Object();
+  json.Set("positions_used", fit.num_used);
+  json.Set("outliers", fit.num_outliers);
+  json.Set("noise_horizontal", NoiseJson(fit.horizontal));
+  json.Set("noise_vertical", NoiseJson(fit.vertical));
+  json.Set("drift_rotation_deg", fit.drift.rotation_rad / kDegree);
+  json.Set("drift_scale", fit.drift.log_scale);
+  json.Set("rms_moved_m", fit.rms_moved_m);
+  return json;
+}
+
 // One line of evidence per attempt.
 JsonValue FusionsJson(const std::vector<FusionRecord>& fusions) {
   JsonValue list = JsonValue::List();
@@ -247,6 +261,7 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
     json.Set("sparse_points", map.sparse.points.size());
     json.Set("sparse_reprojection_px", MeanReprojection_px(map.sparse));
     json.Set("axes", AxesJson(map.axes));
+    if (map.position_fit) json.Set("followed_positions", PositionFitJson(*map.position_fit));
     if (map.georeference) json.Set("georeference", GeoreferenceJson(*map.georeference));
     if (!map.why_no_georeference.empty()) json.Set("no_georeference", map.why_no_georeference);
     json.Set("health", HealthJson(map.health));

@@ -16,6 +16,7 @@
 #include "tracking/optimisation/constraint_following.h"
 #include "tracking/optimisation/map_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"
+#include "tracking/positions/position_following.h"
 #include "tracking/reason.h"
 #include "tracking/start/map_start.h"
 
@@ -333,7 +334,9 @@ void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
   if (lock.IsShared()) PublishPoses();
   lock.Yield();
   const bool is_closed = ClosePlaces(keyframe, lock);
-  const bool has_followed = FollowModel(lock);
+  bool has_followed = FollowModel(lock);
+  if (is_closed || has_followed) positions_.SetDue(atlas_.map().id());
+  has_followed = FollowNewPositions(atlas_.current(), lock) || has_followed;
   if (lock.IsShared() && (is_closed || has_followed)) PublishPoses();
 }
 
@@ -383,6 +386,25 @@ bool MonocularTracker::FollowModel(MappingLock& lock) {
   return true;
 }
 
+// True when the map has moved, to where positions have it. A turn on the spot may be taken back
+// with all that came after it, and has to be judged first.
+bool MonocularTracker::FollowNewPositions(std::size_t index, MappingLock& lock) {
+  if (turn_.IsPending()) return false;
+  Map& map = atlas_.map(index);
+  std::optional<CameraPositions> positions = positions_.TakeDue(map.id());
+  if (!positions) return false;
+  const ScopedStageTimer timer(times_, "tracking/positions");
+  std::vector<TrajectoryEntry> frames = atlas_.Trajectory();
+  std::erase_if(frames, [&](const TrajectoryEntry& entry) { return entry.map_id != map.id(); });
+  const KeyframeId newest = atlas_.newest();
+  const double scale_before = atlas_.map().keyframe(newest).scale;
+  const std::optional<PositionFit> fit = tracking::FollowPositions(map, frames, *positions, lock);
+  if (!fit) return false;
+  positions_.SetFit(*fit, positions->S_metric_map);
+  frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
+  return true;
+}
+
 // Who does not share the map has adjusted it at once.
 void MonocularTracker::RequestAdjustment(const MappingLock& lock) {
   if (mapping_ && lock.IsShared()) mapping_->RequestAdjustment();
@@ -396,6 +418,8 @@ MappingWork MonocularTracker::BackgroundWork() {
   const auto adjust_all = [this](MappingLock& lock) {
     const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
     const bool is_done = AdjustAllAndScales(atlas_.map(), lock);
+    positions_.SetDue(atlas_.map().id());
+    if (is_done) (void)FollowNewPositions(atlas_.current(), lock);
     PublishPoses();
     return is_done;
   };
@@ -425,7 +449,22 @@ void MonocularTracker::WaitForMapping() {
   const std::unique_ptr<TrackingLock> lock = Lock();
   if (mapping_) mapping_->Wait(*lock);
   MappingLock alone;  // nothing is mapped now
-  if (atlas_.IsInUse() && FollowModel(alone)) PublishPoses();
+  bool has_moved = atlas_.IsInUse() && FollowModel(alone);
+  if (has_moved) positions_.SetDue(atlas_.map().id());
+  for (std::size_t i = 0; i < atlas_.num_maps(); ++i) {
+    has_moved = FollowNewPositions(i, alone) || has_moved;
+  }
+  if (has_moved) PublishPoses();
+}
+
+void MonocularTracker::FollowPositions(const CameraPositions& positions) {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  positions_.Set(positions);
+}
+
+std::vector<PositionFit> MonocularTracker::PositionFits() const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  return positions_.Fits();
 }
 
 std::vector<Keyframe> MonocularTracker::Finish() {

@@ -17,6 +17,7 @@
 #include "tracking/mapping/local_mapper.h"
 #include "tracking/mapping_thread.h"
 #include "tracking/places/loop_closer.h"
+#include "tracking/positions/map_positions.h"
 #include "tracking/start/map_initialiser.h"
 #include "tracking/turn_on_the_spot.h"
 
@@ -36,6 +37,8 @@ class MonocularTracker final : public Tracker {
   std::vector<TrajectoryEntry> Trajectory() const override;
   std::vector<TrajectoryEntry> KeyframeTrajectory() const override;
   void Constrain(std::span<const KeyframeConstraint> constraints) override;
+  void FollowPositions(const CameraPositions& positions) override;
+  std::vector<PositionFit> PositionFits() const override;
   SparseModel Sparse(int map_id) const override;
   std::string SaveMap() const override;
   void LoadMap(std::string_view bytes, const std::string& where) override;
@@ -63,6 +66,7 @@ class MonocularTracker final : public Tracker {
   void SettleYoungMap(KeyframeId keyframe, MappingLock& lock);
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
+  bool FollowNewPositions(std::size_t map, MappingLock& lock);
   void RequestAdjustment(const MappingLock& lock);
   MappingWork BackgroundWork();
   // Null in sequential mode.
@@ -80,6 +84,7 @@ class MonocularTracker final : public Tracker {
   Backlog backlog_;
   bool is_publication_due_ = false;  // keyframes have come or moved since the last snapshot
   TurnOnTheSpot turn_;
+  MapPositions positions_;
   bool may_return_ = true;                  // to a map that was left
   TrackingLock* lock_ = nullptr;            // while a frame is tracked live
   std::unique_ptr<MappingThread> mapping_;  // live only; ends first

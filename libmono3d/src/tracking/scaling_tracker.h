@@ -52,6 +52,10 @@ class ScalingTracker final : public Tracker {
   void Constrain(std::span<const KeyframeConstraint> constraints) override {
     tracker_->Constrain(constraints);
   }
+  void FollowPositions(const CameraPositions& positions) override {
+    tracker_->FollowPositions(positions);
+  }
+  std::vector<PositionFit> PositionFits() const override { return tracker_->PositionFits(); }
   std::vector<Keyframe> Finish() override;
   std::int64_t num_keyframes_without_image() const override { return num_without_image_; }
   std::vector<TrajectoryEntry> Trajectory() const override { return tracker_->Trajectory(); }

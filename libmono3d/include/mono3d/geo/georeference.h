@@ -16,6 +16,7 @@
 #include "mono3d/geometry/geodetic.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/image/camera_positions.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -44,14 +45,6 @@ struct PositionedCamera {
 struct UpDirection {
   Eigen::Vector3d up_map = Eigen::Vector3d::UnitZ();
   double sigma_rad = 0;  // of each of the two angles
-};
-
-// How positions err, one axis: an error that wanders (first-order Gauss-Markov process) and white
-// noise.
-struct PositionNoise {
-  double wander_m = 0;       // standard deviation
-  double correlation_s = 0;  // after this time the wandering error has fallen to 1/e
-  double white_m = 0;        // standard deviation
 };
 
 // What one fix differs by from the camera that it belongs to.
@@ -101,6 +94,14 @@ GeoreferenceResult EstimateGeoreference(std::span<const PositionedCamera> camera
                                         const PositionTrack& track,
                                         const std::optional<UpDirection>& up,
                                         const GeoreferenceOptions& options = {});
+
+// Where the fixes of a track have the cameras of a map that has a georeference, for
+// Tracker::FollowPositions: metres in its axes, the arm to the antenna taken off. Fixes of a
+// receiver that had stopped are left out, but no others, as the path may have drifted. Of a track
+// with PositionClock::kImages there is none.
+CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
+                                  const PositionTrack& track, const Georeference& georeference,
+                                  const GeoreferenceOptions& options = {});
 
 // Which way is up by the gimbal angles of the fixes; nothing where fewer than three cameras have
 // them. The cameras' yaw is not used: it comes from a compass.

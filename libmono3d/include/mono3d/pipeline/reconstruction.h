@@ -98,6 +98,7 @@ struct MapReconstruction {
   std::vector<HealthChange> health_changes;  // good at first
   std::vector<SubmapJoin> submap_joins;
   WorldAxes axes = {};                            // that all of this is in: see MoveInto
+  std::optional<PositionFit> position_fit = {};   // where it has followed positions
   std::optional<Georeference> georeference = {};  // where the axes are those of the earth
   std::string why_no_georeference = {};           // where there are positions, but they are not
 };

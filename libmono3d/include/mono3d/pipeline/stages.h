@@ -5,12 +5,15 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/depth/depth_estimator.h"
 #include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geo/georeference.h"
+#include "mono3d/geo/position_track.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/tracking/photo_mapper.h"
@@ -29,6 +32,13 @@ struct LiveOptions {
   void Visit(OptionVisitor& visit);
 };
 
+// Where the drone was while it filmed, as it wrote it down.
+struct PipelinePositions {
+  PositionTrack track;
+  GeoreferenceOptions georeference;
+  int turn_deg = 0;  // ReadShownTurn of the images: see ChooseWorldAxes
+};
+
 // All options of the chain, by module.
 struct PipelineOptions {
   // Real time: the tracker maps, and the models are made, in threads of their own, so that no frame
@@ -41,6 +51,10 @@ struct PipelineOptions {
   // views of a depth map are chosen among all of them, in Finish. Not with is_live. Not among the
   // listed options either.
   bool are_photos = false;
+  // The maps follow them (Tracker::FollowPositions): in the order of the frames while they grow and
+  // in Finish, live in Finish. Their frames and units stay: see PlaceOnEarth. Photographs do not
+  // follow positions. Not among the listed options either.
+  std::optional<PipelinePositions> positions;
   LiveOptions live;
   TrackerOptions tracking;
   PhotoMapperOptions photos;

@@ -15,6 +15,7 @@
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/image/camera_positions.h"
 #include "mono3d/image/frame.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_constraint.h"
@@ -85,6 +86,14 @@ class Tracker {
   // discarded, as it is when the keyframes are of different maps. A tracker may ignore all
   // constraints.
   virtual void Constrain(std::span<const KeyframeConstraint> /*constraints*/) {}
+
+  // Measured camera positions of one map, all that there are so far. With the next keyframe of the
+  // map, or in WaitForMapping, its keyframes move to where they agree with the positions as far as
+  // those are better known than how the path has drifted; and again after each adjustment of all of
+  // it. The frame and unit of the map hold where it began. A tracker may ignore positions.
+  virtual void FollowPositions(const CameraPositions& /*positions*/) {}
+  // What has become of them, the latest of each map.
+  virtual std::vector<PositionFit> PositionFits() const { return {}; }
 
   // The latest poses of all keyframes that were handed out or that a FramePose names. When
   // keyframes have come or moved, there is a new snapshot at the latest when Track, WaitForMapping

@@ -23,6 +23,10 @@ KeyframeId Map::AddKeyframe(View view) {
   for (const std::optional<PointId>& point : points) {
     if (point) UpdatePoint(*point);
   }
+  const std::vector<Covisible> closest = CovisibleKeyframes(id, 1);
+  if (!closest.empty()) {
+    keyframes_[id].S_world_visual = keyframes_[closest.front().keyframe].S_world_visual;
+  }
   return id;
 }
 
@@ -280,6 +284,10 @@ void Map::ScaleAround(std::vector<double> ratios) {
   }
 }
 
+void Map::ForgetPositions() {
+  for (MapKeyframe& keyframe : keyframes_) keyframe.S_world_visual = {};
+}
+
 void Map::Append(Map&& other, const Similarity& S_world_other) {
   const KeyframeId first_keyframe = keyframes_.size();
   const auto first_point = static_cast<std::uint32_t>(points_.size());
@@ -300,6 +308,7 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
         Pose(keyframe.T_cam_anchor.rotation(), scale * keyframe.T_cam_anchor.translation());
     keyframe.anchor += first_keyframe;
     keyframe.scale *= scale;
+    keyframe.S_world_visual = S_world_other * keyframe.S_world_visual * S_world_other.Inverse();
     keyframe.view.shutter.Rescale(scale);
     for (std::optional<PointId>& point : keyframe.view.points) {
       if (point) point->index += first_point;
@@ -329,6 +338,9 @@ void Map::Rescale(double factor) {
     T = Pose(T.rotation(), T.translation() * factor);
     Pose& T_anchor = keyframe.T_cam_anchor;
     T_anchor = Pose(T_anchor.rotation(), T_anchor.translation() * factor);
+    const Similarity& moved = keyframe.S_world_visual;
+    keyframe.S_world_visual = {moved.scale(),
+                               Pose(moved.pose().rotation(), moved.pose().translation() * factor)};
     keyframe.view.shutter.Rescale(factor);
   }
 }

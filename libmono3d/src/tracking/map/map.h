@@ -95,6 +95,9 @@ struct MapKeyframe {
   // much corrections and joins have multiplied the lengths around it. What is to last is kept in
   // the own unit: S_world_kf of KeyframePoses has this scale.
   double scale = 1;
+  // What positions have moved: from the world as the images alone have it around the keyframe to
+  // the world as it is. Not saved with the map.
+  Similarity S_world_visual;
   // Where a culled keyframe is to be found: fixed to another one.
   KeyframeId anchor = 0;
   Pose T_cam_anchor;
@@ -215,6 +218,8 @@ class Map {
   // are fixed to. One similarity for each keyframe alive, `keyframes` in ascending order.
   void Correct(const std::vector<KeyframeId>& keyframes,
                const std::vector<Similarity>& S_cam_world);
+  // The images alone have adjusted all of the map: where it was before does not matter any more.
+  void ForgetPositions();
   // Notes that the lengths around each keyframe have been multiplied, one ratio for each; the
   // culled ones follow theirs.
   void ScaleAround(std::vector<double> ratios);

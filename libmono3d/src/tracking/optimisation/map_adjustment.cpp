@@ -224,6 +224,7 @@ bool AdjustAllWith(Map& map, std::vector<View>& views, MappingLock& lock) {
   const BundleAdjustmentReport report = AdjustCopy(adjustment, {kSteps, kSteps, kMinGain}, lock);
   RestoreDepths(before, adjustment.problem);
   Apply(adjustment, report, map);
+  map.ForgetPositions();
   for (std::size_t i = 0; i < views.size(); ++i) {
     views[i].T_cam_world = adjustment.problem.T_cam_world[adjustment.keyframes.size() + i];
   }

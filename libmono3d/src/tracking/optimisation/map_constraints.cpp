@@ -40,6 +40,8 @@ Matrix7d Adjoint(const Pose& T_moved) {
 
 }  // namespace
 
+double EdgeSigma(const CameraModel& camera) { return kEdgeSigma_px / camera.fx; }
+
 PresentConstraint AtPresent(const Map& map, const MapConstraint& constraint) {
   const double own_unit = map.keyframe(constraint.keyframe).scale;
   const double unit_of_anchor = map.keyframe(constraint.anchor).scale;
@@ -86,7 +88,7 @@ ConstraintEdge EdgeOf(const PresentConstraint& constraint, const KeyframeGraph& 
 
 GraphConstraints ConstraintsOf(const Map& map, const KeyframeGraph& graph) {
   GraphConstraints constraints;
-  constraints.edge_sigma = kEdgeSigma_px / map.camera().fx;
+  constraints.edge_sigma = EdgeSigma(map.camera());
   for (const MapConstraint& constraint : map.constraints()) {
     if (constraint.is_new) continue;
     const PresentConstraint present = AtPresent(map, constraint);

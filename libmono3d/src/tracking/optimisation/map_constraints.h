@@ -15,6 +15,9 @@
 
 namespace mono3d::tracking {
 
+// One sigma by which a keyframe may be off from its neighbours, in rad.
+double EdgeSigma(const CameraModel& camera);
+
 // A constraint between two keyframes that were not culled, in the world's unit of now.
 struct PresentConstraint {
   KeyframeId keyframe = 0;

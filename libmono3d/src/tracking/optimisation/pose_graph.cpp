@@ -10,65 +10,14 @@
 #include <cmath>
 
 #include "tracking/optimisation/chi2.h"
+#include "tracking/optimisation/similarity_block.h"
 
 namespace mono3d::tracking {
 namespace {
 
-// Quaternion w x y z as Ceres has it, translation, log of the scale.
-using Block = std::array<double, 8>;
-
-Block ToBlock(const Similarity& S) {
-  const Eigen::Quaterniond& q = S.pose().rotation();
-  const Eigen::Vector3d& t = S.pose().translation();
-  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), std::log(S.scale())};
-}
-
-Similarity FromBlock(const Block& block) {
-  return {std::exp(block[7]), Pose(Eigen::Quaterniond(block[0], block[1], block[2], block[3]),
-                                   Eigen::Vector3d(block[4], block[5], block[6]))};
-}
-
-// How far S_b is from S_b_a * S_a: rotation, translation over `length`, log scale.
-struct EdgeError {
-  Block measured;
-  double length;
-  double weight;      // of all
-  bool about_camera;  // translation where the rotation between the two has been undone
-
-  template <typename T>
-  bool operator()(const T* const a, const T* const b, T* error) const {
-    const std::array<T, 4> measured_q = {T(measured[0]), T(measured[1]), T(measured[2]),
-                                         T(measured[3])};
-    std::array<T, 4> expected_q;
-    ceres::QuaternionProduct(measured_q.data(), a, expected_q.data());
-    const std::array<T, 4> inverse_b = {b[0], -b[1], -b[2], -b[3]};
-    std::array<T, 4> difference;
-    ceres::QuaternionProduct(expected_q.data(), inverse_b.data(), difference.data());
-    ceres::QuaternionToAngleAxis(difference.data(), error);
-    std::array<T, 3> moved;
-    ceres::QuaternionRotatePoint(measured_q.data(), a + 4, moved.data());
-    const double scale = std::exp(measured[7]);
-    for (std::size_t i = 0; i < 3; ++i) moved[i] = scale * moved[i] + measured[4 + i];
-    // A rotation takes the origin of the world along, however far away, which is no error of its
-    // own.
-    if (about_camera) {
-      using std::exp;
-      const T ratio = exp(b[7] - a[7] - measured[7]);
-      const std::array<T, 4> lock = {difference[0], -difference[1], -difference[2], -difference[3]};
-      const std::array<T, 3> expected = moved;
-      ceres::QuaternionRotatePoint(lock.data(), expected.data(), moved.data());
-      for (T& coordinate : moved) coordinate *= ratio;
-    }
-    for (std::size_t i = 0; i < 3; ++i) error[3 + i] = (moved[i] - b[4 + i]) / length;
-    error[6] = a[7] + measured[7] - b[7];
-    for (int i = 0; i < 7; ++i) error[i] *= weight;
-    return true;
-  }
-};
-
 // How far the actual T_b_a, in lengths of a, and scale are from the measured ones, in sigmas.
 struct GraphConstraintError {
-  Block measured;  // with the logarithm of the constraint's scale
+  SimilarityBlock measured;  // with the logarithm of the constraint's scale
   Matrix7d root_information;
 
   template <typename T>
@@ -100,35 +49,33 @@ struct GraphConstraintError {
   }
 };
 
-// Quaternion on its sphere, the rest as it is.
-using Manifold = ceres::ProductManifold<ceres::QuaternionManifold, ceres::EuclideanManifold<4>>;
-
 }  // namespace
 
 PoseGraphReport OptimisePoseGraph(std::vector<Similarity>& S_cam_world,
                                   const std::vector<SimilarityEdge>& edges, double length,
                                   const GraphConstraints& constraints) {
   if (S_cam_world.size() < 2 || edges.empty()) return {};
-  std::vector<Block> blocks;
+  std::vector<SimilarityBlock> blocks;
   for (const Similarity& S : S_cam_world) blocks.push_back(ToBlock(S));
   ceres::CauchyLoss loss(std::sqrt(kChi2SevenDof));
-  Manifold manifold{ceres::QuaternionManifold{}, ceres::EuclideanManifold<4>{}};
+  SimilarityManifold manifold{ceres::QuaternionManifold{}, ceres::EuclideanManifold<4>{}};
   ceres::Problem::Options ownership;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
-  for (Block& block : blocks) problem.AddParameterBlock(block.data(), 8, &manifold);
+  for (SimilarityBlock& block : blocks) problem.AddParameterBlock(block.data(), 8, &manifold);
   problem.SetParameterBlockConstant(blocks.front().data());
   const bool is_constrained = !constraints.edges.empty();
   const double weight = is_constrained ? 1 / constraints.edge_sigma : 1;
   for (const SimilarityEdge& edge : edges) {
+    const double of_edge = std::sqrt(edge.weight) * weight;
     problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(new EdgeError{
-            ToBlock(edge.S_b_a), length, std::sqrt(edge.weight) * weight, is_constrained}),
+        new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(
+            new EdgeError{ToBlock(edge.S_b_a), of_edge, of_edge / length, of_edge, is_constrained}),
         nullptr, blocks[edge.a].data(), blocks[edge.b].data());
   }
   for (const ConstraintEdge& edge : constraints.edges) {
-    const Block measured = ToBlock(Similarity(edge.scale, edge.T_b_a));
+    const SimilarityBlock measured = ToBlock(Similarity(edge.scale, edge.T_b_a));
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<GraphConstraintError, 7, 8, 8>(
                                  new GraphConstraintError{measured, edge.root_information}),
                              edge.is_certain ? nullptr : &loss, blocks[edge.a].data(),

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "mono3d/core/export.h"
+#include "mono3d/geometry/similarity.h"
+
+namespace MONO3D_EXPORT mono3d {
+
+// How positions err, one axis: an error that wanders (first-order Gauss-Markov process) and white
+// noise.
+struct PositionNoise {
+  double wander_m = 0;       // standard deviation
+  double correlation_s = 0;  // after this time the wandering error has fallen to 1/e
+  double white_m = 0;        // standard deviation
+};
+
+// A measured camera centre, in metres.
+struct CameraPosition {
+  double time_s = 0;  // of the images
+  Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+};
+
+// What was measured of where the cameras of one map were, in axes of its own with z up.
+struct CameraPositions {
+  int map_id = 0;
+  Similarity S_metric_map;                // about; the map may have moved since
+  std::vector<CameraPosition> positions;  // in the order of time
+  bool has_vertical = true;               // z is measured as well
+  // Standard deviations that such measurements have, and how many independent errors that knowledge
+  // is worth beside the measurements themselves.
+  double typical_horizontal_m = 0;
+  double typical_vertical_m = 0;
+  double worth = 2;
+};
+
+// How far a tracker is off from one keyframe to the next: standard deviations.
+struct PathDrift {
+  double rotation_rad = 0;  // about each axis
+  double log_scale = 0;
+};
+
+// What became of the positions of a map.
+struct PositionFit {
+  int map_id = 0;
+  std::size_t num_used = 0;
+  std::size_t num_outliers = 0;
+  PositionNoise horizontal;  // of x and y each
+  PositionNoise vertical;
+  PathDrift drift;
+  double rms_moved_m = 0;  // of the keyframes against the best similarity of the path before
+};
+
+}  // namespace mono3d

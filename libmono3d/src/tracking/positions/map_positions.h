@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "mono3d/image/camera_positions.h"
+
+namespace mono3d::tracking {
+
+// The positions of the maps of a tracker, which maps have yet to follow them, and what became of
+// those that did.
+class MapPositions {
+ public:
+  void Set(const CameraPositions& positions) { positions_[positions.map_id] = {positions, true}; }
+  // All of the map was adjusted without them.
+  void SetDue(int map_id) {
+    const auto found = positions_.find(map_id);
+    if (found != positions_.end()) found->second.is_due = true;
+  }
+  // Nothing where the map has none, or has followed them.
+  std::optional<CameraPositions> TakeDue(int map_id) {
+    const auto found = positions_.find(map_id);
+    if (found == positions_.end() || !found->second.is_due) return std::nullopt;
+    found->second.is_due = false;
+    return found->second.positions;
+  }
+  // The map has followed them, and is elsewhere now.
+  void SetFit(const PositionFit& fit, const Similarity& S_metric_map) {
+    fits_[fit.map_id] = fit;
+    positions_[fit.map_id].positions.S_metric_map = S_metric_map;
+  }
+  std::vector<PositionFit> Fits() const {
+    std::vector<PositionFit> fits;
+    for (const auto& [map_id, fit] : fits_) fits.push_back(fit);
+    return fits;
+  }
+
+ private:
+  struct OfMap {
+    CameraPositions positions;
+    bool is_due = false;
+  };
+  std::map<int, OfMap> positions_;  // by the id of the map
+  std::map<int, PositionFit> fits_;
+};
+
+}  // namespace mono3d::tracking

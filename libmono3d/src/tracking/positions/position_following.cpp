@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "tracking/positions/position_following.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "mono3d/core/statistics.h"
+#include "tracking/optimisation/keyframe_graph.h"
+#include "tracking/optimisation/map_constraints.h"
+#include "tracking/positions/path_fit.h"
+
+namespace mono3d::tracking {
+namespace {
+
+// The camera centre at a time, in the world; nothing outside the frames.
+std::optional<Eigen::Vector3d> CentreAt(std::span<const TrajectoryEntry> frames, double time_s) {
+  const auto after = std::ranges::lower_bound(frames, time_s, {}, &TrajectoryEntry::timestamp_s);
+  if (after == frames.end()) return std::nullopt;
+  const Eigen::Vector3d& p_after = after->T_world_cam.translation();
+  if (after == frames.begin()) {
+    return after->timestamp_s == time_s ? std::optional(p_after) : std::nullopt;
+  }
+  const TrajectoryEntry& before = *std::prev(after);
+  const double share = (time_s - before.timestamp_s) / (after->timestamp_s - before.timestamp_s);
+  const Eigen::Vector3d& p_before = before.T_world_cam.translation();
+  return p_before + share * (p_after - p_before);
+}
+
+// The living keyframes in the order of flight.
+std::vector<KeyframeId> LivingInFlight(const Map& map) {
+  std::vector<KeyframeId> living = map.InOrderOfFlight();
+  std::erase_if(living, [&](KeyframeId id) { return !map.keyframe(id).alive; });
+  return living;
+}
+
+// A typical depth: the median over keyframes here and there of the median of their points.
+double TypicalDepth(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  constexpr std::size_t kMostKeyframes = 50;
+  const std::size_t stride = std::max<std::size_t>(1, keyframes.size() / kMostKeyframes);
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < keyframes.size(); i += stride) {
+    const auto depth =
+        static_cast<float>(UpperMedianOrZero(map.Depths(map.keyframe(keyframes[i]).view)));
+    if (depth > 0) depths.push_back(depth);
+  }
+  const double typical = UpperMedianOrZero(std::move(depths));
+  return typical > 0 ? typical : 1;
+}
+
+// Where vision alone has a keyframe.
+Similarity S_cam_visual(const Map& map, KeyframeId id) {
+  return Similarity(1, map.T_cam_world(id)) * map.keyframe(id).S_world_visual;
+}
+
+class MapPath {
+ public:
+  MapPath(const Map& map, std::span<const TrajectoryEntry> frames, const CameraPositions& positions)
+      : map_(map), keyframes_(LivingInFlight(map)), node_of_(map.keyframes().size()) {
+    for (std::size_t node = 0; node < keyframes_.size(); ++node) {
+      node_of_[keyframes_[node]] = node;
+      path_.S_metric_kf.push_back(positions.S_metric_map *
+                                  Similarity(1, map.T_cam_world(keyframes_[node]).Inverse()));
+    }
+    path_.has_vertical = positions.has_vertical;
+    path_.typical_horizontal_m = positions.typical_horizontal_m;
+    path_.typical_vertical_m = positions.typical_vertical_m;
+    path_.worth = positions.worth;
+    path_.length = TypicalDepth(map, keyframes_);
+    if (keyframes_.empty()) return;
+    AddEdges();
+    AddPositions(frames, positions);
+  }
+
+  PositionedPath& path() { return path_; }
+  const std::vector<KeyframeId>& keyframes() const { return keyframes_; }
+
+ private:
+  SimilarityEdge Edge(std::size_t a, std::size_t b) const {
+    return {a, b, S_cam_visual(map_, keyframes_[b]) * S_cam_visual(map_, keyframes_[a]).Inverse()};
+  }
+
+  void AddEdges() {
+    std::vector<int> num_shared;  // with the keyframe before
+    for (std::size_t node = 1; node < keyframes_.size(); ++node) {
+      path_.edges.push_back(Edge(node - 1, node));
+    }
+    for (std::size_t node = 0; node < keyframes_.size(); ++node) {
+      for (const Covisible& other : map_.CovisibleKeyframes(keyframes_[node])) {
+        const std::size_t at = *node_of_[other.keyframe];
+        if (at + 1 == node) num_shared.push_back(other.num_shared);
+        if (other.num_shared < kMinSharedOfEdge || at + kMinReturnGap > node) continue;
+        path_.edges.push_back(Edge(at, node));
+      }
+    }
+    // The sigma of edges is for the fewest points that make one.
+    const double typical = std::max(kMinSharedOfEdge, UpperMedianOrZero(std::move(num_shared)));
+    path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
+  }
+
+  void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
+    const auto time_of = [&](std::size_t node) {
+      return map_.keyframe(keyframes_[node]).view.frame.timestamp_s;
+    };
+    std::size_t node = 0;
+    for (const CameraPosition& position : positions.positions) {
+      const std::optional<Eigen::Vector3d> p_world = CentreAt(frames, position.time_s);
+      if (!p_world) continue;
+      while (node + 1 < keyframes_.size() && std::abs(time_of(node + 1) - position.time_s) <=
+                                                 std::abs(time_of(node) - position.time_s)) {
+        ++node;
+      }
+      path_.positions.push_back(
+          {position.time_s, node, map_.T_cam_world(keyframes_[node]) * *p_world, position.p_m});
+    }
+  }
+
+  const Map& map_;
+  std::vector<KeyframeId> keyframes_;  // of each node
+  std::vector<std::optional<std::size_t>> node_of_;
+  PositionedPath path_;
+};
+
+// Root of the mean square of what the keyframes have moved by, beyond a similarity of all.
+double RmsMoved(const std::vector<Similarity>& before, const std::vector<Similarity>& after) {
+  std::vector<Eigen::Vector3d> p_before, p_after;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    p_before.push_back(before[i].pose().translation());
+    p_after.push_back(after[i].pose().translation());
+  }
+  const Similarity moved = FitSimilarity(p_before, p_after);
+  double sum = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    sum += (moved * p_before[i] - p_after[i]).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(before.size()));
+}
+
+// Takes the poses over into the map: the world becomes that in which the first node stays. Returns
+// S_metric_map.
+Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
+                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes, Map& map) {
+  const Similarity S_world_metric =
+      Similarity(1, map.T_cam_world(keyframes.front()).Inverse()) * S_metric_kf.front().Inverse();
+  std::vector<std::pair<KeyframeId, Similarity>> S_cam_world;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    S_cam_world.emplace_back(keyframes[i], (S_world_metric * S_metric_kf[i]).Inverse());
+  }
+  // Those that came meanwhile keep their poses relative to the newest one that was there.
+  const auto newest =
+      std::ranges::max_element(S_cam_world, {}, [](const auto& moved) { return moved.first; });
+  const auto [leader, S_leader_world] = *newest;
+  for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
+    if (!map.keyframe(id).alive) continue;
+    const Pose T_new_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();
+    S_cam_world.emplace_back(id, Similarity(1, T_new_leader) * S_leader_world);
+  }
+  std::ranges::sort(S_cam_world, {}, [](const auto& moved) { return moved.first; });
+  std::vector<KeyframeId> ids;
+  std::vector<Similarity> poses;
+  for (const auto& [id, S] : S_cam_world) {
+    MapKeyframe& keyframe = map.keyframe(id);
+    keyframe.S_world_visual =
+        S.Inverse() * Similarity(1, keyframe.view.T_cam_world) * keyframe.S_world_visual;
+    ids.push_back(id);
+    poses.push_back(S);
+  }
+  map.Correct(ids, poses);
+  return S_world_metric.Inverse();
+}
+
+}  // namespace
+
+std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
+                                           CameraPositions& positions, MappingLock& lock) {
+  constexpr std::size_t kFewest = 3;
+  MapPath of_map(map, frames, positions);
+  PositionedPath& path = of_map.path();
+  if (path.S_metric_kf.size() < kFewest || path.positions.size() < kFewest) return std::nullopt;
+  const std::vector<Similarity> before = path.S_metric_kf;
+  const KeyframeId num_keyframes = map.keyframes().size();
+  PathFit fit;
+  {
+    const ScopedUnlock away(lock);
+    fit = FitPath(path);
+  }
+  if (!fit.is_found) return std::nullopt;
+  positions.S_metric_map = MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, map);
+  PositionFit result;
+  result.map_id = map.id();
+  result.num_outliers = static_cast<std::size_t>(std::ranges::count(fit.is_outlier, 1));
+  result.num_used = path.positions.size() - result.num_outliers;
+  result.horizontal = fit.noise.horizontal;
+  if (path.has_vertical) result.vertical = fit.noise.vertical;
+  result.drift = fit.noise.drift;
+  result.rms_moved_m = RmsMoved(before, path.S_metric_kf);
+  return result;
+}
+
+}  // namespace mono3d::tracking

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "mono3d/geometry/similarity.h"
+#include "mono3d/image/camera_positions.h"
+#include "tracking/optimisation/pose_graph.h"
+
+namespace mono3d::tracking {
+
+// A position, at a point that goes with a keyframe.
+struct PathPosition {
+  double time_s = 0;
+  std::size_t node = 0;
+  Eigen::Vector3d p_kf = Eigen::Vector3d::Zero();  // in the camera frame of the keyframe
+  Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+};
+
+// The keyframes of a map and what is known of where they were. `S_metric_kf` has lengths of the
+// camera frames, which are those of `edges` and `length`, and metres.
+struct PositionedPath {
+  std::vector<Similarity> S_metric_kf;  // in the order of flight, as they are now
+  // What vision knows: of each keyframe and the next one first, in their order, then of others.
+  std::vector<SimilarityEdge> edges;
+  std::vector<PathPosition> positions;  // by ascending time and node
+  bool has_vertical = true;
+  double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
+  double length = 1;                                                   // a typical depth
+  double edge_sigma_rad = 0;  // by how much these may be off, at the outside
+};
+
+// How the path drifts and the positions err.
+struct PathNoise {
+  PathDrift drift;
+  PositionNoise horizontal;
+  PositionNoise vertical;
+};
+
+}  // namespace mono3d::tracking
