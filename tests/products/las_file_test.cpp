@@ -119,6 +119,29 @@ TEST_F(ModelFileTest, IsOnTheMap) {
   EXPECT_EQ(local.observations, cloud.observations);
 }
 
+TEST_F(ModelFileTest, IsReadBlockByBlock) {
+  PointCloud cloud;
+  constexpr std::size_t kCount = 70'000;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    cloud.points.emplace_back(static_cast<float>(i % 1000), static_cast<float>(i % 10), 0.F);
+    cloud.radii.push_back(i == kCount - 1 ? 9.F : 0.5F);
+  }
+  cloud.points[16 * 100] = {1e6F, 0, 0};  // far away
+  WritePly(folder_ / "model.ply", cloud);
+  const MapAxes axes;
+  MapSurfels surfels(folder_ / "model.ply", axes);
+  ASSERT_EQ(surfels.num_blocks(), 2u);
+  MapSurfelBlock block;
+  surfels.Read(1, block);
+  ASSERT_EQ(block.points.size(), kCount - 65'536);
+  EXPECT_EQ(block.points[0], cloud.points[65'536].cast<double>());
+  EXPECT_EQ(surfels.max_radius(0), 0.5);
+  EXPECT_EQ(surfels.max_radius(1), 9);
+  EXPECT_EQ(surfels.median_radius(), 0.5);
+  EXPECT_EQ(surfels.bounds().max().x(), 1e6);
+  EXPECT_LT(surfels.BoundsOfMost().max().x(), 1e6);
+}
+
 TEST_F(ModelFileTest, RefusesAnEmptyModel) {
   WritePly(folder_ / "model.ply", {});
   const MapAxes axes;

@@ -22,10 +22,10 @@ float MedianOf(std::vector<float>& values) {
   return *middle;
 }
 
-// From the least value that all but one of ten thousand reach, to the largest.
+// From the least value to the largest but for one of two thousand on each side.
 Eigen::Vector2d RangeOfMost(std::vector<float> values) {
   std::ranges::sort(values);
-  const std::size_t left_out = values.size() / 10'000;
+  const std::size_t left_out = values.size() / 2000;
   return {values[left_out], values[values.size() - 1 - left_out]};
 }
 

@@ -37,7 +37,7 @@ class MapSurfels {
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   const Eigen::AlignedBox3d& bounds(std::size_t block) const { return bounds_of_blocks_[block]; }
   double max_radius(std::size_t block) const { return max_radii_[block]; }  // units of the model
-  // But for the outermost of ten thousand on each side, which may be far away.
+  // But for the outermost one of two thousand on each side, which may be far away.
   Eigen::AlignedBox2d BoundsOfMost() const;
   double median_radius() const { return median_radius_; }  // units of the model; 0: not known
 
