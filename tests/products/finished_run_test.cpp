@@ -22,8 +22,10 @@ class FinishedRunTest : public TemporaryFolderTest {
     WriteText("depth/000012.confidence.exr", "");
     SparseModel sparse;
     sparse.camera = {.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 31.5, .cy = 23.5};
-    sparse.images.push_back({.id = 0, .name = "000012.jpg"});
-    sparse.images.push_back({.id = 1, .name = "000020.jpg"});
+    sparse.images.resize(2);
+    sparse.images[0].name = "000012.jpg";
+    sparse.images[1].id = 1;
+    sparse.images[1].name = "000020.jpg";
     sparse.images[1].T_world_cam = Pose(Eigen::Quaterniond::Identity(), {1, 2, 3});
     WriteColmapModel(folder_ / "sparse", sparse);
     WriteText("run.json",
