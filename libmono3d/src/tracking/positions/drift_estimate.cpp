@@ -36,7 +36,6 @@ struct Priors {
 Priors PriorsOf(const PositionedPath& path) {
   // An edge sigma is at the outside: for points off by a pixel, where those of a good image are off
   // by a third.
-  constexpr double kShareOfEdge = 0.3;
   const double drift = std::log(kShareOfEdge * path.edge_sigma_rad);
   const double log_time = std::log(100.0);
   constexpr double kLogTimeSigma = 1;
@@ -82,7 +81,7 @@ class DriftSearch {
         step /= 2;
         continue;
       }
-      Parameters further = at + (at - before);  // on in the direction that was good
+      const Parameters further = Within(at + (at - before));  // on in the direction that was good
       double value_further = Value(further);
       if (value_further > value) {
         at = further;
@@ -109,14 +108,25 @@ class DriftSearch {
            deviation.tail<8 - kNumDrifts>().squaredNorm() / 2;
   }
 
+  double MostOf(Eigen::Index i) const {
+    return (i < kNumDrifts ? kMostOfDrift : kMost) * priors_.sigma[i];
+  }
+
+  Parameters Within(Parameters parameters) const {
+    for (Eigen::Index i = 0; i < parameters.size(); ++i) {
+      parameters[i] =
+          std::clamp(parameters[i], priors_.mean[i] - MostOf(i), priors_.mean[i] + MostOf(i));
+    }
+    return parameters;
+  }
+
   bool Explore(double step, Parameters& at, double& value) const {
     bool is_better = false;
     for (Eigen::Index i = 0; i < num_; ++i) {
       for (const double sign : {1.0, -1.0}) {
         Parameters next = at;
         next[i] += sign * step * priors_.sigma[i];
-        const double deviation = (next[i] - priors_.mean[i]) / priors_.sigma[i];
-        if (std::abs(deviation) > (i < kNumDrifts ? kMostOfDrift : kMost)) continue;
+        if (std::abs(next[i] - priors_.mean[i]) > MostOf(i)) continue;
         const double next_value = Value(next);
         if (next_value <= value) continue;
         at = next;
@@ -179,11 +189,12 @@ DriftEstimate EstimateDrift(const PositionedPath& path) {
   estimate.is_outlier = filter.Run(estimate.noise).is_outlier;
   // At the start, where nothing is known yet, everything is plausible. From the other end it is
   // the last to come.
+  constexpr std::size_t kStart = 10;  // by then a similarity is known
   std::vector<char> from_end = DriftFilter(Reversed(path)).Run(estimate.noise).is_outlier;
   std::ranges::reverse(from_end);
   bool has_more = false;
   for (std::size_t i = 0; i < from_end.size(); ++i) {
-    if (from_end[i] == 0 || estimate.is_outlier[i] != 0) from_end[i] = 0;
+    if (i >= kStart || estimate.is_outlier[i] != 0) from_end[i] = 0;
     has_more = has_more || from_end[i] != 0;
   }
   if (!has_more) return estimate;

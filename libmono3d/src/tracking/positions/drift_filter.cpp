@@ -49,7 +49,7 @@ DriftFilter::DriftFilter(const PositionedPath& path)
   }
   double scale = 0;
   for (const Similarity& S : path.S_metric_kf) scale += S.scale();
-  translation_m_ = path.length * scale / static_cast<double>(path.S_metric_kf.size());
+  shift_m_ = ShiftSigma(path) * scale / static_cast<double>(path.S_metric_kf.size());
 }
 
 // A similarity about the keyframe, in terms of one about the middle of the path.
@@ -60,10 +60,8 @@ void DriftFilter::AddDrift(const Step& step, const PathNoise& noise, State& stat
   const double scale = noise.drift.log_scale * noise.drift.log_scale;
   const Vector3d& d = step.centre_m;
   const Matrix3d cross = CrossOf(d);
-  covariance.block<3, 3>(0, 0) +=
-      rotation *
-          (translation_m_ * translation_m_ * Matrix3d::Identity() + cross * cross.transpose()) +
-      scale * d * d.transpose();
+  covariance.block<3, 3>(0, 0) += shift_m_ * shift_m_ * Matrix3d::Identity() +
+                                  rotation * cross * cross.transpose() + scale * d * d.transpose();
   covariance.block<3, 3>(0, 3) += rotation * cross;
   covariance.block<3, 3>(3, 0) += rotation * cross.transpose();
   covariance.block<3, 3>(3, 3).diagonal().array() += rotation;
@@ -94,6 +92,14 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
     correlation_s[axis] = of_axis.correlation_s;
   }
   for (Eigen::Index axis = 0; axis < 3; ++axis) covariance(7 + axis, 7 + axis) = wander[axis];
+  // One in a hundred, anywhere within some hundred metres: what they cost must not depend on how
+  // well the others are known, or small errors and nothing but outliers would be likeliest.
+  constexpr double kOutlier_m = 100;
+  constexpr double kOutlierShare = 0.01;
+  const double log_root_two_pi = std::log(2 * std::numbers::pi) / 2;
+  const double outlier_cost =
+      static_cast<double>(num_axes) * (std::log(kOutlier_m) + log_root_two_pi) -
+      std::log(kOutlierShare);
   const double gate = num_axes == 3 ? kChi2ThreeDofSure : kChi2TwoDofSure;
   Eigen::Matrix<double, 10, 3> gain_of;
   std::size_t next = 0;
@@ -131,13 +137,13 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
       const Vector3d whitened = root.matrixL().solve(innovation);
       const double chi2 = whitened.squaredNorm();
       const Matrix3d lower = root.matrixL();
-      result.log_likelihood -= (is_left_out_[next] != 0 ? gate : std::min(chi2, gate)) / 2 +
-                               lower.diagonal().array().log().sum() +
-                               static_cast<double>(num_axes) * std::log(2 * std::numbers::pi) / 2;
       if (!(chi2 <= gate) || is_left_out_[next] != 0) {
         result.is_outlier[next] = 1;
+        result.log_likelihood -= outlier_cost;
         continue;
       }
+      result.log_likelihood -= chi2 / 2 + lower.diagonal().array().log().sum() +
+                               static_cast<double>(num_axes) * log_root_two_pi;
       gain_of = root.solve(mixed.transpose()).transpose();
       if (num_axes == 2) gain_of.col(2).setZero();
       state += gain_of * innovation;

@@ -19,8 +19,9 @@ struct DriftLikelihood {
 // A Kalman filter along the path. Its state is by how much a keyframe is off (a small similarity of
 // the world about the middle of the path), which each edge to the next keyframe makes less certain,
 // and by how much the positions are off, which wanders. Whatever the size of the drift, the start
-// is unknown. A position that no plausible state explains is an outlier; it costs as much as the
-// last one that is none. Only the edges from each keyframe to the next count: O(path + positions).
+// is unknown. A position that no plausible state explains is an outlier, of which one in a
+// hundred is expected anywhere. Only the edges from each keyframe to the next count: O(path +
+// positions).
 class DriftFilter {
  public:
   // Linearises at the path as it is; the path must outlive it.
@@ -51,7 +52,7 @@ class DriftFilter {
   std::vector<Step> steps_;
   std::vector<Residual> residuals_;
   std::vector<char> is_left_out_;  // of each position
-  double translation_m_ = 0;       // by which a rotation of 1 rad at a typical depth moves
+  double shift_m_ = 0;             // ShiftSigma in metres
 };
 
 }  // namespace mono3d::tracking

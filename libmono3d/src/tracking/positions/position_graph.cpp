@@ -138,12 +138,13 @@ class PositionGraph {
   void AddEdges() {
     const double rotation = 1 / noise_.drift.rotation_rad;
     const double scale = 1 / noise_.drift.log_scale;
+    const double shift = 1 / ShiftSigma(path_);
     for (const SimilarityEdge& edge : path_.edges) {
       const double weight = std::sqrt(edge.weight);
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(new EdgeError{
-                                    ToBlock(edge.S_b_a), weight * rotation,
-                                    weight * rotation / path_.length, weight * scale, true}),
-                                nullptr, keyframes_[edge.a].data(), keyframes_[edge.b].data());
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<EdgeError, 7, 8, 8>(new EdgeError{
+              ToBlock(edge.S_b_a), weight * rotation, weight * shift, weight * scale, true}),
+          nullptr, keyframes_[edge.a].data(), keyframes_[edge.b].data());
     }
   }
 

@@ -34,6 +34,15 @@ struct PositionedPath {
   double edge_sigma_rad = 0;  // by how much these may be off, at the outside
 };
 
+// By how much an edge is off in translation: what a third of a pixel is at a typical depth, in
+// lengths of the camera frames. It does not grow with the drift: images hold the place of a camera
+// to its neighbours, whatever bends the path in the long run, and a larger one would look like the
+// errors of positions.
+inline constexpr double kShareOfEdge = 0.3;
+inline double ShiftSigma(const PositionedPath& path) {
+  return kShareOfEdge * path.edge_sigma_rad * path.length;
+}
+
 // How the path drifts and the positions err.
 struct PathNoise {
   PathDrift drift;
