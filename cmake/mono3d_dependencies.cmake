@@ -21,6 +21,9 @@ pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
 # Metadata of photos: EXIF, and XMP, which is XML.
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)
+# Meshes for other programs: fewer triangles, glTF files.
+find_package(meshoptimizer 0.18 REQUIRED)
+pkg_check_modules(tinygltf REQUIRED IMPORTED_TARGET tinygltf>=2.5)
 if(MONO3D_BUILD_EVALUATION)
   # FLANN's headers call LZ4, which its CMake package does not name.
   find_package(flann 1.9 REQUIRED)

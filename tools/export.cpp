@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/tool.h"
-#include "export/product.h"
+#include "export/product_list.h"
 #include "mono3d/products/finished_run.h"
 
 int main(int argc, char** argv) {

@@ -3,19 +3,18 @@
 
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "common/tool.h"
 #include "mono3d/products/finished_run.h"
 
 namespace mono3d::tools {
 
 // A form in which other programs take a model, as --products names it. Each is in a file of its
-// own, tools/export/NAME.cpp, and in the list of product.cpp.
+// own, tools/export/NAME.cpp, and in the list of product_list.cpp.
 struct Product {
   std::string name;         // "las"
   std::string description;  // one line for --help
@@ -27,16 +26,5 @@ struct Product {
                                                    const std::filesystem::path& folder)>
       write;
 };
-
-// All of them, in the order in which they are written.
-std::vector<Product>& Products();
-
-// Those with these names ("las,dsm"), or all of them for "all". Throws UsageError.
-std::vector<const Product*> ChooseProducts(const std::string& names);
-
-// Writes them one after the other, and says of each what was written or why it was not. Returns how
-// many could not be written.
-int WriteProducts(std::span<const Product* const> products, const FinishedRun& run,
-                  const std::filesystem::path& folder);
 
 }  // namespace mono3d::tools

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "export/product.h"
+#include "export/product_list.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <sstream>
 
+#include "export/dense.h"
+#include "export/depth.h"
+#include "export/mesh.h"
+#include "export/nerfstudio.h"
+#include "export/splats.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 
 namespace mono3d::tools {
 
 std::vector<Product>& Products() {
-  static std::vector<Product> products = {};
+  static std::vector<Product> products = {MeshProduct(), SplatsProduct(), NerfstudioProduct(),
+                                          DepthProduct(), DenseProduct()};
   return products;
 }
 

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "export/product.h"
+
+namespace mono3d::tools {
+
+// All of them, in the order in which they are written.
+std::vector<Product>& Products();
+
+// Those with these names ("las,dsm"), or all of them for "all". Throws UsageError.
+std::vector<const Product*> ChooseProducts(const std::string& names);
+
+// Writes them one after the other, and says of each what was written or why it was not. Returns how
+// many could not be written.
+int WriteProducts(std::span<const Product* const> products, const FinishedRun& run,
+                  const std::filesystem::path& folder);
+
+}  // namespace mono3d::tools
