@@ -15,6 +15,7 @@ product="
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
   libproj-dev libgdal-dev
   libexif-dev libexpat1-dev libflann-dev libembree-dev
+  libtinygltf-dev libmeshoptimizer-dev
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
   libvulkan-dev mesa-vulkan-drivers glslang-tools libspirv-cross-c-shared-dev
   libcli11-dev libspdlog-dev libcpp-httplib-dev

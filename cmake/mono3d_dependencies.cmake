@@ -25,6 +25,9 @@ pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)
 # mono3d-export says what is missing.
 pkg_check_modules(proj IMPORTED_TARGET proj>=8)
 pkg_check_modules(gdal IMPORTED_TARGET gdal>=3.1)
+# Meshes for other programs: fewer triangles, glTF files.
+find_package(meshoptimizer 0.18 REQUIRED)
+pkg_check_modules(tinygltf REQUIRED IMPORTED_TARGET tinygltf>=2.5)
 if(MONO3D_BUILD_EVALUATION)
   # FLANN's headers call LZ4, which its CMake package does not name.
   find_package(flann 1.9 REQUIRED)

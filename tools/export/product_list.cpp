@@ -7,16 +7,23 @@
 #include <cstdio>
 #include <sstream>
 
+#include "export/dense.h"
+#include "export/depth.h"
 #include "export/las.h"
+#include "export/mesh.h"
+#include "export/nerfstudio.h"
 #include "export/rasters.h"
+#include "export/splats.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 
 namespace mono3d::tools {
 
 std::vector<Product>& Products() {
-  static std::vector<Product> products = {LasProduct(), LocalPlyProduct(), SurfaceModelProduct(),
-                                          OrthophotoProduct()};
+  static std::vector<Product> products = {
+      LasProduct(),        LocalPlyProduct(), SurfaceModelProduct(),
+      OrthophotoProduct(), MeshProduct(),     SplatsProduct(),
+      NerfstudioProduct(), DepthProduct(),    DenseProduct()};
   return products;
 }
 

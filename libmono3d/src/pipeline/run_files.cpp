@@ -74,7 +74,21 @@ bool IsSparseFile(std::string_view name) {
 constexpr std::string_view kProductFolder = "products";
 bool IsProduct(std::string_view name) {
   return name == "model.las" || name == "model_local.ply" || name == "dsm.tif" ||
-         name == "orthophoto.tif" || name == "contours.gpkg";
+         name == "orthophoto.tif" || name == "contours.gpkg" || name == "mesh.glb" ||
+         name == "mesh.obj" || name == "mesh.mtl" || name == "splats.ply" ||
+         (name.starts_with("mesh_") && name.ends_with(".jpg"));
+}
+bool IsNerfstudioFile(std::string_view name) {
+  return name == "transforms.json" || name == "sparse.ply";
+}
+bool IsStereoSetting(std::string_view name) {
+  return name == "fusion.cfg" || name == "patch-match.cfg";
+}
+bool IsStereoMap(std::string_view name) { return name.ends_with(".geometric.bin"); }
+bool IsTiff(std::string_view name) { return name.ends_with(".tif"); }
+bool IsPicture(std::string_view name) {
+  return name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".jpeg") ||
+         name.ends_with(".JPG") || name.ends_with(".PNG");
 }
 
 // A folder of that name is the user's own.
@@ -130,7 +144,16 @@ std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folde
   if (has_png16) AddMatching(folder, kDepthFolder, IsDepthScale, files);
   AddMatching(folder, {}, IsRunFile, files);
   AddMatching(folder, kKeyframeImageFolder, IsPng, files);
-  AddMatching(folder, kProductFolder, IsProduct, files);
+  const std::filesystem::path products = kProductFolder;
+  AddMatching(folder, products, IsProduct, files);
+  AddMatching(folder, products / "depth", IsTiff, files);
+  AddMatching(folder, products / "nerfstudio", IsNerfstudioFile, files);
+  AddMatching(folder, products / "nerfstudio" / "images", IsPicture, files);
+  AddMatching(folder, products / "dense" / "images", IsPicture, files);
+  AddMatching(folder, products / "dense" / "sparse", IsSparseFile, files);
+  AddMatching(folder, products / "dense" / "stereo", IsStereoSetting, files);
+  AddMatching(folder, products / "dense" / "stereo" / "depth_maps", IsStereoMap, files);
+  AddMatching(folder, products / "dense" / "stereo" / "normal_maps", IsStereoMap, files);
   for (const std::string& model : SparseFolders(folder)) {
     AddMatching(folder, model, IsSparseFile, files);
   }
@@ -145,11 +168,14 @@ void RemoveRun(const std::filesystem::path& folder) {
   std::set<std::filesystem::path> folders;
   for (const std::filesystem::path& file : FilesOfRun(folder)) {
     RemoveRunFile(folder / file);
-    if (file.has_parent_path()) folders.insert(file.parent_path());
+    for (auto below = file.parent_path(); !below.empty(); below = below.parent_path()) {
+      folders.insert(below);
+    }
   }
   std::error_code not_empty;
-  for (const std::filesystem::path& below : folders) {
-    std::filesystem::remove(folder / below, not_empty);
+  // Those within others first.
+  for (auto below = folders.rbegin(); below != folders.rend(); ++below) {
+    std::filesystem::remove(folder / *below, not_empty);
   }
 }
 

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include "export/product.h"
+
+namespace mono3d::tools {
+
+Product DenseProduct();
+
+}  // namespace mono3d::tools
