@@ -81,14 +81,14 @@ Pose LookingDown(const Vector3d& eye) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX())), eye};
 }
 
-const RasterGrid kCells = {.west = 0, .north = 8, .cell = 0.05, .width = 200, .height = 160};
+const RasterGrid kSceneGrid = {.west = 0, .north = 8, .cell = 0.05, .width = 200, .height = 160};
 
 HeightSource HeightsOfScene() {
-  return {.grid = kCells, .read = [](const cv::Rect& place) {
+  return {.grid = kSceneGrid, .read = [](const cv::Rect& place) {
             cv::Mat heights(place.height, place.width, CV_32FC1);
             for (int row = 0; row < place.height; ++row) {
               for (int column = 0; column < place.width; ++column) {
-                const Eigen::Vector2d at = kCells.ToMap(place.x + column, place.y + row);
+                const Eigen::Vector2d at = kSceneGrid.ToMap(place.x + column, place.y + row);
                 heights.at<float>(row, column) =
                     IsOnBox(at.x(), at.y()) ? static_cast<float>(kBoxHeight) : 0;
               }
@@ -122,9 +122,9 @@ class OrthophotoTest : public TemporaryFolderTest {
   }
 
   static cv::Mat Make(const FinishedRun& run) {
-    cv::Mat all(kCells.height, kCells.width, CV_8UC4);
+    cv::Mat all(kSceneGrid.height, kSceneGrid.width, CV_8UC4);
     const MapAxes axes;
-    MakeOrthophoto(run, axes, HeightsOfScene(), kCells,
+    MakeOrthophoto(run, axes, HeightsOfScene(), kSceneGrid,
                    [&](const cv::Rect& place, const cv::Mat& cells) { cells.copyTo(all(place)); });
     return all;
   }
@@ -139,9 +139,9 @@ TEST_F(OrthophotoTest, ShowsTheSceneFromAboveWithEqualExposure) {
   // Both are equally far from what comes out.
   const double gain = std::sqrt(0.8);
   int num_hidden_from_nearer = 0, num_hidden_from_both = 0;
-  for (int row = 1; row < kCells.height - 1; ++row) {
-    for (int column = 1; column < kCells.width - 1; ++column) {
-      const Eigen::Vector2d at = kCells.ToMap(column, row);
+  for (int row = 1; row < kSceneGrid.height - 1; ++row) {
+    for (int column = 1; column < kSceneGrid.width - 1; ++column) {
+      const Eigen::Vector2d at = kSceneGrid.ToMap(column, row);
       const Sight left = SightFrom(eyes[0], at.x(), at.y());
       const Sight right = SightFrom(eyes[1], at.x(), at.y());
       if (left == Sight::kAtAnEdge || right == Sight::kAtAnEdge) continue;
@@ -183,8 +183,8 @@ TEST_F(OrthophotoTest, NamesImagesThatAreMissing) {
   run.images[2].name = "resized";
   run.images[2].camera = kNadirCamera.Resized(800, 640);
   const MapAxes axes;
-  const OrthophotoReport report =
-      MakeOrthophoto(run, axes, HeightsOfScene(), kCells, [](const cv::Rect&, const cv::Mat&) {});
+  const OrthophotoReport report = MakeOrthophoto(run, axes, HeightsOfScene(), kSceneGrid,
+                                                 [](const cv::Rect&, const cv::Mat&) {});
   EXPECT_EQ(report.num_views, 1u);
   EXPECT_EQ(report.missing_images, (std::vector<std::string>{"gone", "resized"}));
 }

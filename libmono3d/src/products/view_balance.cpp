@@ -11,13 +11,13 @@ namespace mono3d {
 namespace {
 
 // Values near the ends are clipped, or dark enough for the noise to matter.
-constexpr float kDarkest = 8;
-constexpr float kBrightest = 247;
+constexpr float kDarkestLevel = 8;
+constexpr float kBrightestLevel = 247;
 
 // Differences of the logarithm beyond this are of something else than the exposure: a tenth.
 constexpr double kRobustScale = 0.1;
 
-bool IsUsableLevel(float level) { return level >= kDarkest && level <= kBrightest; }
+bool IsUsableLevel(float level) { return level >= kDarkestLevel && level <= kBrightestLevel; }
 
 // One step of the robust fit, of one colour.
 Eigen::VectorXd FitLogGains(const std::vector<ColourSample>& samples, int channel,
