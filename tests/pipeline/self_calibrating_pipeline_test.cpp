@@ -133,11 +133,12 @@ class SelfCalibrating : public testing::Test {
   void PushUpTo(std::int64_t end) {
     for (; next_ < end; ++next_) (void)pipeline_->Push(Captured(next_));
   }
-  // Pushes frames until the second run is in use; fails after so many.
+  // Pushes frames until the second run is in use; fails after so many. At the pace of a fast
+  // camera: the second run has to catch up, and what makes its model has a low priority.
   void PushUntilAdopted() {
     while (!is_adopted_ && next_ < 5000) {
       PushUpTo(next_ + 1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     ASSERT_TRUE(is_adopted_);
   }

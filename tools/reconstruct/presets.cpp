@@ -26,9 +26,8 @@ void AddPresets(Tool& tool, PipelineOptions& options) {
 }
 
 std::vector<std::string> ShownOptions() {
-  return {"help", "help-all", "version",   "output", "camera", "photos",
-          "live", "view",     "fast",      "best",   "resize", "stride",
-          "mesh", "products", "positions", "device", "config"};
+  return {"help", "help-all", "version", "output", "camera",   "photos",    "live",   "view",
+          "fast", "best",     "resize",  "stride", "products", "positions", "device", "config"};
 }
 
 }  // namespace mono3d::tools

@@ -21,7 +21,7 @@ namespace mono3d {
 // What the selector and the depth stage of one pipeline tell.
 struct BundleFlow {
   std::atomic<bool> is_held = false;      // no more bundles are made
-  std::atomic<bool> has_waiting = false;  // a bundle that the depth stage has not begun with
+  std::atomic<bool> has_waiting = false;  // one came since the depth stage began with its latest
 };
 
 // A live pipeline with one camera, from images as taken.

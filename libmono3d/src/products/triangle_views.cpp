@@ -19,7 +19,7 @@ bool IsBetter(const TriangleView& a, const TriangleView& b) {
   return std::pair(a.is_clear, a.area_px) > std::pair(b.is_clear, b.area_px);
 }
 
-float MedianOf(std::vector<float>& values) {
+float MedianLevel(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -122,9 +122,9 @@ void TriangleViews::DropOutliers(std::span<const Eigen::Vector3f> gains) {
         values[i] = gains[of.at(i).view][static_cast<int>(channel)] * of.at(i).colour.at(channel);
       }
       std::vector<float> sorted = values;
-      const float median = MedianOf(sorted);
+      const float median = MedianLevel(sorted);
       for (float& value : sorted) value = std::abs(value - median);
-      const float sigma = std::max(kNoise, 1.4826F * MedianOf(sorted));
+      const float sigma = std::max(kNoise, 1.4826F * MedianLevel(sorted));
       for (std::size_t i = 0; i < count; ++i) {
         if (std::abs(values[i] - median) > 3 * sigma) is_outlier.at(i) = true;
       }
