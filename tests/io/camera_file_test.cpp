@@ -295,6 +295,16 @@ TEST_F(CameraFile, RefusesAListThatIsNotClosed) {
                   "camera.yaml:1[0-9]: camera calibration: not YAML: [a-z ]+$")));
 }
 
+// yaml-cpp before 0.9 reads it without end.
+TEST_F(CameraFile, RefusesACommaBetweenDocuments) {
+  for (const std::string text : {",", "image_width: 640\n---\n, image_height: 480\n", "a: 1 ]\n"}) {
+    EXPECT_THROW(ReadCameraFile(WriteText("camera.yaml", text)), Error) << text;
+  }
+  EXPECT_THAT(
+      [&] { ReadCameraFile(WriteText("camera.yaml", "---\n,\n")); },
+      ThrowsMessage<Error>(testing::HasSubstr("camera.yaml:2: camera calibration: not YAML")));
+}
+
 TEST_F(CameraFile, RefusesWhatIsNoYamlInOneLine) {
   const std::string no_yaml[] = {
       std::string("\xFF\xD8\xFF\x00\x10JFIF", 9),

@@ -3,11 +3,14 @@
 
 #include "io/calibration_yaml.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <sstream>
 
 #include "io/text.h"
 
@@ -23,6 +26,44 @@ std::string LowerCase(std::string text) {
 // Calibrations have a few thousand. The parser takes time with the square of what follows a
 // bracket that is not closed.
 constexpr std::size_t kMaxYamlBytes = 100'000;
+
+// A calibration is one document; files of several cameras have one of each.
+constexpr int kMaxYamlDocuments = 16;
+
+// YAML::LoadAll of yaml-cpp before 0.9 adds an empty document again and again, without end, where a
+// document begins with a comma or a closing bracket (https://github.com/jbeder/yaml-cpp/pull/1319).
+class DocumentCount : public YAML::EventHandler {
+ public:
+  // Throws YAML::ParserException where there are too many.
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++count_ > kMaxYamlDocuments) {
+      throw YAML::ParserException(mark, "more than " + std::to_string(kMaxYamlDocuments) +
+                                            " documents, or a bracket or comma too many");
+    }
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int count_ = 0;
+};
+
+void RequireFewDocuments(const std::string& yaml) {
+  std::istringstream stream(yaml);
+  YAML::Parser parser(stream);
+  DocumentCount count;
+  while (parser.HandleNextDocument(count)) {
+  }
+}
 
 // A transforms.json has the poses of all images behind the camera.
 std::string WithoutFrames(const std::string& json) {
@@ -65,6 +106,7 @@ CalibrationYaml::CalibrationYaml(const std::filesystem::path& path) : path_(path
   }
   try {
     if (text.starts_with("<?xml")) text = XmlToYaml(text);
+    RequireFewDocuments(text);
     // Header "%YAML:1.0" and tags "!!opencv-matrix" of OpenCV are a directive and a type that
     // YAML does not know, which are to be passed over.
     for (const YAML::Node& document : YAML::LoadAll(text)) AddKeys(document, "");
