@@ -10,15 +10,16 @@
 #include <set>
 #include <utility>
 
+#include "core/byte_archive.h"
 #include "mono3d/core/error.h"
 #include "tracking/features/feature_grid.h"
-#include "tracking/map/byte_archive.h"
 
 namespace mono3d::tracking {
 namespace {
 
 constexpr std::string_view kMagic = "mono3d map\n";
 constexpr std::uint32_t kVersion = 6;
+constexpr const char* kWhat = "saved map";  // in messages
 
 template <typename Archive>
 constexpr bool kReads = std::same_as<Archive, ByteReader>;
@@ -298,9 +299,9 @@ std::string WithChecksum(std::string bytes) {
 }
 
 SavedMap FromBytes(std::string_view bytes, const std::string& where) {
-  ByteReader all(bytes, where);
+  ByteReader all(bytes, kWhat, where);
   if (!bytes.starts_with(kMagic)) all.Refuse("not one of mono3d; --save-map writes one");
-  ByteReader reader(bytes.substr(kMagic.size()), where);
+  ByteReader reader(bytes.substr(kMagic.size()), kWhat, where);
   std::uint32_t version = 0;
   reader.Number(version);
   if (version != kVersion) {
@@ -315,9 +316,9 @@ SavedMap FromBytes(std::string_view bytes, const std::string& where) {
     all.Refuse("ends too early");
   }
   const std::string_view checked = bytes.substr(0, bytes.size() - sizeof(checksum));
-  ByteReader(bytes.substr(checked.size()), where).Number(checksum);
+  ByteReader(bytes.substr(checked.size()), kWhat, where).Number(checksum);
   if (checksum != Checksum(checked)) all.Refuse("damaged: cut off or changed");
-  reader = ByteReader(checked.substr(kMagic.size() + sizeof(version)), where);
+  reader = ByteReader(checked.substr(kMagic.size() + sizeof(version)), kWhat, where);
   Content content;
   Exchange(reader, content);
   Validate(content.camera, where);

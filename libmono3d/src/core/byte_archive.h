@@ -17,12 +17,12 @@
 
 #include "mono3d/core/error.h"
 
-namespace mono3d::tracking {
+namespace mono3d {
 
 // Two archives of one form, so that one function, `template <typename Archive> void
 // Exchange(Archive&, T&)`, both writes a type and reads it. Numbers as they lie in the memory of a
 // little-endian machine; a count before what may have any length.
-static_assert(std::endian::native == std::endian::little, "saved maps are little endian");
+static_assert(std::endian::native == std::endian::little, "saved bytes are little endian");
 
 template <typename T>
 concept PlainNumber = std::is_arithmetic_v<T>;
@@ -59,8 +59,9 @@ class ByteWriter {
 
 class ByteReader {
  public:
-  // `where` names the bytes in messages.
-  ByteReader(std::string_view bytes, std::string where) : bytes_(bytes), where_(std::move(where)) {}
+  // Messages begin with `what` it is, "saved map"; `where` names the bytes.
+  ByteReader(std::string_view bytes, std::string what, std::string where)
+      : bytes_(bytes), what_(std::move(what)), where_(std::move(where)) {}
 
   template <PlainNumber T>
   void Number(T& number) {
@@ -96,9 +97,9 @@ class ByteReader {
   }
 
   bool IsAtEnd() const { return bytes_.empty(); }
-  [[noreturn]] void Refuse(const std::string& what) const {
+  [[noreturn]] void Refuse(const std::string& why) const {
     throw Error(
-        ErrorParts{.what = "saved map: " + what, .where = where_, .expected = {}, .found = {}});
+        ErrorParts{.what = what_ + ": " + why, .where = where_, .expected = {}, .found = {}});
   }
 
  private:
@@ -111,7 +112,8 @@ class ByteReader {
   }
 
   std::string_view bytes_;
+  std::string what_;
   std::string where_;
 };
 
-}  // namespace mono3d::tracking
+}  // namespace mono3d
