@@ -4,7 +4,9 @@
 
 # Looks for inputs that mono3d's readers do not survive, by libFuzzer (clang), two readers at a time.
 #   cmake/fuzz.sh HOURS [TARGET...]   each target so long, all where none is named; 0.5 is half an hour
-#   cmake/fuzz.sh 30s                 seconds, as in CI
+#   cmake/fuzz.sh 30s                 seconds
+#   cmake/fuzz.sh 1000runs            as in CI: the same inputs each time, so that what fails is what
+#                                     was changed; nothing is learned
 # What it learns stays in build/fuzz/corpus/TARGET and is where the next run begins; an input that
 # ends a reader lies in build/fuzz/crashes/TARGET, and a minimised one beside it. Ends with a table,
 # and with 1 when anything was found.
@@ -12,15 +14,17 @@ set -uo pipefail
 cd "$(dirname "$0")/.."
 
 usage() {
-  echo "usage: cmake/fuzz.sh HOURS|SECONDSs [TARGET...]" >&2
+  echo "usage: cmake/fuzz.sh HOURS|SECONDSs|Nruns [TARGET...]" >&2
   exit 2
 }
 [ $# -ge 1 ] || usage
+runs=-1  # no limit
 case $1 in
+  *runs) runs=${1%runs} seconds=120 ;;  # of a reader that has become much slower
   *s) seconds=${1%s} ;;
   *) seconds=$(awk -v hours="$1" 'BEGIN { printf "%d", 3600 * hours }') ;;
 esac
-[[ $seconds =~ ^[1-9][0-9]*$ ]] || usage
+[[ $seconds =~ ^[1-9][0-9]*$ && $runs =~ ^(-1|[1-9][0-9]*)$ ]] || usage
 shift
 
 all=$(cd tests/fuzz/corpus && ls)
@@ -41,16 +45,21 @@ export UBSAN_OPTIONS=print_stacktrace=1
 # for at once is a limit below.
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_stack_use_after_return=1:quarantine_size_mb=16
 # What a reader prints is none of its results.
-limits="-timeout=5 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=16384 -close_fd_mask=3"
+limits="-timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=16384 -close_fd_mask=3"
 
 # fuzz_one TARGET: runs until the time is over or an input is found, and then minimises that.
 fuzz_one() {
   local target=$1 program=$build/tests/fuzz/mono3d_fuzz log=$build/logs/$1.log
   local corpus=$build/corpus/$target crashes=$build/crashes/$target dictionary found
+  local length=(-max_total_time="$seconds")
+  if [ "$runs" -gt 0 ]; then
+    corpus=$scratch/corpus/$target
+    length+=(-runs="$runs" -seed=1)
+  fi
   mkdir -p "$corpus" "$crashes" "$build/logs"
   dictionary=tests/fuzz/dictionaries/$target.dict
   # shellcheck disable=SC2086  # the limits are meant to be split
-  "$program" --target="$target" $limits -max_total_time="$seconds" -print_final_stats=1 -dict="$dictionary" \
+  "$program" --target="$target" $limits "${length[@]}" -print_final_stats=1 -dict="$dictionary" \
     -artifact_prefix="$crashes/" "$corpus" "tests/fuzz/corpus/$target" >"$log" 2>&1
   [ $? -ne 0 ] || return 0
   found=$(sed -n 's/.*Test unit written to //p' "$log" | tail -1)
@@ -64,7 +73,7 @@ fuzz_one() {
   return 1
 }
 export -f fuzz_one
-export build seconds limits
+export build scratch seconds runs limits
 
 # shellcheck disable=SC2086
 printf '%s\n' $targets | xargs -P 2 -I{} bash -c 'fuzz_one {}'
