@@ -51,6 +51,25 @@ TEST(Pose, NormalisesTheRotation) {
   EXPECT_NEAR(T.rotation().norm(), 1, kPoseRounding);
 }
 
+TEST(Pose, IsTakenOverBitForBit) {
+  int num_changed_by_normalising = 0;
+  Pose pose(RotationExp({0.3, -0.2, 1}), {1, 2, 3});
+  for (int i = 0; i < 100; ++i) {
+    pose = Pose(RotationExp({0.01 * i, 0.2, -0.1}), {0.1, 0, 0}) * pose;
+    const Pose again = Pose::Exactly(pose.rotation(), pose.translation());
+    EXPECT_EQ(again.rotation().coeffs(), pose.rotation().coeffs());
+    EXPECT_EQ(again.translation(), pose.translation());
+    const Pose normalised(pose.rotation(), pose.translation());
+    num_changed_by_normalising +=
+        normalised.rotation().coeffs() == pose.rotation().coeffs() ? 0 : 1;
+  }
+  EXPECT_GT(num_changed_by_normalising, 0);  // or there were no need for it
+  const Eigen::Quaterniond no_unit(1, 0.001, 0, 0);
+  EXPECT_THROW((void)Pose::Exactly(no_unit, {0, 0, 0}), Error);
+  const Eigen::Quaterniond none(std::nan(""), 0, 0, 0);
+  EXPECT_THROW((void)Pose::Exactly(none, {0, 0, 0}), Error);
+}
+
 TEST(RotationLog, InvertsRotationExp) {
   for (const double angle : {0.0, 1e-9, 1e-5, 0.3, 3.0}) {
     const Eigen::Vector3d omega = angle * Eigen::Vector3d(2, -1, 2) / 3;

@@ -13,6 +13,7 @@
 #include "mono3d/core/log.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/printable.h"
+#include "mono3d/core/state_folder.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/core/version.h"

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -51,7 +52,21 @@ class ByteWriter {
     if (value) exchange(*value);
   }
 
-  std::string TakeBytes() { return std::move(bytes_); }
+  // As they lie in memory.
+  void Bytes(const void* data, std::size_t num_bytes) {
+    bytes_.append(static_cast<const char*>(data), num_bytes);
+  }
+  // Of members without pointers, as they lie in memory.
+  template <typename T>
+  void Array(std::vector<T>& array) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::uint64_t size = array.size();
+    Number(size);
+    Bytes(array.data(), array.size() * sizeof(T));
+  }
+
+  // Empty afterwards.
+  std::string TakeBytes() { return std::exchange(bytes_, {}); }
 
  private:
   std::string bytes_;
@@ -96,7 +111,22 @@ class ByteReader {
     if (is_there != 0) exchange(value.emplace());
   }
 
+  void Bytes(void* data, std::size_t num_bytes) {
+    if (bytes_.size() < num_bytes) Refuse("ends too early");
+    if (num_bytes > 0) std::memcpy(data, bytes_.data(), num_bytes);
+    bytes_.remove_prefix(num_bytes);
+  }
+  template <typename T>
+  void Array(std::vector<T>& array) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::uint64_t size = Count();
+    if (size > bytes_.size() / sizeof(T)) Refuse("ends too early");
+    array.resize(size);
+    Bytes(array.data(), size * sizeof(T));
+  }
+
   bool IsAtEnd() const { return bytes_.empty(); }
+  std::size_t num_left() const { return bytes_.size(); }
   [[noreturn]] void Refuse(const std::string& why) const {
     throw Error(
         ErrorParts{.what = what_ + ": " + why, .where = where_, .expected = {}, .found = {}});

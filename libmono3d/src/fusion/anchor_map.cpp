@@ -8,6 +8,9 @@
 #include <cmath>
 #include <utility>
 
+#include "fusion/state_archive.h"
+#include "fusion/surfel.h"
+
 namespace mono3d {
 namespace {
 
@@ -30,6 +33,19 @@ bool IsSame(const Similarity& a, const Similarity& b) {
 // Exactly what it was where nothing moves it.
 Similarity Times(const Similarity& motion, const Similarity& S_world_kf) {
   return IsSame(motion, Similarity()) ? S_world_kf : motion * S_world_kf;
+}
+
+template <typename Archive>
+void ExchangeAnchor(Archive& archive, Anchor& anchor) {
+  archive.Number(anchor.keyframe_id);
+  archive.Number(anchor.frame_index);
+  archive.Number(anchor.timestamp_s);
+  ExchangeCamera(archive, anchor.camera);
+  ExchangeSimilarity(archive, anchor.S_tracker_kf);
+  archive.Number(anchor.median_depth_su);
+  archive.Number(anchor.is_moved);
+  ExchangeSimilarity(archive, anchor.S_tracker_kf_then);
+  ExchangeSimilarity(archive, anchor.S_tracker_oldest_then);
 }
 
 }  // namespace
@@ -261,5 +277,58 @@ std::vector<std::uint32_t> AnchorMap::EndOfOlderParts() const {
   }
   return ends;
 }
+
+template <typename Archive>
+void AnchorMap::Exchange(Archive& archive) {
+  archive.List(anchors_, [&](Anchor& anchor) { ExchangeAnchor(archive, anchor); });
+  ExchangeSimilarities(archive, S_world_kf_);
+  ExchangeSimilarities(archive, S_world_surfels_);
+  archive.List(observers_, [&](Observers& observers) {
+    archive.Number(observers.own_share);
+    archive.List(observers.kept, [&](Observer& observer) {
+      archive.Number(observer.number);
+      archive.Number(observer.weight);
+      ExchangeSimilarity(archive, observer.S_kf_surfels);
+    });
+  });
+  archive.Array(submap_of_);
+  archive.Array(part_of_);
+  std::uint64_t num_submaps = submaps_.size();
+  archive.Number(num_submaps);
+  if constexpr (kIsReader<Archive>) {
+    RequireSound(archive, num_submaps <= kMaxDepthMaps);
+    submaps_.assign(num_submaps, Submap(0));
+  }
+  for (Submap& submap : submaps_) submap.Exchange(archive);
+  RequireSound(archive, IsSound());
+}
+
+// Everything refers to something that is there.
+bool AnchorMap::IsSound() const {
+  const std::size_t num_anchors = anchors_.size();
+  if (num_anchors > kMaxDepthMaps || S_world_kf_.size() != num_anchors ||
+      S_world_surfels_.size() != num_anchors || observers_.size() != num_anchors ||
+      submap_of_.size() != num_anchors || part_of_.size() != num_anchors) {
+    return false;
+  }
+  for (const Observers& observers : observers_) {
+    if (observers.kept.size() > kMaxObservers) return false;
+    for (const Observer& observer : observers.kept) {
+      if (observer.number >= num_anchors) return false;
+    }
+  }
+  std::size_t num_in_submaps = 0;
+  for (std::size_t id = 0; id < submaps_.size(); ++id) {
+    if (submaps_[id].id() != static_cast<int>(id)) return false;
+    for (const std::uint32_t number : submaps_[id].anchors()) {
+      if (number >= num_anchors || submap_of_[number] != static_cast<int>(id)) return false;
+      ++num_in_submaps;
+    }
+  }
+  return num_in_submaps == num_anchors;
+}
+
+template void AnchorMap::Exchange(ByteWriter& archive);
+template void AnchorMap::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

@@ -71,6 +71,10 @@ class AnchorMap {
   std::vector<std::uint32_t> EndOfOlderParts() const;
   bool AreOnePart(std::uint32_t a, std::uint32_t b) const;
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
   // A fifth of the half pixel of noise that a depth map's matching has: less shows nowhere.
   static constexpr double kMinMotion_px = 0.1;
   static constexpr std::uint32_t kMaxAnchorGap = 3;
@@ -97,6 +101,7 @@ class AnchorMap {
   void PlaceSurfelsOf(const std::vector<bool>& is_elsewhere);
   void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
+  bool IsSound() const;
   bool TrackerConverged(const KeyframePoses& poses, int map_id) const;
 
   std::vector<Anchor> anchors_;

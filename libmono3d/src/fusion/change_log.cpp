@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "fusion/export.h"
+#include "fusion/state_archive.h"
 
 namespace mono3d {
 namespace {
@@ -55,5 +56,18 @@ SurfelChanges ChangeLog::Since(std::uint64_t version, const SurfelModel& model) 
   }
   return changes;
 }
+
+// What was downloaded before is downloaded again when it is asked for.
+template <typename Archive>
+void ChangeLog::Exchange(Archive& archive) {
+  archive.Number(version_);
+  archive.List(chunks_, [&](Chunk& chunk) { archive.Number(chunk.version); });
+  RequireSound(archive, std::ranges::all_of(chunks_, [&](const Chunk& chunk) {
+                 return chunk.version <= version_;
+               }));
+}
+
+template void ChangeLog::Exchange(ByteWriter& archive);
+template void ChangeLog::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

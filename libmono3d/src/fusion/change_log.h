@@ -21,6 +21,15 @@ class ChangeLog {
   // Those of all of `num_anchors` have; there are no others any more.
   void AllChanged(std::uint32_t num_anchors);
 
+  // When the surfels of an anchor have changed last; the larger, the later.
+  std::uint64_t VersionOf(std::uint32_t anchor) const {
+    return anchor < chunks_.size() ? chunks_[anchor].version : version_;
+  }
+  std::uint64_t version() const { return version_; }
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
   // Downloads what has changed since it was last asked for, once for all that ask.
   SurfelChanges Since(std::uint64_t version, const SurfelModel& model);
 

@@ -4,10 +4,12 @@
 #include "fusion/depth_map_fuser.h"
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 #include "fusion/coarsen.h"
 #include "fusion/selection.h"
+#include "fusion/state_archive.h"
 #include "fusion/view.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -207,5 +209,17 @@ void DepthMapFuser::Rest() {
   buffers_ = {};
   width_px_ = height_px_ = 0;
 }
+
+template <typename Archive>
+void DepthMapFuser::Exchange(Archive& archive) {
+  archive.Number(merge_radius_px_);
+  archive.Number(latest_exposure_.gain);
+  archive.Number(latest_exposure_.offset);
+  RequireSound(archive,
+               std::has_single_bit(merge_radius_px_) && merge_radius_px_ <= kMaxMergeRadius_px);
+}
+
+template void DepthMapFuser::Exchange(ByteWriter& archive);
+template void DepthMapFuser::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

@@ -60,6 +60,11 @@ class DepthMapFuser {
   // Anchors whose surfels the latest depth map may have changed, but its own.
   const std::vector<std::uint32_t>& changed_anchors() const { return changed_anchors_; }
 
+  PastViews& past_views() { return past_views_; }
+  // For a saved state, without the past views; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
  private:
   ViewParams Params(const DepthMap& map) const;
   void Associate(const DepthMap& map, int submap);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fusion/state_archive.h"
+
 namespace mono3d {
 namespace {
 
@@ -96,5 +98,26 @@ ModelHealth HealthMonitor::Assess() const {
   }
   return health;
 }
+
+template <typename Archive>
+void HealthMonitor::Exchange(Archive& archive) {
+  ExchangeDeque(archive, records_, [&](Record& record) {
+    RegistrationEvidence& evidence = record.evidence;
+    archive.Number(evidence.registered);
+    archive.Number(evidence.moved);
+    archive.Number(evidence.num_iterations);
+    for (double* number :
+         {&evidence.tracker_misfit, &evidence.overlap, &evidence.noise, &evidence.agreement,
+          &evidence.contradiction, &evidence.depth_residual, &evidence.grey_residual,
+          &evidence.grey_correlation, &evidence.deviation_px, &evidence.scale_deviation,
+          &evidence.uncertainty_px}) {
+      archive.Bytes(number, sizeof(*number));  // may be none: nothing was seen
+    }
+    archive.Number(record.is_accepted);
+  });
+}
+
+template void HealthMonitor::Exchange(ByteWriter& archive);
+template void HealthMonitor::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

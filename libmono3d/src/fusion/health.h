@@ -24,6 +24,10 @@ class HealthMonitor {
 
   ModelHealth Assess() const;
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
  private:
   struct Record {
     RegistrationEvidence evidence;

@@ -3,7 +3,10 @@
 
 #include "fusion/kept_maps.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "fusion/state_archive.h"
 
 namespace mono3d {
 
@@ -42,5 +45,20 @@ void KeptMaps::MoveInto(KeptMaps& others, std::uint32_t first_map_index) {
     maps_.pop_front();
   }
 }
+
+template <typename Archive>
+void KeptMaps::Exchange(Archive& archive) {
+  std::uint64_t num_maps = maps_.size();
+  archive.Number(num_maps);
+  RequireSound(archive, num_maps <= static_cast<std::uint64_t>(std::max(max_size_, 0)));
+  if constexpr (kIsReader<Archive>) maps_.resize(num_maps);
+  for (KeptMap& kept : maps_) {
+    archive.Number(kept.num_attempts);
+    archive.Number(kept.map_index);
+  }
+}
+
+template void KeptMaps::Exchange(ByteWriter& archive);
+template void KeptMaps::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

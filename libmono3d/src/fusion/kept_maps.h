@@ -41,6 +41,11 @@ class KeptMaps {
   // have numbers from `first_map_index` on there.
   void MoveInto(KeptMaps& others, std::uint32_t first_map_index);
 
+  // For a saved state, the depth maps themselves apart; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+  StoredDepthMap& map(std::size_t number) { return maps_[number].map; }
+
  private:
   int max_size_;
   std::size_t max_bytes_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fusion/overlap_views.h"
+#include "fusion/state_archive.h"
 #include "fusion/view.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -104,5 +105,20 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   }
   return num_removed;
 }
+
+template <typename Archive>
+void PartMerger::Exchange(Archive& archive) {
+  archive.Number(is_due_);
+  ExchangeSimilarities(archive, S_world_kf_merged_);
+  archive.Array(pending_);
+  archive.Array(changed_anchors_);
+  const auto is_there = [&](std::uint32_t number) { return number < model_.anchors.size(); };
+  RequireSound(archive, S_world_kf_merged_.size() <= model_.anchors.size() &&
+                            std::ranges::all_of(pending_, is_there) &&
+                            std::ranges::all_of(changed_anchors_, is_there));
+}
+
+template void PartMerger::Exchange(ByteWriter& archive);
+template void PartMerger::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

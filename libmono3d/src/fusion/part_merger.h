@@ -38,6 +38,10 @@ class PartMerger {
   // Anchors whose surfels have changed since this was asked last.
   std::vector<std::uint32_t> TakeChangedAnchors();
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
  private:
   void FindPending();
   std::int64_t MergeFrom(std::span<const std::uint32_t> views);

@@ -4,9 +4,13 @@
 #include "fusion/past_views.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "fusion/state_archive.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 
@@ -24,6 +28,21 @@ DepthMap WithoutImages(const DepthMap& map) {
   view.bgr.release();
   view.inferred.release();
   return view;
+}
+
+// A buffer with a value for each pixel.
+template <typename Archive, typename Pixel>
+void ExchangeBuffer(Archive& archive, const std::shared_ptr<Device>& device, Buffer& buffer,
+                    const CameraModel& camera, std::vector<Pixel>& pixels, const char* name) {
+  if constexpr (!kIsReader<Archive>) pixels = buffer.Download<Pixel>();
+  archive.Array(pixels);
+  const auto num_pixels =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  RequireSound(archive, pixels.size() == num_pixels);
+  if constexpr (kIsReader<Archive>) {
+    buffer = Buffer(device, num_pixels * sizeof(Pixel), name);
+    buffer.Upload(std::span<const Pixel>(pixels));
+  }
 }
 
 }  // namespace
@@ -58,5 +77,21 @@ void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
   view.buffers.candidate = std::exchange(buffers.candidate, std::move(candidate));
   views_.push_back(std::move(view));
 }
+
+template <typename Archive>
+void PastViews::Exchange(Archive& archive, PastView& view, const std::shared_ptr<Device>& device) {
+  ExchangeFrameOf(archive, view.map);
+  archive.Number(view.anchor);
+  std::vector<float> depth;
+  std::vector<std::array<float, 4>> candidate;
+  ExchangeBuffer(archive, device, view.buffers.depth, view.map.camera, depth, "fusion/depth");
+  ExchangeBuffer(archive, device, view.buffers.candidate, view.map.camera, candidate,
+                 "fusion/candidate");
+}
+
+template void PastViews::Exchange(ByteWriter& archive, PastView& view,
+                                  const std::shared_ptr<Device>& device);
+template void PastViews::Exchange(ByteReader& archive, PastView& view,
+                                  const std::shared_ptr<Device>& device);
 
 }  // namespace mono3d

@@ -37,6 +37,10 @@ class PastViews {
   void Push(const std::shared_ptr<Device>& device, const DepthMap& map, std::uint32_t anchor,
             DepthMapBuffers& buffers);
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  static void Exchange(Archive& archive, PastView& view, const std::shared_ptr<Device>& device);
+
  private:
   std::size_t max_views_;
   std::deque<PastView> views_;  // oldest first

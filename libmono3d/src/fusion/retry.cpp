@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "fusion/state_archive.h"
 #include "mono3d/core/log.h"
 
 namespace mono3d {
@@ -63,6 +64,46 @@ void RepairingSurfelMap::Rest() {
   waiting_.Clear();
   recent_.Clear();
   model_->Rest();
+}
+
+// All but the model and the depth maps that are kept.
+template <typename Archive>
+void RepairingSurfelMap::Exchange(Archive& archive) {
+  health_.Exchange(archive);
+  archive.Number(num_since_repair_);
+  waiting_.Exchange(archive);
+  recent_.Exchange(archive);
+}
+
+void RepairingSurfelMap::SaveState(StateFolder& folder, const std::string& name) {
+  model_->SaveState(folder, name);
+  ByteWriter writer;
+  Exchange(writer);
+  folder.Put(name + "/retry", writer.TakeBytes());
+  const auto put = [&](KeptMaps& kept, const std::string& kind) {
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      kept.map(i).Exchange(writer);
+      folder.Put(name + kind + std::to_string(i), writer.TakeBytes());
+    }
+  };
+  put(waiting_, "/waiting/");
+  put(recent_, "/recent/");
+}
+
+void RepairingSurfelMap::RestoreState(const StateFolder& folder, const std::string& name) {
+  model_->RestoreState(folder, name);
+  const auto read = [&](const std::string& part, auto& value) {
+    const std::string bytes = folder.Get(name + part);
+    ByteReader reader(bytes, kSavedModel, folder.path().string());
+    value.Exchange(reader);
+    RequireSound(reader, reader.IsAtEnd());
+  };
+  read("/retry", *this);
+  const auto get = [&](KeptMaps& kept, const std::string& kind) {
+    for (std::size_t i = 0; i < kept.size(); ++i) read(kind + std::to_string(i), kept.map(i));
+  };
+  get(waiting_, "/waiting/");
+  get(recent_, "/recent/");
 }
 
 // With the others in the model, or with those that wait while they may be tried again.

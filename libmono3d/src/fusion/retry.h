@@ -42,6 +42,8 @@ class RepairingSurfelMap : public SurfelMap {
     return model_->ChangesSince(version);
   }
   void Rest() override;
+  void SaveState(StateFolder& folder, const std::string& name) override;
+  void RestoreState(const StateFolder& folder, const std::string& name) override;
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override {
     model_->MergePending();
@@ -53,6 +55,8 @@ class RepairingSurfelMap : public SurfelMap {
   void Keep(KeptMap kept, FusionResult& result);
   RetriedMap TryAgain(KeptMap kept, const KeyframePoses& poses, FusionResult& all);
   void Repair(const KeyframePoses& poses, FusionResult& result);
+  template <typename Archive>
+  void Exchange(Archive& archive);
 
   std::unique_ptr<RepairableMap> model_;
   SurfelMapOptions options_;

@@ -206,6 +206,7 @@ void SurfelStorage::Upload(const Surfels& surfels) {
   position_radius_.Upload(std::span<const Surfels::Float4>(surfels.position_radius));
   normal_weight_.Upload(std::span<const Surfels::Float4>(surfels.normal_weight));
   history_.Upload(std::span<const Surfels::Uint4>(surfels.history));
+  ++num_uploads_;
   size_ = static_cast<std::uint32_t>(surfels.size());
   num_removed_ = 0;
   num_unused_ = 0;
@@ -229,6 +230,47 @@ void SurfelStorage::Upload(const Surfels& surfels) {
     num_unused_ += static_cast<std::uint32_t>(end - first) - num_there;
   }
   anchor_of_block_.Upload(std::span<const std::uint32_t>(anchors_));
+}
+
+SurfelStorage::Layout SurfelStorage::GetLayout() const {
+  Layout layout{max_size_,    size_,    num_removed_,  num_unused_,
+                num_bounded_, anchors_, observations_, {}};
+  layout.bounds.resize(num_bounded_ / kSurfelsPerBlock);
+  bounds_.Download(std::span(layout.bounds));
+  return layout;
+}
+
+bool SurfelStorage::Restore(Recorder& recorder, const Layout& layout) {
+  const std::size_t num_blocks = layout.size / kSurfelsPerBlock;
+  const bool is_possible =
+      layout.size <= std::min(layout.max_size, max_size_) && layout.size % kSurfelsPerBlock == 0 &&
+      std::uint64_t{layout.num_removed} + layout.num_unused <= layout.size &&
+      layout.num_bounded <= layout.size && layout.num_bounded % kSurfelsPerBlock == 0 &&
+      layout.bounds.size() == layout.num_bounded / kSurfelsPerBlock &&
+      layout.anchors.size() == num_blocks && layout.observations.size() == num_blocks &&
+      std::ranges::is_sorted(layout.anchors);
+  if (!is_possible) return false;
+  size_ = 0;  // what is there need not be copied
+  max_size_ = std::min(max_size_, layout.max_size);
+  Reserve(recorder, layout.size);
+  ++num_uploads_;
+  size_ = layout.size;
+  num_removed_ = layout.num_removed;
+  num_unused_ = layout.num_unused;
+  num_bounded_ = layout.num_bounded;
+  anchors_ = layout.anchors;
+  observations_ = layout.observations;
+  anchor_of_block_.Upload(std::span<const std::uint32_t>(anchors_));
+  bounds_.Upload(std::span<const Surfels::Float4>(layout.bounds));
+  return true;
+}
+
+void SurfelStorage::UploadSlots(std::uint32_t first, const Surfels& surfels) {
+  assert(first + surfels.size() <= size_);
+  const std::size_t offset_bytes = std::size_t{first} * sizeof(Surfels::Float4);
+  position_radius_.Upload(std::span<const Surfels::Float4>(surfels.position_radius), offset_bytes);
+  normal_weight_.Upload(std::span<const Surfels::Float4>(surfels.normal_weight), offset_bytes);
+  history_.Upload(std::span<const Surfels::Uint4>(surfels.history), offset_bytes);
 }
 
 }  // namespace mono3d

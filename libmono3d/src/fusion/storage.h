@@ -86,6 +86,25 @@ class SurfelStorage {
   Surfels Download(std::uint32_t first, std::uint32_t end) const;
   // Replaces all; within the reserved room, each block of one anchor.
   void Upload(const Surfels& surfels);
+  // How often that was: slots may have moved.
+  std::uint64_t num_uploads() const { return num_uploads_; }
+
+  // All but the surfels themselves, for a saved state.
+  struct Layout {
+    std::uint32_t max_size = 0;
+    std::uint32_t size = 0;
+    std::uint32_t num_removed = 0;
+    std::uint32_t num_unused = 0;
+    std::uint32_t num_bounded = 0;
+    std::vector<std::uint32_t> anchors;   // per block
+    std::vector<float> observations;      // per block
+    std::vector<Surfels::Float4> bounds;  // per block of those that have them
+  };
+  Layout GetLayout() const;
+  // Takes it over, with undefined surfels, which UploadSlots brings. False, with nothing done,
+  // where it contradicts itself or there is no room on the device.
+  bool Restore(Recorder& recorder, const Layout& layout);
+  void UploadSlots(std::uint32_t first, const Surfels& surfels);
 
  private:
   void Allocate(std::uint32_t capacity);
@@ -97,6 +116,7 @@ class SurfelStorage {
   std::uint32_t num_removed_ = 0;
   std::uint32_t num_unused_ = 0;  // slots that fill up blocks
   std::uint32_t num_bounded_ = 0;
+  std::uint64_t num_uploads_ = 0;
   std::vector<std::uint32_t> anchors_;  // per block
   std::vector<float> observations_;     // per block: depth maps that have seen a surfel of it, mean
   Buffer position_radius_;

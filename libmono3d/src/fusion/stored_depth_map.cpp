@@ -8,6 +8,8 @@
 #include <limits>
 #include <opencv2/core.hpp>
 
+#include "fusion/state_archive.h"
+
 namespace mono3d {
 namespace {
 
@@ -108,5 +110,21 @@ std::size_t StoredDepthMap::num_bytes() const {
   return bytes(depth_) + bytes(normal_) + bytes(confidence_) + bytes(frame.bgr) +
          bytes(frame.inferred);
 }
+
+template <typename Archive>
+void StoredDepthMap::Exchange(Archive& archive) {
+  ExchangeFrameOf(archive, frame);
+  archive.Number(log_nearest_);
+  archive.Number(log_step_);
+  ExchangeImage(archive, depth_, CV_16UC1, frame.camera);
+  ExchangeImage(archive, normal_, CV_8SC2, frame.camera);
+  ExchangeImage(archive, confidence_, CV_8UC1, frame.camera);
+  ExchangeImage(archive, frame.bgr, CV_8UC3, frame.camera);
+  ExchangeImage(archive, frame.inferred, CV_8UC1, frame.camera);
+  RequireSound(archive, !depth_.empty());
+}
+
+template void StoredDepthMap::Exchange(ByteWriter& archive);
+template void StoredDepthMap::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

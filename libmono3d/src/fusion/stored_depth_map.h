@@ -15,10 +15,15 @@ namespace mono3d {
 // in 255 steps, the image as it is. Less than the noise of any depth map is lost.
 class StoredDepthMap {
  public:
+  StoredDepthMap() = default;
   explicit StoredDepthMap(const DepthMap& map);
 
   DepthMap Restore() const;
   std::size_t num_bytes() const;
+
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
 
   // What is no image.
   DepthMap frame;  // its images are empty, but for bgr

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
+
+#include "fusion/state_archive.h"
 
 namespace mono3d {
 
@@ -48,5 +51,19 @@ void Submap::Renumber(std::uint32_t first_anchor, int first_id) {
   id_ += first_id;
   for (std::uint32_t& anchor : anchors_) anchor += first_anchor;
 }
+
+template <typename Archive>
+void Submap::Exchange(Archive& archive) {
+  archive.Number(id_);
+  ExchangeSimilarity(archive, S_world_submap_);
+  archive.Array(anchors_);
+  ExchangeSimilarities(archive, S_submap_kf_);
+  RequireSound(archive,
+               anchors_.size() == S_submap_kf_.size() &&
+                   std::ranges::adjacent_find(anchors_, std::greater_equal<>()) == anchors_.end());
+}
+
+template void Submap::Exchange(ByteWriter& archive);
+template void Submap::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

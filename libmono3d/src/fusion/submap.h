@@ -37,6 +37,9 @@ class Submap {
   void RemoveFrom(std::uint32_t first_anchor);
   // In a model in which so many anchors, and submaps, come before it.
   void Renumber(std::uint32_t first_anchor, int first_id);
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
 
  private:
   std::size_t IndexOf(std::uint32_t anchor) const;

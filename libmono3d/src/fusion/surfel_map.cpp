@@ -184,6 +184,19 @@ void VulkanSurfelMap::MergePending() {
   CloseGaps();
 }
 
+SurfelMapParts VulkanSurfelMap::Parts() {
+  return {context_, model_, merger_, placer_, fuser_, changes_, vignetting_, map_id_};
+}
+
+void VulkanSurfelMap::SaveState(StateFolder& folder, const std::string& name) {
+  const ScopedStageTimer timer(context_.times, "fusion/save");
+  state_.Save(Parts(), folder, name);
+}
+
+void VulkanSurfelMap::RestoreState(const StateFolder& folder, const std::string& name) {
+  state_.Restore(Parts(), folder, name);
+}
+
 FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, FusionRejection rejection,
                                        std::string reason) const {
   FusionResult result;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "mono3d/core/error.h"
 #include "mono3d/fusion/surfel_map.h"
 
 namespace mono3d {
@@ -12,6 +13,19 @@ SurfelChanges SurfelMap::ChangesSince(std::uint64_t) { return {}; }
 std::optional<UpdateResult> SurfelMap::Join(SurfelMap&, const KeyframePoses&) {
   return std::nullopt;
 }
+
+namespace {
+
+[[noreturn]] void ThrowNotSaved() {
+  throw Error("this kind of surfel model cannot be saved and gone on with",
+              ErrorCode::kUnsupported);
+}
+
+}  // namespace
+
+void SurfelMap::SaveState(StateFolder&, const std::string&) { ThrowNotSaved(); }
+
+void SurfelMap::RestoreState(const StateFolder&, const std::string&) { ThrowNotSaved(); }
 
 void AssociationOptions::Visit(OptionVisitor& visit) {
   visit("matching_error_px", matching_error_px, "one sigma of the matching behind the depth maps");

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "fusion/state_archive.h"
 #include "mono3d/core/log.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/image/frame.h"
@@ -192,5 +193,30 @@ cv::Mat Vignetting::Corrected(const cv::Mat& bgr, const CameraModel& camera) con
   }
   return corrected;
 }
+
+template <typename Archive>
+void Vignetting::Exchange(Archive& archive) {
+  ExchangeMatrix(archive, information_);
+  ExchangeMatrix(archive, right_);
+  std::uint64_t num_views = views_.size();
+  archive.Number(num_views);
+  RequireSound(archive, num_views <= kMaxViews);
+  if constexpr (kIsReader<Archive>) views_.resize(num_views);
+}
+
+template <typename Archive>
+void Vignetting::ExchangeView(Archive& archive, std::size_t number) {
+  View& view = views_[number];
+  ExchangeCamera(archive, view.camera);
+  ExchangeSimilarity(archive, view.S_world_kf);
+  ExchangeImage(archive, view.grey, CV_8UC1, view.camera);
+  ExchangeImage(archive, view.depth, CV_32FC1, view.camera);
+  RequireSound(archive, !view.grey.empty() && !view.depth.empty());
+}
+
+template void Vignetting::Exchange(ByteWriter& archive);
+template void Vignetting::Exchange(ByteReader& archive);
+template void Vignetting::ExchangeView(ByteWriter& archive, std::size_t number);
+template void Vignetting::ExchangeView(ByteReader& archive, std::size_t number);
 
 }  // namespace mono3d

@@ -31,6 +31,13 @@ class Vignetting {
   // The image without it, a copy; clipped values stay. The image itself where none is known.
   cv::Mat Corrected(const cv::Mat& bgr, const CameraModel& camera) const;
 
+  // For a saved state, the views apart; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+  std::size_t num_views() const { return views_.size(); }
+  template <typename Archive>
+  void ExchangeView(Archive& archive, std::size_t number);
+
  private:
   struct View {
     CameraModel camera;

@@ -15,6 +15,7 @@
 #include "fusion/part_merger.h"
 #include "fusion/registration/depth_map_placer.h"
 #include "fusion/retry.h"
+#include "fusion/surfel_map_state.h"
 #include "fusion/vignetting.h"
 
 namespace mono3d {
@@ -35,6 +36,8 @@ class VulkanSurfelMap : public RepairableMap {
   int num_submaps() const override { return model_.anchors.num_submaps(); }
   void MergePending() override;
   void Rest() override;
+  void SaveState(StateFolder& folder, const std::string& name) override;
+  void RestoreState(const StateFolder& folder, const std::string& name) override;
 
   using SurfelMap::Export;
   PointCloud Export(const SurfelExportOptions& options) const override;
@@ -49,6 +52,7 @@ class VulkanSurfelMap : public RepairableMap {
                         std::string reason) const;
   void CloseGaps();
   std::int64_t Append(VulkanSurfelMap& other);
+  SurfelMapParts Parts();
 
   FusionContext context_;
   SurfelModel model_;
@@ -58,6 +62,7 @@ class VulkanSurfelMap : public RepairableMap {
   ChangeLog changes_;
   Vignetting vignetting_;      // of the camera
   std::optional<int> map_id_;  // of the tracker's map that the model shows
+  SurfelMapState state_;       // what of it is saved
 };
 
 }  // namespace mono3d

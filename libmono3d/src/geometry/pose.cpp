@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <string>
 
 #include "mono3d/core/error.h"
 
@@ -30,6 +31,21 @@ Pose::Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translatio
 
 Pose::Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
     : Pose(ToQuaternion(rotation), translation) {}
+
+Pose Pose::Exactly(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
+  constexpr double kRounding = 1e-9;
+  const double error = std::abs(rotation.squaredNorm() - 1);
+  if (!(error <= kRounding)) {
+    throw Error(ErrorParts{.what = "quaternion is no rotation",
+                           .where = {},
+                           .expected = "unit length",
+                           .found = "a square " + std::to_string(error) + " away from 1"});
+  }
+  Pose pose;
+  pose.rotation_ = rotation;
+  pose.translation_ = translation;
+  return pose;
+}
 
 Pose Pose::Inverse() const {
   const Eigen::Quaterniond inverse = rotation_.conjugate();

@@ -11,6 +11,7 @@
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
+#include "mono3d/core/state_folder.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/model_health.h"
 #include "mono3d/fusion/registration.h"
@@ -152,6 +153,18 @@ class SurfelMap {
   // No depth map will come for a while: lets go of the memory that is not the model itself. What
   // waited to be tried again is given up.
   virtual void Rest() {}
+
+  // Puts everything on which the results of later calls depend into the save that `folder` is
+  // making, as parts whose names begin with `name` and a slash; Commit is the caller's. Between
+  // calls of Integrate, by the same thread. Where the folder's last save was this model's, costs
+  // what has changed since; its surfels are not looked at else. Throws Error where a part cannot be
+  // written, and for a kind of model that cannot be saved (kUnsupported).
+  virtual void SaveState(StateFolder& folder, const std::string& name);
+  // Of a model that is new, made with the options of the one that was saved: from here on every
+  // result is bit for bit that of the saved one, on a device of the same kind. Throws Error where
+  // parts are missing, damaged or of another version, where the options are others, and where the
+  // model does not fit the device; it must not be used then.
+  virtual void RestoreState(const StateFolder& folder, const std::string& name);
 
   // The surfels in the order in which they were inserted (by depth map, then by rows of pixels),
   // with all fields of PointCloud filled. confidence = s / (s + a + 1): s is the sum of the

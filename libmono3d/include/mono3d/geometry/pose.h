@@ -18,6 +18,9 @@ class Pose {
   // `rotation` is normalised here; a matrix that is no rotation throws Error.
   Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation);
   Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);
+  // Bit for bit what was taken from another pose, for saved states: not normalised again. Throws
+  // Error where `rotation` is not of unit length.
+  static Pose Exactly(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation);
 
   const Eigen::Quaterniond& rotation() const { return rotation_; }
   const Eigen::Vector3d& translation() const { return translation_; }

@@ -11,6 +11,7 @@
 
 #include "fusion/registration/constraint.h"
 #include "fusion/registration/gate.h"
+#include "fusion/state_archive.h"
 #include "fusion/view.h"
 #include "mono3d/core/log.h"
 
@@ -175,5 +176,14 @@ void DepthMapPlacer::MoveToOldest(const DepthMap& map, const SubmapRegistration&
   join.moved_px = moved_px;
   join.scale = motion.scale();
 }
+
+template <typename Archive>
+void DepthMapPlacer::Exchange(Archive& archive) {
+  misfits_.Exchange(archive);
+  archive.Number(tracker_drifted_);
+}
+
+template void DepthMapPlacer::Exchange(ByteWriter& archive);
+template void DepthMapPlacer::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

@@ -36,6 +36,10 @@ class DepthMapPlacer {
   void SetTrackerDrifted(bool has_drifted) { tracker_drifted_ = has_drifted; }
   bool tracker_drifted() const { return tracker_drifted_; }
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
  private:
   // What one submap makes of a depth map.
   struct SubmapRegistration {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "fusion/state_archive.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {
@@ -35,5 +36,13 @@ double MisfitHistory::Limit(double least) const {
   if (own.size() < kMinMisfits || 2 * own.size() < misfits_.size()) return least;
   return std::max(least, std::min(kLargestOwn, kMedians * UpperMedianOrZero(std::move(own))));
 }
+
+template <typename Archive>
+void MisfitHistory::Exchange(Archive& archive) {
+  ExchangeDeque(archive, misfits_, [&](double& misfit) { archive.Number(misfit); });
+}
+
+template void MisfitHistory::Exchange(ByteWriter& archive);
+template void MisfitHistory::Exchange(ByteReader& archive);
 
 }  // namespace mono3d

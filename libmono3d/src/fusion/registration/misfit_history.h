@@ -18,6 +18,10 @@ class MisfitHistory {
   // the latest misfits are too large to be the depth maps' own.
   double Limit(double least) const;
 
+  // For a saved state; see state_archive.h.
+  template <typename Archive>
+  void Exchange(Archive& archive);
+
  private:
   std::deque<double> misfits_;
 };
