@@ -18,6 +18,14 @@ class Pose {
   // `rotation` is normalised here; a matrix that is no rotation throws Error.
   Pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation);
   Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);
+  // Of a rotation that was one of a Pose: taken over to the bit, not normalised once more.
+  static Pose OfUnitRotation(const Eigen::Quaterniond& rotation,
+                             const Eigen::Vector3d& translation) {
+    Pose pose;
+    pose.rotation_ = rotation;
+    pose.translation_ = translation;
+    return pose;
+  }
 
   const Eigen::Quaterniond& rotation() const { return rotation_; }
   const Eigen::Vector3d& translation() const { return translation_; }
