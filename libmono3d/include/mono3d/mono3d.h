@@ -46,6 +46,7 @@
 #include "mono3d/image/common_camera.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/frame_images.h"
 #include "mono3d/image/global_shutter.h"
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe.h"

@@ -34,6 +34,11 @@ class ByteWriter {
   void Number(T& number) {
     bytes_.append(reinterpret_cast<const char*>(&number), sizeof(T));
   }
+  // So many of them, one after the other.
+  template <PlainNumber T>
+  void Numbers(T* numbers, std::size_t count) {
+    bytes_.append(reinterpret_cast<const char*>(numbers), count * sizeof(T));
+  }
   void Text(std::string& text) {
     std::uint64_t size = text.size();
     Number(size);
@@ -90,6 +95,10 @@ class ByteReader {
       if (!std::isfinite(number)) Refuse("a number is not finite");
     }
     bytes_.remove_prefix(sizeof(T));
+  }
+  template <PlainNumber T>
+  void Numbers(T* numbers, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) Number(numbers[i]);
   }
   void Text(std::string& text) {
     const std::uint64_t size = Count();

@@ -24,10 +24,39 @@ class AdaptiveBaseline {
 
   // The index of that step, 0 for the widest.
   std::size_t step() const { return current_; }
+  bool HasStep(std::size_t step) const { return step < kShares.size(); }
 
   // Of a bundle that was chosen with that step: the share of its pixels with an estimate, and the
   // mean confidence over all pixels.
   void ReportDepthQuality(std::size_t step, double density, double confidence);
+
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    archive.Index(current_);
+    archive.Number(num_poor_);
+    archive.Number(num_reports_);
+    for (std::optional<Quality>& of_step : qualities_) {
+      archive.Optional(of_step, [&](Quality& quality) {
+        archive.Number(quality.confidence);
+        archive.Number(quality.count);
+        archive.Number(quality.latest);
+      });
+    }
+    if constexpr (Archive::kReads) {
+      constexpr std::int64_t kMany = 1'000'000'000'000;
+      if (current_ >= qualities_.size() || num_poor_ < 0 || num_poor_ > 1000 || num_reports_ < 0 ||
+          num_reports_ > kMany) {
+        archive.Refuse("contradicts itself");
+      }
+      for (const std::optional<Quality>& quality : qualities_) {
+        if (quality && (quality->count < 0 || quality->count > 1000 || quality->latest < 0 ||
+                        quality->latest > num_reports_)) {
+          archive.Refuse("contradicts itself");
+        }
+      }
+    }
+  }
 
  private:
   // In two steps the depth error of one pixel of matching error doubles.

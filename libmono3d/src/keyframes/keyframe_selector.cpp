@@ -10,13 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include "core/option_state.h"
+#include "image/image_state.h"
+#include "image/state_archive.h"
 #include "keyframes/adaptive_baseline.h"
 #include "keyframes/reference_spacing.h"
 #include "keyframes/source_choice.h"
 #include "keyframes/view.h"
+#include "mono3d/core/error.h"
 
 namespace mono3d {
 namespace {
+
+constexpr const char* kSelectorState = "keyframe selector state";
+constexpr std::uint32_t kSelectorStateVersion = 1;
 
 constexpr std::size_t kMaxNumViews = 40;
 constexpr std::size_t kMaxImageBytes = 256'000'000;
@@ -83,6 +90,20 @@ class ViewSelector final : public KeyframeSelector {
     chosen_.erase(chosen_.begin(), chosen + 1);  // those before it were dropped
   }
 
+  std::string SaveState(SavedImages images) const override {
+    StateWriter writer(kSelectorState, kSelectorStateVersion, images);
+    const_cast<ViewSelector&>(*this).ExchangeState(writer);  // a writer changes nothing
+    return writer.TakeState();
+  }
+
+  void RestoreState(std::string_view bytes, const std::string& where,
+                    const ImageOfFrame& images) override {
+    if (num_keyframes_ > 0) throw UsageError("a state must be restored before the first keyframe");
+    StateReader reader(bytes, kSelectorState, kSelectorStateVersion, where, images);
+    ExchangeState(reader);
+    reader.CheckEnd();
+  }
+
   // The cause first: it is what a person reads.
   std::string Findings() const override {
     char text[256];
@@ -123,6 +144,46 @@ class ViewSelector final : public KeyframeSelector {
     View view;
     State state = State::kOpen;
   };
+
+  // All members.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    ExchangeOptions(archive, ListOptions(options_), "keyframes.");
+    bool is_unordered = options_.is_unordered;
+    archive.Number(is_unordered);
+    baseline_.ExchangeState(archive);
+    spacing_.ExchangeState(archive);
+    std::vector<Chosen> chosen(chosen_.begin(), chosen_.end());
+    archive.List(chosen, [&](Chosen& bundle) {
+      archive.Number(bundle.reference_id);
+      archive.Index(bundle.step);
+    });
+    archive.Sections(window_, 1, [&](Waiting& waiting) {
+      waiting.view.ExchangeState(archive);
+      auto state = static_cast<std::uint8_t>(waiting.state);
+      archive.Number(state);
+      waiting.state = static_cast<State>(state);
+    });
+    archive.Number(is_full_);
+    archive.Number(num_keyframes_);
+    archive.Number(widest_baseline_ratio_);
+    archive.Number(narrowest_angle_deg_);
+    archive.Number(narrowest_baseline_ratio_);
+    archive.Number(has_common_view_);
+    archive.Number(has_bundle_);
+    if constexpr (Archive::kReads) {
+      chosen_ = {chosen.begin(), chosen.end()};
+      const auto is_choice = [&](const Chosen& bundle) { return baseline_.HasStep(bundle.step); };
+      const auto is_waiting = [](const Waiting& waiting) {
+        return waiting.state <= State::kDone && !waiting.view.points().empty() &&
+               !waiting.view.keyframe().frame.bgr.empty();
+      };
+      if (is_unordered != options_.is_unordered || chosen_.size() > kMaxChosen ||
+          !std::ranges::all_of(chosen_, is_choice) || !std::ranges::all_of(window_, is_waiting)) {
+        archive.Refuse("contradicts itself");
+      }
+    }
+  }
 
   int NumLater(std::size_t index) const { return static_cast<int>(window_.size() - 1 - index); }
 
@@ -313,6 +374,18 @@ class ViewSelector final : public KeyframeSelector {
 };
 
 }  // namespace
+
+std::string KeyframeSelector::SaveState(SavedImages /*images*/) const {
+  throw Error("this selector cannot save its state: a run with it cannot be resumed");
+}
+
+void KeyframeSelector::RestoreState(std::string_view /*bytes*/, const std::string& where,
+                                    const ImageOfFrame& /*images*/) {
+  throw Error(ErrorParts{.what = "this selector cannot restore a state: begin the run anew",
+                         .where = where,
+                         .expected = {},
+                         .found = {}});
+}
 
 void KeyframeSelectorOptions::Visit(OptionVisitor& visit) {
   visit("num_images", num_images, "images of an image bundle: 3, 5, 7 or 9; fewer where there are");

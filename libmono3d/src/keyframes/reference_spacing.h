@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,15 @@ class ReferenceSpacing {
       : min_baseline_ratio_(min_baseline_ratio), min_new_share_(min_new_share) {}
 
   void Add(const View& reference);
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    constexpr std::size_t kReferencesOfSection = 16;  // they never change
+    archive.Sections(references_, kReferencesOfSection, [&](Reference& reference) {
+      reference.view.ExchangeState(archive);
+      archive.Number(reference.has_depth);
+    });
+  }
   // No depth came of it: what it shows is not known.
   void NoteNoDepth(std::int64_t reference_id);
 

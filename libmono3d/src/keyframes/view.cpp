@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "image/image_state.h"
+#include "image/state_archive.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {
@@ -110,6 +112,24 @@ void View::ReleaseImageAndPoints() {
   keyframe_.sparse_pixels = {};
   points_ = {};
 }
+
+template <typename Archive>
+void View::ExchangeState(Archive& archive) {
+  mono3d::ExchangeState(archive, keyframe_);
+  archive.Number(median_depth_su_);
+  archive.List(points_, [&](Eigen::Vector3d& point) { ExchangeElements(archive, point); });
+  archive.List(farthest_su_, [&](float& depth) { archive.AnyNumber(depth); });
+  if constexpr (Archive::kReads) {
+    const auto is_in_front = [](const Eigen::Vector3d& point) { return point.z() > 0; };
+    if (farthest_su_.size() != kNumCells || !(median_depth_su_ >= 0) ||
+        !std::ranges::all_of(points_, is_in_front)) {
+      archive.Refuse("contradicts itself");
+    }
+  }
+}
+
+template void View::ExchangeState(StateWriter&);
+template void View::ExchangeState(StateReader&);
 
 double BaselineRatio(const View& a, const View& b, const KeyframePoses& poses) {
   const Similarity& S_world_a = poses.At(a.id()).S_world_kf;

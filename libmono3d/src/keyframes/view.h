@@ -18,6 +18,7 @@ namespace mono3d {
 // is stands in the tracker's poses.
 class View {
  public:
+  View() = default;  // of nothing, to be read from a state
   explicit View(const Keyframe& keyframe);
 
   std::int64_t id() const { return keyframe_.id; }
@@ -37,6 +38,9 @@ class View {
 
   // Sees() and the median depth stay.
   void ReleaseImageAndPoints();
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
  private:
   void TakePoints();

@@ -7,8 +7,11 @@
 #include <optional>
 #include <utility>
 
+#include "image/state_archive.h"
 #include "mono3d/core/error.h"
 #include "tracking/map/map_bytes.h"
+#include "tracking/map/map_checks.h"
+#include "tracking/map/map_state.h"
 #include "tracking/map/sparse_export.h"
 
 namespace mono3d::tracking {
@@ -170,6 +173,66 @@ void Atlas::BeginFootage(const Frame& first) {
   } else {
     frames_.clear();
   }
+}
+
+template <typename Archive>
+void Atlas::ExchangeState(Archive& archive) {
+  std::uint64_t num_maps = maps_.size();
+  archive.Number(num_maps);
+  for (std::uint64_t i = 0; i < num_maps; ++i) {
+    CameraModel camera;
+    if constexpr (!Archive::kReads) camera = maps_[i]->camera();
+    mono3d::ExchangeState(archive, camera);
+    if constexpr (Archive::kReads) {
+      Validate(camera, "saved map " + std::to_string(i));
+      maps_.push_back(std::make_unique<Map>(static_cast<int>(i), camera, features_));
+      places_.emplace_back();
+    }
+    maps_[i]->ExchangeState(archive);
+    places_[i].ExchangeState(archive, maps_[i]->keyframes().size());
+  }
+  archive.Index(current_);
+  archive.Number(is_in_use_);
+  archive.Index(newest_);
+  // Most of them never change any more.
+  constexpr std::size_t kFramesOfSection = 64;
+  archive.Sections(frames_, kFramesOfSection,
+                   [&](FrameRecord& frame) { tracking::ExchangeState(archive, frame); });
+  std::vector<std::size_t> moved(moved_.begin(), moved_.end());
+  archive.List(moved, [&](std::size_t& frame) { archive.Index(frame); });
+  moved_ = {moved.begin(), moved.end()};
+  archive.Number(next_keyframe_id_);
+  archive.Number(is_loaded_);
+  archive.Index(num_loaded_keyframes_);
+  poses_.ExchangeState(archive);
+  if constexpr (Archive::kReads) {
+    if (!IsConsistent()) archive.Refuse("contradicts itself");
+  }
+}
+
+template void Atlas::ExchangeState(StateWriter&);
+template void Atlas::ExchangeState(StateReader&);
+
+bool Atlas::IsConsistent() const {
+  constexpr std::int64_t kMaxId = std::int64_t{1} << 53;
+  std::set<std::int64_t> ids;  // of keyframes, over all maps
+  for (const std::unique_ptr<Map>& of : maps_) {
+    for (const MapKeyframe& keyframe : of->keyframes()) {
+      if (keyframe.id >= next_keyframe_id_ || !ids.insert(keyframe.id).second) return false;
+    }
+  }
+  const bool is_current = maps_.empty() ? current_ == 0 && !is_in_use_ : current_ < maps_.size();
+  if (!is_current || next_keyframe_id_ < 0 || next_keyframe_id_ > kMaxId) return false;
+  if (is_in_use_ && (newest_ >= map().keyframes().size() || !map().keyframe(newest_).alive)) {
+    return false;
+  }
+  return std::ranges::all_of(
+             frames_,
+             [&](const FrameRecord& frame) {
+               return frame.map_id >= 0 && static_cast<std::size_t>(frame.map_id) < maps_.size() &&
+                      IsKeyframeOf(*maps_[static_cast<std::size_t>(frame.map_id)], frame.keyframe);
+             }) &&
+         (moved_.empty() || *moved_.rbegin() < frames_.size());
 }
 
 }  // namespace mono3d::tracking

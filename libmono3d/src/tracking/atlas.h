@@ -69,6 +69,9 @@ class Atlas {
   std::vector<FramePose> TakeMoved();
 
   std::size_t num_frames() const { return frames_.size(); }
+  std::size_t map_of_frame(std::size_t frame) const {
+    return static_cast<std::size_t>(frames_[frame].map_id);
+  }
   // The frame's pose by the present pose of its keyframe.
   Pose T_cam_world(std::size_t frame) const { return PoseOf(frames_[frame], MapOf(frame)); }
   FramePose frame_pose(std::size_t frame) const {
@@ -98,11 +101,16 @@ class Atlas {
   // To be called with the first frame: where it does not continue the footage of a loaded map, the
   // frames of that map are left out of the trajectory, because times and indices would mix.
   void BeginFootage(const Frame& first);
+  // Between two frames, for the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
  private:
   const Map& MapOf(std::size_t frame) const {
     return *maps_[static_cast<std::size_t>(frames_[frame].map_id)];
   }
+
+  bool IsConsistent() const;
 
   FeatureOptions features_;
   std::vector<std::unique_ptr<Map>> maps_;  // by their ids

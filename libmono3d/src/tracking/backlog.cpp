@@ -5,6 +5,9 @@
 
 #include <utility>
 
+#include "image/image_state.h"
+#include "image/state_archive.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -40,5 +43,20 @@ void Backlog::Clear() {
   frames_.clear();
   num_bytes_ = 0;
 }
+
+template <typename Archive>
+void Backlog::ExchangeState(Archive& archive) {
+  archive.Sections(frames_, 1, [&](Frame& frame) { mono3d::ExchangeState(archive, frame); });
+  if constexpr (Archive::kReads) {
+    num_bytes_ = 0;
+    for (const Frame& frame : frames_) {
+      if (frame.bgr.empty()) archive.Refuse("contradicts itself");
+      num_bytes_ += NumBytes(frame);
+    }
+  }
+}
+
+template void Backlog::ExchangeState(StateWriter&);
+template void Backlog::ExchangeState(StateReader&);
 
 }  // namespace mono3d::tracking

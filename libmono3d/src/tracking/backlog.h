@@ -25,6 +25,10 @@ class Backlog {
   std::vector<Frame> Take(std::int64_t begin, std::int64_t end);
   void Clear();
   std::size_t size() const { return frames_.size(); }
+  const std::deque<Frame>& frames() const { return frames_; }
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
  private:
   std::size_t max_bytes_;

@@ -9,6 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "image/state_archive.h"
+#include "tracking/map/map_checks.h"
+#include "tracking/map/map_state.h"
 #include "tracking/motion_model.h"
 #include "tracking/optimisation/view_pose.h"
 
@@ -146,6 +149,34 @@ void FrameRefiner::Finish() {
   }
   AdjustFrames(due);
   frames_.clear();
+}
+
+template <typename Archive>
+void FrameRefiner::ExchangeState(Archive& archive) {
+  archive.Sections(frames_, 1, [&](TrackedFrame& frame) {
+    archive.Index(frame.number);
+    tracking::ExchangeState(archive, frame.view);
+    archive.Number(frame.is_final);
+  });
+  if constexpr (Archive::kReads) {
+    if (!IsConsistent()) archive.Refuse("contradicts itself");
+  }
+}
+
+template void FrameRefiner::ExchangeState(StateWriter&);
+template void FrameRefiner::ExchangeState(StateReader&);
+
+// All frames are of the map in use, and all their features have points.
+bool FrameRefiner::IsConsistent() const {
+  if (frames_.empty()) return true;
+  const auto is_of_map = [&](const TrackedFrame& frame) {
+    return frame.number < atlas_->num_frames() &&
+           atlas_->map_of_frame(frame.number) == atlas_->current() &&
+           IsViewOf(atlas_->map(), frame.view) &&
+           std::ranges::all_of(frame.view.points,
+                               [](const auto& point) { return point.has_value(); });
+  };
+  return atlas_->IsInUse() && std::ranges::all_of(frames_, is_of_map);
 }
 
 }  // namespace mono3d::tracking

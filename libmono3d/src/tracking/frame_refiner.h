@@ -40,6 +40,9 @@ class FrameRefiner {
   // The map is left, or no more frames come: adjusts those that are not final, of a young map all,
   // and forgets them.
   void Finish();
+  // Of a tracker with this camera, for the archives of image/state_archive.h; after the atlas.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
   // A map with a rolling shutter is young up to so many keyframes. Its start has velocities by
   // poses that are wrong for the lack of them; more frames show how it was.
@@ -55,6 +58,7 @@ class FrameRefiner {
 
   bool IsGlobal() const { return frames_.front().view.frame.sensor.shutter.IsGlobal(); }
   bool IsYoung() const;
+  bool IsConsistent() const;
   std::int64_t EndOfFinalPart() const;
   void TakeVelocity(std::size_t position, View& view) const;
   void AdjustFrame(std::size_t position);

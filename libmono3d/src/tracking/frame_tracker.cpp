@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "image/state_archive.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/alignment/octaves.h"
@@ -15,6 +16,8 @@
 #include "tracking/features/feature_grid.h"
 #include "tracking/features/feature_tracking.h"
 #include "tracking/map/depth_uncertainty.h"
+#include "tracking/map/map_checks.h"
+#include "tracking/map/map_state.h"
 #include "tracking/optimisation/pose_optimisation.h"
 #include "tracking/optimisation/view_pose.h"
 
@@ -252,6 +255,46 @@ Pose FrameTracker::PredictPose(double timestamp_s) const {
   const std::optional<Pose> motion =
       state_.motion.Predict(timestamp_s - state_.previous->frame.timestamp_s);
   return motion ? *motion * PreviousPose() : PreviousPose();
+}
+
+template <typename Archive>
+void FrameTracker::ExchangeState(Archive& archive) {
+  const auto exchange_view = [&](View& view) { tracking::ExchangeState(archive, view); };
+  const auto exchange_keyframe = [&](KeyframeId& keyframe) { archive.Index(keyframe); };
+  archive.Optional(state_.previous, exchange_view);
+  archive.Index(state_.previous_frame);
+  archive.Optional(state_.earlier, exchange_view);
+  archive.Index(state_.earlier_frame);
+  archive.Optional(state_.previous_keyframe, exchange_keyframe);
+  archive.Optional(state_.keyframe_before, exchange_keyframe);
+  archive.Index(state_.reference);
+  state_.motion.ExchangeState(archive);
+  state_.sharpness.ExchangeState(archive);
+  archive.Optional(lost_since_s_, [&](double& time_s) { archive.Number(time_s); });
+  refiner_.ExchangeState(archive);
+  if constexpr (Archive::kReads) {
+    if (!IsConsistent()) archive.Refuse("contradicts itself");
+  }
+}
+
+template void FrameTracker::ExchangeState(StateWriter&);
+template void FrameTracker::ExchangeState(StateReader&);
+
+// Where no map is in use, everything else is set with the next one that is.
+bool FrameTracker::IsConsistent() const {
+  if (!atlas_->IsInUse()) return !state_.previous && !state_.earlier;
+  const Map& map = atlas_->map();
+  const auto is_frame = [&](std::size_t frame, const View& view) {
+    return frame < atlas_->num_frames() && atlas_->map_of_frame(frame) == atlas_->current() &&
+           IsViewOf(map, view) && !view.octaves.empty() && !view.grid.IsEmpty();
+  };
+  const auto is_keyframe = [&](const std::optional<KeyframeId>& keyframe) {
+    return !keyframe || IsKeyframeOf(map, *keyframe);
+  };
+  return state_.previous && is_frame(state_.previous_frame, *state_.previous) &&
+         (!state_.earlier || is_frame(state_.earlier_frame, *state_.earlier)) &&
+         IsKeyframeOf(map, state_.reference) && is_keyframe(state_.previous_keyframe) &&
+         is_keyframe(state_.keyframe_before);
 }
 
 }  // namespace mono3d::tracking

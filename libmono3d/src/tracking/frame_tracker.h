@@ -89,8 +89,12 @@ class FrameTracker {
   void SetFound() { lost_since_s_.reset(); }
   // The map in use is left.
   void Reset();
+  // Between two frames, for the archives of image/state_archive.h; after the atlas.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
  private:
+  bool IsConsistent() const;
   bool SharesLittle(const View& view) const;
   PoseResult FindPoseByFeatures(View& view) const;
   Pose PreviousPose() const { return atlas_->T_cam_world(state_.previous_frame); }

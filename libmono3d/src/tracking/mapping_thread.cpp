@@ -45,6 +45,19 @@ void MappingThread::Wait(TrackingLock& lock) {
   Rethrow();
 }
 
+void MappingThread::Pause(TrackingLock& lock) {
+  is_paused_ = true;
+  is_interrupted_ = true;
+  changed_.wait(lock, [&] { return !is_busy_ || error_ != nullptr; });
+  if (error_ != nullptr) is_paused_ = false;
+  Rethrow();
+}
+
+void MappingThread::Resume() {
+  is_paused_ = false;
+  changed_.notify_all();
+}
+
 void MappingThread::Renumber(KeyframeId added) {
   for (KeyframeId& keyframe : waiting_) keyframe += added;
 }
@@ -57,7 +70,8 @@ void MappingThread::Run() {
   MappingLock lock(mutex_, is_interrupted_);
   while (true) {
     changed_.wait(lock, [&] {
-      return is_ending_ || (error_ == nullptr && (!waiting_.empty() || is_adjustment_due_));
+      return is_ending_ ||
+             (error_ == nullptr && !is_paused_ && (!waiting_.empty() || is_adjustment_due_));
     });
     if (is_ending_) return;
     is_busy_ = true;

@@ -9,6 +9,7 @@
 #include <exception>
 #include <functional>
 #include <thread>
+#include <vector>
 
 #include "tracking/map/map.h"
 #include "tracking/priority_mutex.h"
@@ -41,6 +42,20 @@ class MappingThread {
   // Until all is done. Throws what the work has thrown.
   void Wait(TrackingLock& lock);
 
+  // Until the work that has begun is over, an adjustment of everything before it is done; nothing
+  // new begins before Resume. Throws what the work has thrown.
+  void Pause(TrackingLock& lock);
+  void Resume();
+  // What has not begun, for the archives of image/state_archive.h; paused.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    std::vector<KeyframeId> waiting(waiting_.begin(), waiting_.end());
+    archive.List(waiting, [&](KeyframeId& keyframe) { archive.Index(keyframe); });
+    waiting_ = {waiting.begin(), waiting.end()};
+    archive.Number(is_adjustment_due_);
+  }
+  const std::deque<KeyframeId>& waiting() const { return waiting_; }
+
   // From within the work.
   void RequestAdjustment() { is_adjustment_due_ = true; }
   // Keyframes that wait get numbers so much higher.
@@ -58,6 +73,7 @@ class MappingThread {
   bool is_busy_ = false;
   bool is_adjustment_due_ = false;
   bool is_ending_ = false;
+  bool is_paused_ = false;
   std::exception_ptr error_;
   std::condition_variable_any changed_;
   std::atomic<bool> is_interrupted_ = false;

@@ -8,10 +8,14 @@
 #include <string>
 #include <utility>
 
+#include "core/option_state.h"
+#include "geometry/geometry_state.h"
+#include "image/state_archive.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/image/keyframe.h"
 #include "tracking/map/keyframe_handover.h"
+#include "tracking/map/map_checks.h"
 #include "tracking/mapping/point_creation.h"
 #include "tracking/optimisation/constraint_following.h"
 #include "tracking/optimisation/map_adjustment.h"
@@ -33,6 +37,9 @@ double ImageMotion(const MapStart& start) {
   }
   return UpperMedianOrZero(std::move(lengths));
 }
+
+constexpr const char* kTrackerState = "tracker state";
+constexpr std::uint32_t kTrackerStateVersion = 1;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
@@ -509,6 +516,59 @@ void MonocularTracker::LoadMap(std::string_view bytes, const std::string& where)
   if (camera_) throw UsageError("a map must be loaded before the first frame");
   atlas_.Load(bytes, where);
   camera_ = atlas_.map().camera();
+}
+
+// All members that outlast a frame. In the order in which they lean on each other.
+template <typename Archive>
+void MonocularTracker::ExchangeState(Archive& archive) {
+  ExchangeOptions(archive, ListOptions(options_), "tracking.");
+  archive.Optional(camera_, [&](CameraModel& camera) { mono3d::ExchangeState(archive, camera); });
+  atlas_.ExchangeState(archive);
+  frame_tracker_.ExchangeState(archive);
+  initialiser_.ExchangeState(archive, camera_.value_or(CameraModel()),
+                             options_.features.num_levels);
+  backlog_.ExchangeState(archive);
+  archive.Number(is_publication_due_);
+  turn_.ExchangeState(archive, atlas_);
+  positions_.ExchangeState(archive);
+  if (mapping_) mapping_->ExchangeState(archive);
+}
+
+std::string MonocularTracker::SaveState(SavedImages images) const {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (mapping_) mapping_->Pause(*lock);
+  StateWriter writer(kTrackerState, kTrackerStateVersion, images);
+  const_cast<MonocularTracker&>(*this).ExchangeState(writer);  // a writer changes nothing
+  if (mapping_) mapping_->Resume();
+  return writer.TakeState();
+}
+
+void MonocularTracker::RestoreState(std::string_view bytes, const std::string& where,
+                                    const ImageOfFrame& images) {
+  const std::unique_ptr<TrackingLock> lock = Lock();
+  if (camera_) throw UsageError("a state must be restored before the first frame");
+  if (mapping_) mapping_->Pause(*lock);
+  StateReader reader(bytes, kTrackerState, kTrackerStateVersion, where, images);
+  ExchangeState(reader);
+  reader.CheckEnd();
+  if (!IsConsistent()) reader.Refuse("contradicts itself");
+  if (mapping_) mapping_->Resume();
+}
+
+// One camera, and keyframes that are there.
+bool MonocularTracker::IsConsistent() const {
+  const auto is_of_camera = [&](const Frame& frame) { return frame.camera == *camera_; };
+  if (!camera_) {
+    return atlas_.num_maps() == 0 && backlog_.size() == 0 && turn_.frames().size() == 0;
+  }
+  for (std::size_t i = 0; i < atlas_.num_maps(); ++i) {
+    if (!(atlas_.map(i).camera() == *camera_)) return false;
+  }
+  return std::ranges::all_of(backlog_.frames(), is_of_camera) &&
+         std::ranges::all_of(turn_.frames().frames(), is_of_camera) &&
+         (!mapping_ || std::ranges::all_of(mapping_->waiting(), [&](KeyframeId id) {
+           return atlas_.IsInUse() && IsKeyframeOf(atlas_.map(), id);
+         }));
 }
 
 }  // namespace mono3d::tracking

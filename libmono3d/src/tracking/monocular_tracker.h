@@ -42,8 +42,14 @@ class MonocularTracker final : public Tracker {
   SparseModel Sparse(int map_id) const override;
   std::string SaveMap() const override;
   void LoadMap(std::string_view bytes, const std::string& where) override;
+  std::string SaveState(SavedImages images) const override;
+  void RestoreState(std::string_view bytes, const std::string& where,
+                    const ImageOfFrame& images) override;
 
  private:
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
+  bool IsConsistent() const;
   TrackingResult TrackView(View view);
   TrackingResult UndoTurn(TrackingResult result);
   // Without a map.

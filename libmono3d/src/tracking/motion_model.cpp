@@ -8,6 +8,9 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/geometry_state.h"
+#include "image/state_archive.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -126,5 +129,21 @@ void MotionModel::Rescale(double ratio) {
   std::ranges::for_each(motions_, rescale);
   if (expected_) rescale(*expected_);
 }
+
+template <typename Archive>
+void MotionModel::ExchangeState(Archive& archive) {
+  const auto exchange = [&](Motion& motion) {
+    mono3d::ExchangeState(archive, motion.T_later_earlier);
+    archive.Number(motion.duration_s);
+  };
+  archive.Optional(expected_, exchange);
+  archive.List(motions_, exchange);
+  if constexpr (Archive::kReads) {
+    if (motions_.size() > kMaxMotions) archive.Refuse("contradicts itself");
+  }
+}
+
+template void MotionModel::ExchangeState(StateWriter&);
+template void MotionModel::ExchangeState(StateReader&);
 
 }  // namespace mono3d::tracking

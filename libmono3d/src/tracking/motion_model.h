@@ -41,6 +41,10 @@ class MotionModel {
 
   static constexpr std::size_t kMaxMotions = 4;
 
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
+
  private:
   struct Motion {
     Pose T_later_earlier;

@@ -8,11 +8,16 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "geometry/geometry_state.h"
+#include "image/state_archive.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 
 namespace mono3d::tracking {
 namespace {
+
+constexpr const char* kScalingState = "state of a tracker of scaled images";
+constexpr std::uint32_t kScalingVersion = 1;
 
 std::size_t NumFrameBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
 
@@ -102,6 +107,38 @@ void ScalingTracker::GiveImagesBack(std::vector<Keyframe>& keyframes) {
     keyframe.frame.sensor = sensor_;
     return false;
   });
+}
+
+template <typename Archive>
+void ScalingTracker::ExchangeState(Archive& archive) {
+  archive.Optional(camera_, [&](CameraModel& camera) { mono3d::ExchangeState(archive, camera); });
+  mono3d::ExchangeState(archive, sensor_);
+  archive.Number(num_without_image_);
+  images_.ExchangeState(archive, camera_.value_or(CameraModel()));
+}
+
+std::string ScalingTracker::SaveState(SavedImages images) const {
+  StateWriter writer(kScalingState, kScalingVersion, images);
+  const_cast<ScalingTracker&>(*this).ExchangeState(writer);  // a writer changes nothing
+  return writer.TakeState() + tracker_->SaveState(images);
+}
+
+void ScalingTracker::RestoreState(std::string_view bytes, const std::string& where,
+                                  const ImageOfFrame& images) {
+  if (camera_) throw UsageError("a state must be restored before the first frame");
+  StateReader reader(bytes, kScalingState, kScalingVersion, where, images);
+  ExchangeState(reader);
+  if (camera_) Validate(*camera_, where);
+  if (sensor_.width != 0) Validate(sensor_, where);
+  const auto scaled = [&](std::int64_t index) -> cv::Mat {
+    Frame frame;
+    frame.index = index;
+    frame.bgr = images(index);
+    if (!camera_ || frame.bgr.type() != CV_8UC3) return frame.bgr;
+    frame.camera = *camera_;
+    return Scaled(frame).bgr;
+  };
+  tracker_->RestoreState(reader.Rest(), where, images ? ImageOfFrame(scaled) : ImageOfFrame());
 }
 
 SparseModel ScalingTracker::Sparse(int map_id) const {

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "mono3d/tracking/tracker.h"
@@ -28,6 +29,23 @@ class KeptImages {
   // Takes the image out; nothing where it has gone.
   std::optional<cv::Mat> Take(std::int64_t index);
   std::size_t size() const { return images_.size(); }
+  // For the archives of image/state_archive.h; of images of this camera.
+  template <typename Archive>
+  void ExchangeState(Archive& archive, const CameraModel& camera) {
+    std::vector<std::pair<std::int64_t, cv::Mat>> images(images_.begin(), images_.end());
+    archive.Sections(images, 1, [&](auto& image) {
+      archive.Number(image.first);
+      archive.Image(image.second, image.first);
+    });
+    if constexpr (Archive::kReads) {
+      for (const auto& [index, image] : images) {
+        if (image.type() != CV_8UC3 || image.cols != camera.width || image.rows != camera.height) {
+          archive.Refuse("an image has another size than its camera");
+        }
+        Add(index, image);
+      }
+    }
+  }
 
  private:
   std::size_t max_bytes_;
@@ -67,8 +85,13 @@ class ScalingTracker final : public Tracker {
   void LoadMap(std::string_view bytes, const std::string& where) override {
     tracker_->LoadMap(bytes, where);
   }
+  std::string SaveState(SavedImages images) const override;
+  void RestoreState(std::string_view bytes, const std::string& where,
+                    const ImageOfFrame& images) override;
 
  private:
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
   bool IsLarge(const CameraModel& camera) const;
   Frame Scaled(const Frame& frame) const;
   void GiveImagesBack(std::vector<Keyframe>& keyframes);

@@ -18,6 +18,18 @@ void Tracker::LoadMap(std::string_view /*bytes*/, const std::string& where) {
       .what = "this tracker cannot load maps", .where = where, .expected = {}, .found = {}});
 }
 
+std::string Tracker::SaveState(SavedImages /*images*/) const {
+  throw Error("this tracker cannot save its state: a run with it cannot be resumed");
+}
+
+void Tracker::RestoreState(std::string_view /*bytes*/, const std::string& where,
+                           const ImageOfFrame& /*images*/) {
+  throw Error(ErrorParts{.what = "this tracker cannot restore a state: begin the run anew",
+                         .where = where,
+                         .expected = {},
+                         .found = {}});
+}
+
 std::unique_ptr<Tracker> CreateTracker(const TrackerOptions& options, StageTimes* times) {
   return std::make_unique<tracking::ScalingTracker>(
       std::make_unique<tracking::MonocularTracker>(options, times), options.max_side_px);

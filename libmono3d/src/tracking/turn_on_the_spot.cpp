@@ -7,8 +7,10 @@
 #include <limits>
 #include <string>
 
+#include "image/state_archive.h"
 #include "mono3d/core/log.h"
 #include "tracking/map/depth_uncertainty.h"
+#include "tracking/map/map_checks.h"
 #include "tracking/optimisation/map_adjustment.h"
 
 namespace mono3d::tracking {
@@ -116,5 +118,26 @@ std::vector<Frame> TurnOnTheSpot::TakeBack(Atlas& atlas, FrameRefiner& refiner) 
   is_refused_ = false;
   return frames;
 }
+
+template <typename Archive>
+void TurnOnTheSpot::ExchangeState(Archive& archive, const Atlas& atlas) {
+  const auto exchange = [&](KeyframeId& keyframe) { archive.Index(keyframe); };
+  archive.Optional(start_, exchange);
+  archive.Optional(cut_, exchange);
+  archive.Number(is_refused_);
+  frames_.ExchangeState(archive);
+  if constexpr (Archive::kReads) {
+    const auto is_later = [&](const std::optional<KeyframeId>& keyframe) {
+      return !keyframe ||
+             (atlas.IsInUse() && *keyframe > 0 && IsKeyframeOf(atlas.map(), *keyframe));
+    };
+    if (!is_later(start_) || !is_later(cut_) || (cut_ && !start_) || (is_refused_ && !cut_)) {
+      archive.Refuse("contradicts itself");
+    }
+  }
+}
+
+template void TurnOnTheSpot::ExchangeState(StateWriter&, const Atlas&);
+template void TurnOnTheSpot::ExchangeState(StateReader&, const Atlas&);
 
 }  // namespace mono3d::tracking

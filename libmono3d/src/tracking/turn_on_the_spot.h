@@ -29,6 +29,7 @@ class TurnOnTheSpot {
   bool IsPending() const { return start_.has_value(); }
   // To be undone with TakeBack.
   bool IsRefused() const { return is_refused_; }
+  const Backlog& frames() const { return frames_; }  // since the start
   void Keep(const Frame& frame) { frames_.Add(frame); }
   // Nothing has been decided, and the track is lost, or the footage has ended: refused where the
   // map has gone beyond what holds its scale.
@@ -43,6 +44,9 @@ class TurnOnTheSpot {
   // Takes the keyframes and frames of the map in use away that came after its scale was held.
   // Returns the frames, to be tracked anew.
   std::vector<Frame> TakeBack(Atlas& atlas, FrameRefiner& refiner);
+  // For the archives of image/state_archive.h; of a tracker with that atlas.
+  template <typename Archive>
+  void ExchangeState(Archive& archive, const Atlas& atlas);
 
  private:
   void End();

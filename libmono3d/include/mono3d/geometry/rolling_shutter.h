@@ -47,6 +47,7 @@ class ShutterMotion {
   // Nothing to correct: a global shutter, or a camera that stands still.
   bool IsStill() const { return is_still_; }
   const CameraVelocity& velocity() const { return velocity_; }
+  const CameraModel& sensor() const { return sensor_; }
 
   // When the line is read on which the sensor shows the ray (z > 0), in s after the middle line.
   double Time_s(const Eigen::Vector3d& ray) const;

@@ -7,10 +7,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
+#include "mono3d/image/frame_images.h"
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe_poses.h"
 
@@ -50,6 +52,18 @@ class KeyframeSelector {
   // What the keyframes so far had to offer, in words: "12 keyframes, baseline 0.004 of the depth at
   // most". By default empty.
   virtual std::string Findings() const { return {}; }
+
+  // All that the selector knows, so that a run which was broken off goes on; a sequence of
+  // sections, see core/state_sections.h. Throws Error where a selector cannot.
+  virtual std::string SaveState(SavedImages images = SavedImages::kIncluded) const;
+  // Before the first keyframe, by a selector made with the same options: takes over what SaveState
+  // has returned; `where` names the bytes in messages. With the next keyframes the selector goes on
+  // as that one would have, to the bit. `images` gives the images of a state that was saved without
+  // them: of the latest 40 keyframes at most, where there is an order. Throws UsageError after the
+  // first keyframe, under other options and without the images it needs, Error on anything that
+  // SaveState has not made; after either the selector must not be used any more.
+  virtual void RestoreState(std::string_view bytes, const std::string& where,
+                            const ImageOfFrame& images = {});
 };
 
 // Baselines are given over the median depth of the scene in view, measured anew for each keyframe,

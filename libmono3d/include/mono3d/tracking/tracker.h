@@ -17,6 +17,7 @@
 #include "mono3d/geometry/pose.h"
 #include "mono3d/image/camera_positions.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/frame_images.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
@@ -132,6 +133,21 @@ class Tracker {
   // trajectories have both. Throws Error on anything that SaveMap has not made, UsageError after
   // the first frame or under other options of the image pyramid. A tracker need not support either.
   virtual void LoadMap(std::string_view bytes, const std::string& where);
+
+  // All that the tracker knows, so that a run which was broken off goes on. Between two calls of
+  // Track, or after WaitForMapping; live it waits until the keyframe that is being mapped is
+  // mapped, not for those behind it. A sequence of sections, most of which the state of a moment
+  // later has as well: see core/state_sections.h. Throws Error where a tracker cannot.
+  virtual std::string SaveState(SavedImages images = SavedImages::kIncluded) const;
+  // Before the first frame, by a tracker made with the same options: takes over what SaveState has
+  // returned; `where` names the bytes in messages. With the next frames the tracker goes on as that
+  // one would have: in sequential mode every result is the same to the bit. `images` gives the
+  // images of a state that was saved without them: of frames that have no pose yet, and of those of
+  // the latest keyframes. Throws UsageError after the first frame, under other options and without
+  // the images it needs, Error on anything that SaveState has not made; after either the tracker
+  // must not be used any more.
+  virtual void RestoreState(std::string_view bytes, const std::string& where,
+                            const ImageOfFrame& images = {});
 };
 
 struct FeatureOptions {

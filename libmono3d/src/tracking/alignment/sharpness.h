@@ -29,6 +29,12 @@ class SharpnessHistory {
   bool IsBlurred(double log_sharpness) const;  // most of the others are clearly sharper
   bool IsSharp(double log_sharpness) const;  // most are clearly less sharp, and hardly one is more
 
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    archive.List(log_sharpness_, [&](double& each) { archive.Number(each); });
+  }
+
  private:
   double Quantile(double share) const;
 

@@ -8,6 +8,9 @@
 #include <numbers>
 #include <utility>
 
+#include "geometry/geometry_state.h"
+#include "image/state_archive.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -103,5 +106,34 @@ void FeatureGrid::FindAlong(const Stripe& stripe, std::vector<std::size_t>& foun
     }
   }
 }
+
+template <typename Archive>
+void FeatureGrid::ExchangeState(Archive& archive, std::size_t num_features) {
+  archive.Number(num_columns_);
+  archive.Number(num_rows_);
+  archive.List(first_of_cell_, [&](std::size_t& first) { archive.Index(first); });
+  archive.List(entries_, [&](Entry& entry) {
+    ExchangeElements(archive, entry.pixel);
+    archive.Number(entry.level);
+    archive.Index(entry.index);
+  });
+  if constexpr (Archive::kReads) {
+    constexpr int kMaxCells = 1 << 15;  // on a side
+    const bool is_empty = num_columns_ == 0 && num_rows_ == 0 && first_of_cell_.empty();
+    const bool has_cells =
+        num_columns_ > 0 && num_rows_ > 0 && num_columns_ <= kMaxCells && num_rows_ <= kMaxCells &&
+        first_of_cell_.size() ==
+            static_cast<std::size_t>(num_columns_) * static_cast<std::size_t>(num_rows_) + 1 &&
+        std::ranges::is_sorted(first_of_cell_) && first_of_cell_.back() == entries_.size();
+    const auto is_feature = [&](const Entry& entry) { return entry.index < num_features; };
+    if (!(has_cells || (is_empty && entries_.empty())) ||
+        !std::ranges::all_of(entries_, is_feature)) {
+      archive.Refuse("contradicts itself");
+    }
+  }
+}
+
+template void FeatureGrid::ExchangeState(StateWriter&, std::size_t);
+template void FeatureGrid::ExchangeState(StateReader&, std::size_t);
 
 }  // namespace mono3d::tracking

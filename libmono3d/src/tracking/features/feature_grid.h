@@ -31,6 +31,13 @@ class FeatureGrid {
   FeatureGrid(const std::vector<Feature>& features, int width, int height,
               const std::function<bool(std::size_t)>& use);
 
+  std::size_t num_features() const { return entries_.size(); }
+  bool IsEmpty() const { return num_rows_ == 0; }
+  bool operator==(const FeatureGrid&) const = default;
+  // Of a list of `num_features`, for the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive, std::size_t num_features);
+
   // Appends the features of levels min_level to max_level within `radius_px` (a square) of `pixel`.
   void Find(const Eigen::Vector2d& pixel, double radius_px, int min_level, int max_level,
             std::vector<std::size_t>& found) const;
@@ -42,6 +49,8 @@ class FeatureGrid {
     Eigen::Vector2f pixel;
     int level;
     std::size_t index;
+
+    bool operator==(const Entry&) const = default;
   };
   int num_columns_ = 0;
   int num_rows_ = 0;

@@ -229,6 +229,11 @@ class Map {
   // Multiplies all lengths.
   void Rescale(double factor);
 
+  // All but what the constructor is given, for the archives of image/state_archive.h. Refuses what
+  // cannot be a map.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
+
  private:
   void ListFree(std::size_t first);
 

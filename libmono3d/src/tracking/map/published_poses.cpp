@@ -3,7 +3,11 @@
 
 #include "tracking/map/published_poses.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "image/image_state.h"
+#include "image/state_archive.h"
 
 namespace mono3d::tracking {
 
@@ -23,5 +27,30 @@ KeyframePosesPtr PublishedPoses::Latest() const {
   const std::lock_guard lock(mutex_);
   return latest_;
 }
+
+template <typename Archive>
+void PublishedPoses::ExchangeState(Archive& archive) {
+  const KeyframePosesPtr latest = Latest();
+  std::uint64_t version = latest->version();
+  std::vector<KeyframePose> poses(latest->poses().begin(), latest->poses().end());
+  archive.Number(version);
+  constexpr std::size_t kPosesOfSection = 64;
+  archive.Sections(poses, kPosesOfSection,
+                   [&](KeyframePose& pose) { mono3d::ExchangeState(archive, pose); });
+  if constexpr (Archive::kReads) {
+    const auto is_earlier = [](const KeyframePose& a, const KeyframePose& b) {
+      return a.keyframe_id >= b.keyframe_id;
+    };
+    if (std::ranges::adjacent_find(poses, is_earlier) != poses.end()) {
+      archive.Refuse("contradicts itself");
+    }
+    auto restored = std::make_shared<const KeyframePoses>(version, std::move(poses));
+    const std::lock_guard lock(mutex_);
+    latest_ = std::move(restored);
+  }
+}
+
+template void PublishedPoses::ExchangeState(StateWriter&);
+template void PublishedPoses::ExchangeState(StateReader&);
 
 }  // namespace mono3d::tracking

@@ -20,6 +20,9 @@ class PublishedPoses {
   void Publish(const std::vector<std::unique_ptr<Map>>& maps);
   // From any thread. Never null.
   KeyframePosesPtr Latest() const;
+  // For the archives of image/state_archive.h; as Publish.
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
 
  private:
   mutable std::mutex mutex_;

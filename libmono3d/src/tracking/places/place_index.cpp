@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "image/state_archive.h"
 #include "tracking/features/descriptor.h"
 
 namespace mono3d::tracking {
@@ -107,5 +108,34 @@ std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
   matches.resize(std::min(matches.size(), max_matches));
   return matches;
 }
+
+template <typename Archive>
+void PlaceIndex::ExchangeState(Archive& archive, std::size_t num_keyframes) {
+  // Those of a keyframe never change while it stays.
+  std::vector<std::vector<Feature>> features_of;
+  if constexpr (!Archive::kReads) {
+    for (const std::vector<std::uint32_t>& entries : entries_of_) {
+      features_of.emplace_back();
+      for (const std::uint32_t entry : entries) {
+        features_of.back().emplace_back().descriptor = entries_[entry].descriptor;
+      }
+    }
+    // Of keyframes that the map has taken back.
+    while (!features_of.empty() && features_of.back().empty()) features_of.pop_back();
+  }
+  archive.Sections(features_of, 1, [&](std::vector<Feature>& features) {
+    archive.List(features, [&](Feature& feature) {
+      archive.Numbers(feature.descriptor.data(), feature.descriptor.size());
+    });
+  });
+  if constexpr (Archive::kReads) {
+    if (features_of.size() > num_keyframes) archive.Refuse("contradicts itself");
+    *this = PlaceIndex();
+    for (KeyframeId id = 0; id < features_of.size(); ++id) Add(id, features_of[id]);
+  }
+}
+
+template void PlaceIndex::ExchangeState(StateWriter&, std::size_t);
+template void PlaceIndex::ExchangeState(StateReader&, std::size_t);
 
 }  // namespace mono3d::tracking

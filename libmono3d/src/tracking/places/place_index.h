@@ -33,6 +33,10 @@ class PlaceIndex {
   void Add(KeyframeId keyframe, std::span<const Feature> features);
   // Removes a keyframe; does nothing where it was never added. Its memory is used for later ones.
   void Remove(KeyframeId keyframe);
+  // For the archives of image/state_archive.h; of a map with so many keyframes. The answers to
+  // queries come back, not where in memory the entries lie.
+  template <typename Archive>
+  void ExchangeState(Archive& archive, std::size_t num_keyframes);
   // Memory in use, in features.
   std::size_t num_entries() const { return entries_.size(); }
   // The keyframes that share most features with an image, most votes first, at most `max_matches`.

@@ -5,8 +5,10 @@
 
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "image/image_state.h"
 #include "mono3d/image/camera_positions.h"
 
 namespace mono3d::tracking {
@@ -37,6 +39,23 @@ class MapPositions {
     std::vector<PositionFit> fits;
     for (const auto& [map_id, fit] : fits_) fits.push_back(fit);
     return fits;
+  }
+  // For the archives of image/state_archive.h.
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    std::vector<OfMap> positions;
+    for (const auto& [map_id, of_map] : positions_) positions.push_back(of_map);
+    archive.Sections(positions, 1, [&](OfMap& of_map) {
+      mono3d::ExchangeState(archive, of_map.positions);
+      archive.Number(of_map.is_due);
+    });
+    std::vector<PositionFit> fits = Fits();
+    archive.List(fits, [&](PositionFit& fit) { mono3d::ExchangeState(archive, fit); });
+    for (OfMap& of_map : positions) {
+      const int map_id = of_map.positions.map_id;
+      positions_[map_id] = std::move(of_map);
+    }
+    for (const PositionFit& fit : fits) fits_[fit.map_id] = fit;
   }
 
  private:

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "image/state_archive.h"
 #include "tracking/features/image_shift.h"
+#include "tracking/map/map_state.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -128,5 +130,27 @@ void MapInitialiser::Keep(View view) {
   for (std::size_t i = 0; i < views_.size(); i += 2) kept.push_back(std::move(views_[i]));
   views_ = std::move(kept);
 }
+
+template <typename Archive>
+void MapInitialiser::ExchangeState(Archive& archive, const CameraModel& camera, int num_levels) {
+  archive.Sections(views_, 1, [&](View& view) { tracking::ExchangeState(archive, view); });
+  if constexpr (Archive::kReads) {
+    const auto is_view = [&](const View& view) {
+      const auto is_feature = [&](const Feature& feature) {
+        return feature.level >= 0 && feature.level < num_levels && feature.pixel.minCoeff() >= -1 &&
+               feature.pixel.x() <= camera.width && feature.pixel.y() <= camera.height;
+      };
+      return view.points.size() == view.features.size() && !view.grid.IsEmpty() &&
+             view.frame.camera == camera && std::ranges::all_of(view.features, is_feature) &&
+             std::ranges::none_of(view.points, [](const auto& point) { return point.has_value(); });
+    };
+    if (views_.size() > kMaxViews || !std::ranges::all_of(views_, is_view)) {
+      archive.Refuse("contradicts itself");
+    }
+  }
+}
+
+template void MapInitialiser::ExchangeState(StateWriter&, const CameraModel&, int);
+template void MapInitialiser::ExchangeState(StateReader&, const CameraModel&, int);
 
 }  // namespace mono3d::tracking

@@ -29,6 +29,10 @@ class MapInitialiser {
 
   // The start that the view makes possible, or nothing and a `reason`.
   std::optional<MapStart> Add(View view, std::string& reason);
+  // For the archives of image/state_archive.h; of a tracker with this camera and so many levels of
+  // features.
+  template <typename Archive>
+  void ExchangeState(Archive& archive, const CameraModel& camera, int num_levels);
 
  private:
   std::optional<TwoViewStart> Try(std::size_t first, const View& view, std::string& reason) const;

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
+#include "mono3d/geometry/similarity.h"
+
+namespace mono3d {
+
+// For the archives of image/state_archive.h.
+
+template <typename Archive, typename Matrix>
+void ExchangeElements(Archive& archive, Matrix& matrix) {
+  archive.Numbers(matrix.data(), static_cast<std::size_t>(matrix.size()));
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, Pose& pose) {
+  Eigen::Vector4d q = pose.rotation().coeffs();
+  Eigen::Vector3d t = pose.translation();
+  ExchangeElements(archive, q);
+  ExchangeElements(archive, t);
+  if constexpr (Archive::kReads) {
+    if (!(std::abs(q.norm() - 1) < 1e-6)) archive.Refuse("a rotation is none");
+    pose = Pose::OfUnitRotation(Eigen::Quaterniond(q), t);
+  }
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, Similarity& similarity) {
+  double scale = similarity.scale();
+  Pose pose = similarity.pose();
+  archive.Number(scale);
+  ExchangeState(archive, pose);
+  if constexpr (Archive::kReads) {
+    if (!(scale > 0)) archive.Refuse("a scale is none");
+    similarity = {scale, pose};
+  }
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, CameraModel& camera) {
+  archive.Number(camera.width);
+  archive.Number(camera.height);
+  for (double* number : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) archive.Number(*number);
+  archive.Numbers(camera.distortion.data(), camera.distortion.size());
+  archive.Number(camera.shutter.readout_s);
+  archive.Number(camera.shutter.reads_columns);
+  bool is_fisheye = camera.lens == LensModel::kFisheye;
+  archive.Number(is_fisheye);
+  camera.lens = is_fisheye ? LensModel::kFisheye : LensModel::kBrown;
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, CameraVelocity& velocity) {
+  for (Eigen::Vector3d* axes : {&velocity.angular_rad_per_s, &velocity.linear_su_per_s,
+                                &velocity.angular_rad_per_s2, &velocity.linear_su_per_s2}) {
+    ExchangeElements(archive, *axes);
+  }
+}
+
+}  // namespace mono3d
