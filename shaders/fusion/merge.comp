@@ -60,7 +60,7 @@ void main() {
   const vec4 old_position = imageLoad(old_position_radius, int(i));
   const vec3 p_cam = PointToCamera(old_position.xyz);
   const vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
-  const vec3 pixel_ray = Ray(vec2(float(pixel % params.width_px), float(pixel / params.width_px)));
+  const vec3 pixel_ray = Ray(vec2(PixelOf(pixel)));
 
   const float old_weight = WeightToCamera(old_normal.w);
   const float w = 1.0 / p_cam.z;

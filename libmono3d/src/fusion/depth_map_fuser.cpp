@@ -30,15 +30,15 @@ ViewParams DepthMapFuser::Params(const DepthMap& map) const {
 }
 
 bool DepthMapFuser::Upload(const DepthMap& map) {
-  const PackedDepthMap packed = Pack(map, context_.options.with_confidence);
-  num_candidates_ = packed.num_candidates;
-  if (packed.num_candidates == 0) return false;
+  Pack(map, context_.options.with_confidence, packed_);
+  num_candidates_ = packed_.num_candidates;
+  if (num_candidates_ == 0) return false;
   if (map.camera.width != width_px_ || map.camera.height != height_px_) {
     buffers_ = DepthMapBuffers(context_.device, map.camera.width, map.camera.height);
     width_px_ = map.camera.width;
     height_px_ = map.camera.height;
   }
-  buffers_.Upload(packed);
+  buffers_.Upload(context_.device, packed_);
   context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
   return true;
 }
@@ -83,9 +83,9 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   }
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
-  kernels.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
-  kernels.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
-  kernels.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
+  kernels.AssociateAndDraw(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels,
+                           visible_);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
   if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
@@ -205,6 +205,7 @@ void DepthMapFuser::Rest() {
   past_views_.Clear();
   inferred_.Rest();
   buffers_ = {};
+  packed_ = {};
   width_px_ = height_px_ = 0;
 }
 

@@ -74,9 +74,10 @@ class DepthMapFuser {
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;
-  AnchorTable anchors_;  // as the depth map's camera has them
-  BlockList visible_;    // what the stages work on
-  BlockList latest_;     // what the depth map adds
+  PackedDepthMap packed_;  // kept for its memory
+  AnchorTable anchors_;    // as the depth map's camera has them
+  BlockList visible_;      // what the stages work on
+  BlockList latest_;       // what the depth map adds
   InferredFuser inferred_;
   PastViews past_views_;
   std::vector<std::uint32_t> colours_;  // of its image, corrected; empty without one

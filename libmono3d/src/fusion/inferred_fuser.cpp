@@ -67,15 +67,15 @@ void InferredFuser::GiveWay(const View& view) {
 
 std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
                                  std::span<const std::uint32_t> colours, PastViews& past) {
-  PackedDepthMap packed = Pack(inferred, context_.options.with_confidence);
-  if (packed.num_candidates == 0) return 0;
-  if (!colours.empty()) packed.colour.assign(colours.begin(), colours.end());
+  Pack(inferred, context_.options.with_confidence, packed_);
+  if (packed_.num_candidates == 0) return 0;
+  if (!colours.empty()) packed_.colour.assign(colours.begin(), colours.end());
   if (inferred.camera.width != width_px_ || inferred.camera.height != height_px_) {
     width_px_ = inferred.camera.width;
     height_px_ = inferred.camera.height;
     buffers_ = DepthMapBuffers(context_.device, width_px_, height_px_);
   }
-  buffers_.Upload(packed);
+  buffers_.Upload(context_.device, packed_);
   context_.kernels.Prepare(context_.recorder, view.params, buffers_);
   const std::vector<std::uint32_t> new_pixels = SelectUncovered(view);
   const auto num_new = static_cast<std::uint32_t>(new_pixels.size());
@@ -111,19 +111,20 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
 std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
+  // The index map is as the fused depth map found the model: since then surfels have moved along
+  // the rays of this view, and those removed had no inferred pixel beside them.
   const ViewParams any = AnySurfelCovers(view.params);
-  kernels.DrawIndexMap(recorder, any, view.anchors, buffers_.index_map, model_.surfels,
-                       view.visible);
-  kernels.SelectNew(recorder, any, view.anchors, buffers_, model_.surfels);
+  kernels.SelectNew(recorder, any, view.anchors, buffers_, view.buffers.index_map, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
 
   ViewParams params = view.params;
   params.num_surfels = model_.inferred.size();
-  kernels.Associate(recorder, params, view.anchors, buffers_, model_.inferred, visible_);
-  kernels.DrawIndexMap(recorder, params, view.anchors, buffers_.index_map, model_.inferred,
-                       visible_);
-  kernels.SelectNew(recorder, params, view.anchors, buffers_, model_.inferred);
+  // From here on the index map is that of the inferred surfels.
+  kernels.AssociateAndDraw(recorder, params, view.anchors, buffers_, view.buffers.index_map,
+                           model_.inferred, visible_);
+  kernels.SelectNew(recorder, params, view.anchors, buffers_, view.buffers.index_map,
+                    model_.inferred);
   recorder.Submit(context_.times);
   const std::vector<std::uint32_t> uncovered = buffers_.selected.Download<std::uint32_t>();
   for (std::size_t i = 0; i < selected.size(); ++i) selected[i] &= uncovered[i];
@@ -169,6 +170,7 @@ void InferredFuser::Review(std::uint32_t num_new, std::uint32_t number, PastView
 
 void InferredFuser::Rest() {
   buffers_ = {};
+  packed_ = {};
   width_px_ = height_px_ = 0;
 }
 

@@ -24,10 +24,11 @@ class InferredFuser {
   // A depth map that is being fused, as what it matched was.
   struct View {
     ViewParams params;
-    const AnchorTable& anchors;      // as its camera has them
-    const DepthMapBuffers& buffers;  // what it matched; colours corrected
-    const BlockList& visible;        // matched surfels that it may see
-    std::uint32_t number = 0;        // its anchor's
+    const AnchorTable& anchors;  // as its camera has them
+    // What it matched; colours corrected, the matched surfels drawn into index_map.
+    const DepthMapBuffers& buffers;
+    const BlockList& visible;  // matched surfels that it may see
+    std::uint32_t number = 0;  // its anchor's
     int submap = 0;
   };
 
@@ -54,6 +55,7 @@ class InferredFuser {
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;  // of what is inferred
+  PackedDepthMap packed_;    // kept for its memory
   BlockList visible_;        // inferred surfels
   BlockList latest_;         // what the depth map adds
   int width_px_ = 0;
