@@ -91,11 +91,10 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
   const FusionKernels& kernels = context_.kernels;
   surfels.BeginInsert(view.number, num_new);
   recorder.Fill(buffers_.num_removed, 0);
-  kernels.Merge(recorder, params, view.anchors, buffers_, surfels, visible_);
-  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  kernels.Merge(recorder, params, view.anchors, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
   kernels.Insert(recorder, params, buffers_, surfels);
-  Review(num_new, view.number, past);
+  Review(params, SpheresOfNew(params, new_pixels, packed_.depth), past);
   recorder.Submit(context_.times);
   std::int64_t num_confirmed = 0;
   for (const auto& confirmed : surfels.TakeConfirmed(visible_.numbers())) {
@@ -150,21 +149,19 @@ bool InferredFuser::HasRoomFor(std::uint32_t num_new) {
 }
 
 // What the depth maps before this one say of its new surfels.
-void InferredFuser::Review(std::uint32_t num_new, std::uint32_t number, PastViews& past) {
-  if (num_new == 0) return;
-  const std::uint32_t first = model_.inferred.size();
-  latest_.SetRange(context_.device, first, first + WholeBlocks(num_new));
+void InferredFuser::Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres,
+                           PastViews& past) {
+  if (of_map.num_new == 0) return;
   for (PastView& view : past.views()) {
-    ViewParams params =
-        MakeViewParams(view.map, context_.options, first + WholeBlocks(num_new), number);
-    params.first_surfel = first;
+    const std::uint32_t end = of_map.num_surfels + WholeBlocks(of_map.num_new);
+    ViewParams params = MakeViewParams(view.map, context_.options, end, of_map.map_index);
+    params.first_surfel = of_map.num_surfels;
     params.is_past = 1;
-    view.anchors.Set(context_.device, model_.anchors.S_world_kf()[view.anchor],
-                     model_.anchors.S_world_surfels());
+    view.LookAt(context_.device, params, model_.anchors, of_map.map_index, new_spheres);
     context_.kernels.Associate(context_.recorder, params, view.anchors, view.buffers,
-                               model_.inferred, latest_);
+                               model_.inferred, view.new_blocks);
     context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed,
-                                    model_.inferred, latest_);
+                                    model_.inferred, view.new_blocks);
   }
 }
 

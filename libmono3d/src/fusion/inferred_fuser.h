@@ -50,14 +50,13 @@ class InferredFuser {
  private:
   void FindVisible(const View& view);
   std::vector<std::uint32_t> SelectUncovered(const View& view);
-  void Review(std::uint32_t num_new, std::uint32_t number, PastViews& past);
+  void Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres, PastViews& past);
 
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;  // of what is inferred
   PackedDepthMap packed_;    // kept for its memory
   BlockList visible_;        // inferred surfels
-  BlockList latest_;         // what the depth map adds
   int width_px_ = 0;
   int height_px_ = 0;
   std::vector<std::uint32_t> changed_anchors_;

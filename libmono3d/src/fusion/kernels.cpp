@@ -113,15 +113,15 @@ void FusionKernels::ExposureCells(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionKernels::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-                          const DepthMapBuffers& map, const SurfelStorage& surfels,
-                          const BlockList& blocks) const {
+                          const DepthMapBuffers& map, const Buffer& num_removed,
+                          const SurfelStorage& surfels, const BlockList& blocks) const {
   recorder.Fill(surfels.num_confirmed(), 0);
   recorder.Dispatch(
       merge_,
       {surfels.association(), map.depth, map.candidate, map.colour, surfels.position_radius(),
        surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.anchor_of_block(),
        anchors.buffer(), surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-       surfels.num_confirmed()},
+       surfels.num_confirmed(), num_removed},
       params, blocks.grid());
 }
 

@@ -52,9 +52,10 @@ class FusionKernels {
                      const Buffer& cells, const SurfelStorage& surfels,
                      const BlockList& blocks) const;
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms, and
-  // counts them per block in the storage's num_confirmed.
+  // counts them per block in the storage's num_confirmed; does what ClearFreeSpace does with the
+  // others.
   void Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-             const DepthMapBuffers& map, const SurfelStorage& surfels,
+             const DepthMapBuffers& map, const Buffer& num_removed, const SurfelStorage& surfels,
              const BlockList& blocks) const;
   // Reads association; changes the surfels from params.first_surfel on that it speaks against, and
   // adds those that it removes to the one uint of num_removed.
