@@ -2,6 +2,9 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 
 // What the image and the model say of the brightness of the same places: per cell of the image the
 // sums over the surfels that its pixels confirm. Means over a cell do not depend on how sharp the
@@ -39,9 +42,22 @@ void main() {
   const uvec3 of_surfel = uvec3(UnpackColour(imageLoad(history, int(i)).x));
   if (IsClipped(seen) || IsClipped(of_surfel)) return;
   const uint cell_px = max((params.width_px + kCellsPerRow - 1u) / kCellsPerRow, kMinCellPx);
-  const uint x = pixel % params.width_px, y = pixel / params.width_px;
-  const uint first = 4u * ((y / cell_px) * kCellsPerRow + x / cell_px);
-  atomicAdd(cells[first], 1u);
-  atomicAdd(cells[first + 1u], QuarterGrey(seen));
-  atomicAdd(cells[first + 2u], QuarterGrey(of_surfel));
+  const uvec2 at = PixelOf(pixel);
+  const uint cell = Divide(at.y, cell_px).x * kCellsPerRow + Divide(at.x, cell_px).x;
+  const uint grey_seen = QuarterGrey(seen), grey_of_surfel = QuarterGrey(of_surfel);
+  // Surfels of a block are neighbours, most of them in one cell: those of a subgroup that share one
+  // are added up first. Whole numbers, so that the order does not matter.
+  bool is_left = true;
+  [[dont_unroll]] while (is_left) {
+    if (cell != subgroupBroadcastFirst(cell)) continue;
+    const uint count = subgroupBallotBitCount(subgroupBallot(true));
+    const uint sum_seen = subgroupAdd(grey_seen);
+    const uint sum_of_surfels = subgroupAdd(grey_of_surfel);
+    if (subgroupElect()) {
+      atomicAdd(cells[4u * cell], count);
+      atomicAdd(cells[4u * cell + 1u], sum_seen);
+      atomicAdd(cells[4u * cell + 2u], sum_of_surfels);
+    }
+    is_left = false;
+  }
 }

@@ -5,6 +5,7 @@
 // kIndexCellsPerPixel cells per pixel, the nearest surfel in each cell. Surfels that face away, and
 // those that the depth map sees through, are not drawn.
 #include "fusion/view.glsl"
+#include "fusion/index_cell.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
@@ -15,8 +16,6 @@ layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per a
 
 uint ThisSurfel() { return SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x); }
 
-const uint kNoCell = 0xFFFFFFFFu;
-
 // The cell of surfel i and its depth, as bits that order like the positive number they are.
 uint IndexCell(uint i, out uint depth_bits) {
   depth_bits = 0u;
@@ -26,13 +25,6 @@ uint IndexCell(uint i, out uint depth_bits) {
   const int anchor = int(imageLoad(anchor_of_block, int(i / kSurfelsPerBlock)).x);
   UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const vec3 p_cam = PointToCamera(imageLoad(position_radius, int(i)).xyz);
-  if (p_cam.z <= 0.0 || Dot(DirectionToCamera(surfel_normal.xyz), p_cam) >= 0.0) return kNoCell;
-  precise vec2 cell = floor((Project(p_cam) + 0.5) * float(kIndexCellsPerPixel));
-  const uint width = params.width_px * kIndexCellsPerPixel;
-  const uint height = params.height_px * kIndexCellsPerPixel;
-  if (any(lessThan(cell, vec2(0.0))) || cell.x >= float(width) || cell.y >= float(height)) {
-    return kNoCell;
-  }
   depth_bits = floatBitsToUint(p_cam.z);
-  return uint(cell.y) * width + uint(cell.x);
+  return IndexCellOf(p_cam, DirectionToCamera(surfel_normal.xyz));
 }

@@ -29,7 +29,7 @@ void main() {
   const uint i = imageLoad(new_pixels, int(ItemIndex())).x;
   const float z = imageLoad(depth, int(i)).x;
   const vec4 normal = imageLoad(candidate, int(i));
-  const vec3 ray = Ray(vec2(float(i % params.width_px), float(i / params.width_px)));
+  const vec3 ray = Ray(vec2(PixelOf(i)));
   const float sigma = InverseDepthSigma(1.0 / z) * z * z;
   position_radius[slot] =
       vec4(ray * z, SurfelRadius(z, normal.xyz, ray) * float(params.merge_radius_px));

@@ -15,3 +15,6 @@ uint ItemIndex() { return WorkGroupIndex() * gl_WorkGroupSize.x + gl_LocalInvoca
 // The surfel of this invocation, in a block of this number. Lists of blocks are filled up to whole
 // rows of workgroups with a number whose surfels are beyond any model.
 uint SurfelOfBlock(uint block) { return block * kSurfelsPerBlock + gl_LocalInvocationID.x; }
+
+// Pixels are worked on in blocks of as many that follow each other, where only some have an estimate.
+uint PixelOfBlock(uint block) { return SurfelOfBlock(block); }

@@ -6,9 +6,11 @@
 
 // Each surfel that a pixel confirms takes up what the pixel says, by its weight. It moves along the
 // ray of this view only: errors of depth lie along rays, and surfels keep their spacing. Inverse
-// depth is averaged, in which matching errors are symmetric.
+// depth is averaged, in which matching errors are symmetric. What the map says against the others
+// is noted in the same pass (free_space.glsl), since it reads and writes the same.
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
+#include "fusion/free_space.glsl"
 
 layout(binding = 0, r32ui) uniform readonly uimageBuffer association;  // per surfel
 layout(binding = 1, r32f) uniform readonly imageBuffer depth;  // su, height x width
@@ -24,6 +26,7 @@ layout(binding = 10, std430) writeonly buffer PositionRadius { vec4 position_rad
 layout(binding = 11, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
 layout(binding = 12, std430) writeonly buffer History { uvec4 history[]; };
 layout(binding = 13, std430) buffer Confirmed { uint num_confirmed[]; };  // per block; 0 before
+layout(binding = 14, std430) buffer Count { uint num_removed; };
 
 // Channels of 10 bits from which on they are as bright as an image can be.
 const float kClipped = 1020.0;
@@ -42,25 +45,22 @@ uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
                Pack16(Low16(old.w), High16(old.w) + ConfidenceSteps(confidence)));
 }
 
-void main() {
-  const uint block = imageLoad(blocks, int(WorkGroupIndex())).x;
-  const uint i = SurfelOfBlock(block);
-  if (i >= params.num_surfels) return;
-  const uint pixel = imageLoad(association, int(i)).x;
-  if (!IsPixel(pixel)) return;
-  // Those that are left, in one addition.
-  const uint num_here = subgroupBallotBitCount(subgroupBallot(true));
-  if (subgroupElect()) atomicAdd(num_confirmed[block], num_here);
+struct Surfel {
+  vec4 position_radius;
+  vec4 normal_weight;
+};
+
+// A surfel as the pixel that confirms it changes it; `share` of that is the pixel's.
+Surfel Merged(uint i, uint block, uint pixel, vec4 measured_normal, out float share) {
   const int anchor = int(imageLoad(anchor_of_block, int(block)).x);
   UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
 
-  const vec4 measured_normal = imageLoad(candidate, int(pixel));
   const float measured_depth = imageLoad(depth, int(pixel)).x;
   const vec4 old_normal = imageLoad(old_normal_weight, int(i));
   const vec4 old_position = imageLoad(old_position_radius, int(i));
   const vec3 p_cam = PointToCamera(old_position.xyz);
   const vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
-  const vec3 pixel_ray = Ray(vec2(float(pixel % params.width_px), float(pixel / params.width_px)));
+  const vec3 pixel_ray = Ray(vec2(PixelOf(pixel)));
 
   const float old_weight = WeightToCamera(old_normal.w);
   const float w = 1.0 / p_cam.z;
@@ -69,7 +69,7 @@ void main() {
   // Information on depth, 1/su^2: sigma(z) = sigma(w) z^2.
   const float sigma = InverseDepthSigma(measured) / (measured * measured);
   const float weight = measured_normal.w / (sigma * sigma);
-  const float share = weight / (weight + old_weight);
+  share = weight / (weight + old_weight);
   // In inverse depth information is z^4 times as much.
   const float ratio = w / measured;
   const float weight_here = weight * ratio * ratio * ratio * ratio;
@@ -79,7 +79,31 @@ void main() {
   const vec3 normal = mix(old_normal.xyz, DirectionToAnchor(measured_normal.xyz), share);
   const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray) *
                        float(params.merge_radius_px);
-  position_radius[i] = vec4(PointToAnchor(ray / merged), min(old_position.w, radius / scale));
-  normal_weight[i] = vec4(normalize(normal), old_normal.w + WeightToAnchor(weight));
-  history[i] = MergedHistory(imageLoad(old_history, int(i)), pixel, share, measured_normal.w);
+  return Surfel(vec4(PointToAnchor(ray / merged), min(old_position.w, radius / scale)),
+                vec4(normalize(normal), old_normal.w + WeightToAnchor(weight)));
+}
+
+void main() {
+  const uint block = imageLoad(blocks, int(WorkGroupIndex())).x;
+  const uint i = SurfelOfBlock(block);
+  if (i >= params.num_surfels) return;
+  const uint said = imageLoad(association, int(i)).x;
+  if (said == kUnseen) return;
+  uvec4 of_surfel = imageLoad(old_history, int(i));
+  if (SpeaksAgainst(said, of_surfel)) {
+    history[i] = of_surfel;
+    if (!IsRefuted(of_surfel)) return;
+    normal_weight[i] = vec4(0.0);
+    atomicAdd(num_removed, 1u);
+    return;
+  }
+  // Those that are left, in one addition.
+  const uint num_here = subgroupBallotBitCount(subgroupBallot(true));
+  if (subgroupElect()) atomicAdd(num_confirmed[block], num_here);
+  const vec4 measured_normal = imageLoad(candidate, int(said));
+  float share;
+  const Surfel merged = Merged(i, block, said, measured_normal, share);
+  position_radius[i] = merged.position_radius;
+  normal_weight[i] = merged.normal_weight;
+  history[i] = MergedHistory(of_surfel, said, share, measured_normal.w);
 }

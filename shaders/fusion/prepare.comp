@@ -4,15 +4,17 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 
-// The candidate of each pixel: its normal and its confidence. Where the depth map has no normal, a
-// plane is fitted to the inverse depths around, which are affine in the pixel on a plane
+// Candidates are the normal and the confidence of a pixel. Those without a normal (0, 0, 0) get one
+// here: a plane is fitted to the inverse depths around, which are affine in the pixel on a plane
 // (1/z = a + b u + c v gives n ~ (fx b, fy c, ray of the pixel times the rest)). The window leaves
 // out whatever lies across a depth step.
 #include "fusion/view.glsl"
 
 layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
-layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_confidence;  // in camera; 0 to 1
-layout(binding = 2, std430) writeonly buffer Candidate { vec4 candidate[]; };  // same; all 0: none
+layout(binding = 1, rgba32f) uniform readonly imageBuffer given;  // candidates, as below
+layout(binding = 2, r32ui) uniform readonly uimageBuffer blocks;  // of pixels, to work on
+// Per pixel: unit normal in the camera's frame, confidence; all 0: none.
+layout(binding = 3, std430) writeonly buffer Candidate { vec4 candidate[]; };
 
 // 7x7 brings the normal of a map with half a pixel of matching noise to some 15 degrees.
 const int kNormalRadiusPx = 3;
@@ -63,17 +65,12 @@ vec3 FittedNormal(ivec2 pixel, float inverse_depth, vec3 ray) {
 }
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = PixelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.width_px * params.height_px) return;
+  const vec4 normal_confidence = imageLoad(given, int(i));
+  if (normal_confidence.w <= 0.0 || normal_confidence.xyz != vec3(0.0)) return;
   const float z = imageLoad(depth, int(i)).x;
-  const vec4 given = imageLoad(normal_confidence, int(i));
-  if (z <= 0.0 || given.w <= 0.0) {
-    candidate[i] = vec4(0.0);
-    return;
-  }
-  const ivec2 pixel = ivec2(int(i % params.width_px), int(i / params.width_px));
-  const vec3 ray = Ray(vec2(pixel));
-  vec3 normal = given.xyz;
-  if (dot(normal, ray) >= 0.0) normal = FittedNormal(pixel, 1.0 / z, ray);
-  candidate[i] = vec4(normalize(normal), given.w);
+  const ivec2 pixel = ivec2(PixelOf(i));
+  const vec3 normal = FittedNormal(pixel, 1.0 / z, Ray(vec2(pixel)));
+  candidate[i] = vec4(normalize(normal), normal_confidence.w);
 }

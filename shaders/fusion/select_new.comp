@@ -2,6 +2,9 @@
 // Copyright the mono3d authors
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 
 // Which pixels become a surfel: those around which the index map has none that is the same surface.
 // One bit per pixel; the host counts them, so that surfels are inserted in the order of the pixels.
@@ -13,16 +16,17 @@ layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;  // per cell
 layout(binding = 3, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer anchor_of_block;
 layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
-layout(binding = 6, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
+layout(binding = 6, r32ui) uniform readonly uimageBuffer blocks;  // of pixels, to work on
+layout(binding = 7, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
 
 const uint kNoSurfel = 0xFFFFFFFFu;
 
-bool SameSurface(uint surfel, float inverse_depth, float expected, float measured, vec3 n_cam) {
+bool SameSurface(uint surfel, float inverse_depth, float difference, float measured, vec3 n_cam) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(surfel));
   const int anchor = int(imageLoad(anchor_of_block, int(surfel / kSurfelsPerBlock)).x);
   UseAnchor(imageLoad(anchors, 2 * anchor), imageLoad(anchors, 2 * anchor + 1));
   const float sigma = JointSigma(measured, inverse_depth, WeightToCamera(surfel_normal.w));
-  return abs(inverse_depth - expected) <= params.association_sigmas * sigma &&
+  return difference <= params.association_sigmas * sigma &&
          Dot(DirectionToCamera(surfel_normal.xyz), n_cam) >= params.min_normal_cosine;
 }
 
@@ -33,49 +37,110 @@ float CellRay(int cell, float centre, float focal) {
   return coordinate;
 }
 
+// What is looked for around a pixel, and the cell that comes nearest to it.
+struct Search {
+  vec3 n_cam;
+  float measured;        // inverse depth
+  float at_measurement;  // TangentPlaneInverseDepth, of which this is the same for all cells
+  float difference;      // of inverse depth, the least so far
+  float inverse_depth;   // there
+  uint cell;
+};
+
+// `along_ray`: normal times ray of the cell. The row's `first_cell` is in the index map, as is
+// column u where `is_inside`.
+void LookAt(inout Search search, int first_cell, int u, bool is_inside, float along_ray) {
+  const int cell = first_cell + u;
+  const uint depth_bits = imageLoad(index_map, 2 * cell + 1).x;
+  precise float inverse_depth = 1.0 / uintBitsToFloat(depth_bits);
+  precise float on_plane = search.measured * (along_ray / search.at_measurement);
+  const float expected =
+      search.at_measurement > -1e-3 || along_ray > -1e-3 ? search.measured : on_plane;
+  precise float difference = abs(inverse_depth - expected);
+  const bool is_better =
+      is_inside && depth_bits != kNoSurfel && difference < search.difference;
+  search.difference = is_better ? difference : search.difference;
+  search.inverse_depth = is_better ? inverse_depth : search.inverse_depth;
+  search.cell = is_better ? uint(cell) : search.cell;
+}
+
+float Along(float n, int cell, float centre, float focal) {
+  precise float along = n * CellRay(cell, centre, focal);
+  return along;
+}
+
+// The four by four cells from `first` on, in order, without a loop: a CPU device spends more on the
+// steps of one than on what is done in them.
+void LookAround(inout Search search, ivec2 first, ivec2 size) {
+  float along_x[4];
+  [[unroll]] for (int k = 0; k < 4; ++k) {
+    along_x[k] = Along(search.n_cam.x, first.x + k, params.cx, params.fx);
+  }
+  [[unroll]] for (int row = 0; row < 4; ++row) {
+    const int v = first.y + row;
+    const bool has_row = v >= 0 && v < size.y;
+    const int first_cell = clamp(v, 0, size.y - 1) * size.x;
+    const float along_y = Along(search.n_cam.y, v, params.cy, params.fy);
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+      const int u = first.x + k;
+      precise float along_ray = along_x[k] + along_y + search.n_cam.z;
+      LookAt(search, first_cell, clamp(u, 0, size.x - 1), has_row && u >= 0 && u < size.x,
+             along_ray);
+    }
+  }
+}
+
+// `margin` cells beyond those of the pixel on each side.
+void LookFarther(inout Search search, ivec2 first, int margin, ivec2 size) {
+  const ivec2 from = max(first, ivec2(0));
+  const ivec2 end = min(first + int(kIndexCellsPerPixel) + 2 * margin, size);
+  [[dont_unroll]] for (int v = from.y; v < end.y; ++v) {
+    const float along_y = Along(search.n_cam.y, v, params.cy, params.fy);
+    [[dont_unroll]] for (int u = from.x; u < end.x; ++u) {
+      precise float along_ray =
+          Along(search.n_cam.x, u, params.cx, params.fx) + along_y + search.n_cam.z;
+      LookAt(search, v * size.x, u, true, along_ray);
+    }
+  }
+}
+
 bool Covered(ivec2 pixel, vec3 n_cam, float measured) {
   const int cells = int(kIndexCellsPerPixel);
   const ivec2 size = ivec2(int(params.width_px), int(params.height_px)) * cells;
-  // TangentPlaneInverseDepth, of which most is the same for all cells of a row.
   precise float at_measurement = Dot(n_cam, Ray(vec2(pixel)));
-  float best = 3.4e38;
-  uint best_cell = kNoSurfel;
-  float best_expected = 0.0, best_inverse_depth = 0.0;
-  // Cells beyond those of the pixel that are searched on each side. One cell for a radius of a
-  // pixel: a surfel within one pixel covers this one, so surfels stay no closer than the pixels of
-  // the finest view need.
+  Search search = Search(n_cam, measured, at_measurement, 3.4e38, 0.0, kNoSurfel);
+  // One cell for a radius of a pixel: a surfel within one pixel covers this one, so surfels stay no
+  // closer than the pixels of the finest view need.
   const int margin = cells * int(params.merge_radius_px) - 1;
-  const ivec2 first = max(pixel * cells - margin, ivec2(0));
-  const ivec2 last = min(pixel * cells + cells + margin, size) - 1;
-  for (int v = first.y; v <= last.y; ++v) {
-    const float y = CellRay(v, params.cy, params.fy);
-    precise float along_y = n_cam.y * y;
-    for (int u = first.x; u <= last.x; ++u) {
-      const uint depth_bits = imageLoad(index_map, 2 * (v * size.x + u) + 1).x;
-      precise float inverse_depth = 1.0 / uintBitsToFloat(depth_bits);
-      precise float along_ray = n_cam.x * CellRay(u, params.cx, params.fx) + along_y + n_cam.z;
-      precise float on_plane = measured * (along_ray / at_measurement);
-      const float expected =
-          at_measurement > -1e-3 || along_ray > -1e-3 ? measured : on_plane;
-      precise float difference = abs(inverse_depth - expected);
-      const bool is_better = depth_bits != kNoSurfel && difference < best;
-      best = is_better ? difference : best;
-      best_cell = is_better ? uint(v * size.x + u) : best_cell;
-      best_expected = is_better ? expected : best_expected;
-      best_inverse_depth = is_better ? inverse_depth : best_inverse_depth;
-    }
+  const ivec2 first = pixel * cells - margin;
+  if (params.merge_radius_px == 1u) {
+    LookAround(search, first, size);
+  } else {
+    LookFarther(search, first, margin, size);
   }
-  if (best_cell == kNoSurfel) return false;
-  const uint surfel = imageLoad(index_map, int(2u * best_cell)).x;
-  return SameSurface(surfel, best_inverse_depth, best_expected, measured, n_cam);
+  if (search.cell == kNoSurfel) return false;
+  const uint surfel = imageLoad(index_map, int(2u * search.cell)).x;
+  return SameSurface(surfel, search.inverse_depth, search.difference, measured, n_cam);
+}
+
+// The bits of a subgroup that go into one word, in one step.
+void Select(uint pixel) {
+  const uint word = pixel >> 5;
+  bool is_left = true;
+  [[dont_unroll]] while (is_left) {
+    if (word != subgroupBroadcastFirst(word)) continue;
+    const uint bits = subgroupOr(1u << (pixel & 31u));
+    if (subgroupElect()) atomicOr(selected[word], bits);
+    is_left = false;
+  }
 }
 
 void main() {
-  const uint i = ItemIndex();
+  const uint i = PixelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (i >= params.width_px * params.height_px) return;
   const vec4 normal = imageLoad(candidate, int(i));
   if (normal.w <= 0.0) return;
-  const ivec2 pixel = ivec2(int(i % params.width_px), int(i / params.width_px));
+  const ivec2 pixel = ivec2(PixelOf(i));
   const float measured = 1.0 / imageLoad(depth, int(i)).x;
-  if (!Covered(pixel, normal.xyz, measured)) atomicOr(selected[i >> 5], 1u << (i & 31u));
+  if (!Covered(pixel, normal.xyz, measured)) Select(i);
 }

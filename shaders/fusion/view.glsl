@@ -24,6 +24,20 @@ const uint kIndexCellsPerPixel = 2u;
 const float kMaxElongation = 4.0;
 const float kSqrt2 = 1.41421356;
 
+// Quotient and remainder, by multiplication: processors have no division of whole numbers for
+// vectors. `dividend` below 2^31 and 2^22 times the divisor: then the estimate is off by one at most.
+uvec2 Divide(uint dividend, uint divisor) {
+  int quotient = int(float(dividend) * (1.0 / float(divisor)));
+  int rest = int(dividend) - quotient * int(divisor);
+  const int step = rest < 0 ? -1 : (rest >= int(divisor) ? 1 : 0);
+  quotient += step;
+  rest -= step * int(divisor);
+  return uvec2(uint(quotient), uint(rest));
+}
+
+// Column and row of a pixel by its number.
+uvec2 PixelOf(uint number) { return Divide(number, params.width_px).yx; }
+
 float Dot(vec3 a, vec3 b) {
   precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
   return sum;

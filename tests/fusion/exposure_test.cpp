@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -68,6 +69,19 @@ TEST(EstimateExposure, RefusesAnImpossibleGain) {
   const Exposure found = EstimateExposure(cells, {0.9, 4});
   EXPECT_EQ(found.gain, 0.9);
   EXPECT_EQ(found.offset, 0);
+}
+
+TEST(ExposureSample, TakesAllOfFewAndSpreadsTheRestEvenly) {
+  std::vector<std::uint32_t> blocks(9600);
+  std::iota(blocks.begin(), blocks.end(), 100);
+  EXPECT_EQ(ExposureSample(blocks, 2439), blocks);  // 63 * 4 * 2439 surfels: all
+  const auto sample = ExposureSample(blocks, 336);
+  // 63 * 4 * 336 surfels of 64 * 9600, in blocks.
+  EXPECT_NEAR(static_cast<double>(sample.size()), 63 * 4 * 336 / 64.0, 5);
+  // Rows of 12 blocks, as of an image 768 wide: each column has its share.
+  std::array<int, 12> of_column{};
+  for (const std::uint32_t block : sample) ++of_column[(block - 100) % 12];
+  for (const int count : of_column) EXPECT_NEAR(count, static_cast<double>(sample.size()) / 12, 8);
 }
 
 TEST(CorrectedColours, UndoesTheExposureAndKeepsClippedValues) {

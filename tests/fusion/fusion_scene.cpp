@@ -116,7 +116,7 @@ StageScene::StageScene(const TrackedMap& map, const Surfels& model, const Surfel
       buffers(TestDevice(), map.camera.width, map.camera.height),
       storage(TestDevice(), kRoom) {
   anchor_table.Set(TestDevice(), anchors);
-  buffers.Upload(packed);
+  buffers.Upload(TestDevice(), packed);
   storage.Upload(surfels);
   all_blocks.SetRange(TestDevice(), 0, storage.size());
 }
@@ -135,7 +135,7 @@ void StageScene::RunIndexMap() {
 
 void StageScene::RunSelectNew() {
   RunIndexMap();
-  kernels.SelectNew(recorder, view, anchor_table, buffers, storage);
+  kernels.SelectNew(recorder, view, anchor_table, buffers, buffers.index_map, storage);
   recorder.Submit();
 }
 

@@ -68,5 +68,22 @@ TEST(IndexMap, IsTheSameInTwoPassesOf32Bits) {
   EXPECT_EQ(scene.DeviceIndexMap(), in_one_pass);
 }
 
+TEST(IndexMap, IsTheSameInOnePassWithTheAssociation) {
+  StageScene scene(96, 56, 5);
+  scene.RunIndexMap();
+  const auto association = scene.DeviceAssociation();
+  const auto index_map = scene.DeviceIndexMap();
+  ASSERT_NE(index_map, std::vector<reference::IndexCell>(index_map.size()));
+  for (const bool allow_int64_atomics : {true, false}) {
+    const FusionKernels kernels(TestDevice(), allow_int64_atomics);
+    scene.recorder.Fill(scene.storage.association(), 0);
+    kernels.AssociateAndDraw(scene.recorder, scene.view, scene.anchor_table, scene.buffers,
+                             scene.buffers.index_map, scene.storage, scene.all_blocks);
+    scene.recorder.Submit();
+    EXPECT_EQ(scene.DeviceAssociation(), association);
+    EXPECT_EQ(scene.DeviceIndexMap(), index_map);
+  }
+}
+
 }  // namespace
 }  // namespace mono3d

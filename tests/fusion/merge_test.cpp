@@ -13,8 +13,9 @@ namespace {
 
 void RunMerge(StageScene& scene) {
   scene.RunAssociate();
-  scene.kernels.Merge(scene.recorder, scene.view, scene.anchor_table, scene.buffers, scene.storage,
-                      scene.all_blocks);
+  scene.recorder.Fill(scene.buffers.num_removed, 0);
+  scene.kernels.Merge(scene.recorder, scene.view, scene.anchor_table, scene.buffers,
+                      scene.buffers.num_removed, scene.storage, scene.all_blocks);
   scene.recorder.Submit();
 }
 
@@ -123,6 +124,9 @@ TEST(Merge, EqualsReference) {
     Surfels expected = scene.surfels;
     reference::Merge(scene.view, scene.anchors, scene.packed, scene.DeviceCandidates(),
                      scene.DeviceAssociation(), expected);
+    const std::uint32_t num_removed =
+        reference::ClearFreeSpace(scene.view, scene.DeviceAssociation(), expected);
+    EXPECT_EQ(scene.buffers.num_removed.Download<std::uint32_t>().front(), num_removed);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const float depth = std::abs(expected.position_radius[i][2]);
       for (std::size_t k = 0; k < 4; ++k) {

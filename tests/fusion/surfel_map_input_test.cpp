@@ -164,11 +164,12 @@ TEST(SurfelMapInput, ReportsTimesOfItsStages) {
   (void)map->Integrate(SmallMap());
   std::vector<std::string> stages;
   for (const StageTime& time : times.Snapshot()) stages.push_back(time.stage);
-  for (const char* stage :
-       {"fusion/integrate", "fusion/prepare", "fusion/associate", "fusion/merge",
-        "fusion/select_new", "fusion/free_space", "fusion/insert"}) {
+  for (const char* stage : {"fusion/integrate", "fusion/prepare", "fusion/merge",
+                            "fusion/select_new", "fusion/insert"}) {
     EXPECT_THAT(stages, ::testing::Contains(stage));
   }
+  // With or without the index map in one pass.
+  EXPECT_THAT(stages, ::testing::Contains(::testing::StartsWith("fusion/associate")));
 }
 
 }  // namespace

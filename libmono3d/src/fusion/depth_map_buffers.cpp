@@ -22,15 +22,14 @@ std::span<const T> AsSpan(const std::vector<T>& values) {
   return values;
 }
 
-// What of its confidence a pixel keeps for the angle under which it sees the surface. Beyond
-// kMaxSlantDeg it shows the edge of a surface, or the ramp that smoothing lays across a depth step:
-// its depth moves with every fraction of a pixel, by the tangent of the angle, and its information
-// falls with the square of that, which is nearly that of the cosine. 1 without a normal.
-float SlantShare(const CameraModel& camera, int x, int y, const cv::Vec3f& n) {
+// What of its confidence a pixel keeps for the angle under which it sees the surface: `along` is
+// its unit normal times the ray, turned towards the camera. Beyond kMaxSlantDeg it shows the edge
+// of a surface, or the ramp that smoothing lays across a depth step: its depth moves with every
+// fraction of a pixel, by the tangent of the angle, and its information falls with the square of
+// that, which is nearly that of the cosine. 1 without a normal.
+float SlantShare(double along, double ray_square) {
   static const double least_cosine = std::cos(kMaxSlantDeg * std::numbers::pi / 180);
-  const Eigen::Vector3d ray = camera.Unproject({x, y});
-  const double along = -(ray.x() * n[0] + ray.y() * n[1] + ray.z() * n[2]);
-  const double share = along * along / (least_cosine * least_cosine * ray.squaredNorm());
+  const double share = along * along / (least_cosine * least_cosine * ray_square);
   return along <= 0 || share >= 1 ? 1.0F : static_cast<float>(share);
 }
 
@@ -43,38 +42,64 @@ bool IsInside(const DepthMap& map, int x, int y) {
 
 }  // namespace
 
-PackedDepthMap Pack(const DepthMap& map, bool with_confidence) {
-  PackedDepthMap packed;
+void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed) {
   const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
   packed.depth.resize(num_pixels);
   packed.normal_confidence.resize(num_pixels);
-  packed.colour.resize(num_pixels, kGrey);
+  packed.colour.assign(map.bgr.empty() ? num_pixels : 0, kGrey);
+  packed.colour.resize(num_pixels);
+  packed.num_candidates = 0;
+  packed.blocks.clear();
+  packed.blocks_to_fit.clear();
+  const auto add_block = [](std::size_t pixel, std::vector<std::uint32_t>& blocks) {
+    const auto block = static_cast<std::uint32_t>(pixel / kSurfelsPerBlock);
+    if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
+  };
+  std::vector<double> ray_x;  // the camera has no distortion
+  for (int x = 0; x < map.camera.width; ++x) ray_x.push_back(map.camera.Unproject({x, 0}).x());
   std::size_t i = 0;
   for (int y = 0; y < map.camera.height; ++y) {
+    const double ray_y = map.camera.Unproject({0, y}).y();
     const auto* depth = map.depth.ptr<float>(y);
     const auto* confidences =
         map.confidence.empty() || !with_confidence ? nullptr : map.confidence.ptr<float>(y);
     const auto* normals = map.normal.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
     const auto* colours = map.bgr.empty() ? nullptr : map.bgr.ptr<cv::Vec3b>(y);
     for (int x = 0; x < map.camera.width; ++x, ++i) {
+      if (colours != nullptr) {
+        const cv::Vec3b& bgr = colours[x];
+        packed.colour[i] = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
+                           static_cast<std::uint32_t>(bgr[0] << 16);
+      }
       const float z = depth[x];
-      float confidence = confidences == nullptr ? 1.0F : confidences[x];
+      float confidence = confidences == nullptr ? 1.0F : std::min(confidences[x], 1.0F);
       // Written so that NaN fails.
       const bool is_candidate = std::isfinite(z) && z > 0 && confidence > 0 && IsInside(map, x, y);
-      confidence = is_candidate ? std::min(confidence, 1.0F) : 0.0F;
       packed.depth[i] = is_candidate ? z : 0.0F;
-      packed.num_candidates += is_candidate ? 1 : 0;
+      packed.normal_confidence[i] = {0, 0, 0, 0};
+      if (!is_candidate) continue;
+      ++packed.num_candidates;
+      add_block(i, packed.blocks);
       cv::Vec3f n(0, 0, 0);
       if (normals != nullptr) n = normals[x];
       if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
-      if (with_confidence) confidence *= SlantShare(map.camera, x, y, n);
-      packed.normal_confidence[i] = {n[0], n[1], n[2], confidence};
-      if (colours == nullptr) continue;
-      const cv::Vec3b& bgr = colours[x];
-      packed.colour[i] = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
-                         static_cast<std::uint32_t>(bgr[0] << 16);
+      const double rx = ray_x[static_cast<std::size_t>(x)];
+      const double along = -(rx * n[0] + ray_y * n[1] + n[2]);
+      if (with_confidence) confidence *= SlantShare(along, rx * rx + ray_y * ray_y + 1);
+      if (along > 0) {
+        n = cv::normalize(n);
+        packed.normal_confidence[i] = {n[0], n[1], n[2], confidence};
+      } else {
+        add_block(i, packed.blocks_to_fit);
+        packed.normal_confidence[i][3] = confidence;
+      }
     }
   }
+}
+
+PackedDepthMap Pack(const DepthMap& map, bool with_confidence) {
+  PackedDepthMap packed;
+  Pack(map, with_confidence, packed);
   return packed;
 }
 
@@ -84,7 +109,6 @@ DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int widt
   const std::size_t cells = pixels * kIndexCellsPerPixel * kIndexCellsPerPixel;
   const std::size_t words = (pixels + 31) / 32;
   depth = Buffer(device, pixels * 4, "fusion/depth");
-  normal_confidence = Buffer(device, pixels * 16, "fusion/normal_confidence");
   colour = Buffer(device, pixels * 4, "fusion/colour");
   candidate = Buffer(device, pixels * 16, "fusion/candidate");
   index_map = Buffer(device, cells * 8, "fusion/index_map");
@@ -98,10 +122,12 @@ DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int widt
   num_removed = Buffer(device, 4, "fusion/num_removed");
 }
 
-void DepthMapBuffers::Upload(const PackedDepthMap& map) {
+void DepthMapBuffers::Upload(const std::shared_ptr<Device>& device, const PackedDepthMap& map) {
   depth.Upload(AsSpan(map.depth));
-  normal_confidence.Upload(AsSpan(map.normal_confidence));
+  candidate.Upload(AsSpan(map.normal_confidence));
   colour.Upload(AsSpan(map.colour));
+  blocks.Set(device, map.blocks);
+  blocks_to_fit.Set(device, map.blocks_to_fit);
 }
 
 }  // namespace mono3d

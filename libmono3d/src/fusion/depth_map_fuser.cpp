@@ -32,15 +32,15 @@ ViewParams DepthMapFuser::Params(const DepthMap& map) const {
 }
 
 bool DepthMapFuser::Upload(const DepthMap& map) {
-  const PackedDepthMap packed = Pack(map, context_.options.with_confidence);
-  num_candidates_ = packed.num_candidates;
-  if (packed.num_candidates == 0) return false;
+  Pack(map, context_.options.with_confidence, packed_);
+  num_candidates_ = packed_.num_candidates;
+  if (num_candidates_ == 0) return false;
   if (map.camera.width != width_px_ || map.camera.height != height_px_) {
     buffers_ = DepthMapBuffers(context_.device, map.camera.width, map.camera.height);
     width_px_ = map.camera.width;
     height_px_ = map.camera.height;
   }
-  buffers_.Upload(packed);
+  buffers_.Upload(context_.device, packed_);
   context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
   return true;
 }
@@ -85,15 +85,16 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   }
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
-  kernels.Associate(recorder, params, anchors_, buffers_, model_.surfels, visible_);
-  kernels.DrawIndexMap(recorder, params, anchors_, buffers_.index_map, model_.surfels, visible_);
-  kernels.SelectNew(recorder, params, anchors_, buffers_, model_.surfels);
+  kernels.AssociateAndDraw(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels,
+                           visible_);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
   if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
   const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
   buffers_.new_pixels.Upload(std::span(new_pixels));
   num_new_ = static_cast<std::uint32_t>(new_pixels.size());
+  new_spheres_ = SpheresOfNew(params, new_pixels, packed_.depth);
 }
 
 // The colours of the model are those of its first image's exposure: what is uploaded comes to it,
@@ -103,8 +104,11 @@ Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
   if (map.bgr.empty()) return {};
   const ViewParams params = Params(map);
   if (params.num_surfels == 0) latest_exposure_ = {};
+  compared_.Set(
+      context_.device,
+      ExposureSample(visible_.numbers(), NumExposureCells(params.width_px, params.height_px)));
   context_.kernels.ExposureCells(context_.recorder, params, buffers_, buffers_.exposure_cells,
-                                 model_.surfels, visible_);
+                                 model_.surfels, compared_);
   context_.recorder.Submit(context_.times);
   const auto cells = buffers_.exposure_cells.Download<ExposureCell>();
   latest_exposure_ = EstimateExposure(cells, latest_exposure_);
@@ -125,12 +129,11 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
   surfels.BeginInsert(number, num_new_);
-  kernels.Merge(recorder, params, anchors_, buffers_, surfels, visible_);
   recorder.Fill(buffers_.num_removed, 0);
-  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  kernels.Merge(recorder, params, anchors_, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
   kernels.Insert(recorder, params, buffers_, surfels);
-  ReviewNew(params.num_surfels, params.num_surfels + WholeBlocks(num_new_), number);
+  ReviewNew(params, number);
   recorder.Submit(context_.times);
   NoteChanges();
   return buffers_.num_removed.Download<std::uint32_t>().front();
@@ -156,19 +159,18 @@ void DepthMapFuser::NoteChanges() {
 
 // What the depth maps before this one say of its new surfels: they cannot confirm them, or there
 // would be a surfel there already, but they may have seen through them, or something before them.
-void DepthMapFuser::ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number) {
-  if (first_slot == end) return;
-  latest_.SetRange(context_.device, first_slot, end);
-  const AnchorMap& anchors = model_.anchors;
+void DepthMapFuser::ReviewNew(const ViewParams& of_map, std::uint32_t number) {
+  if (num_new_ == 0) return;
   for (PastView& past : past_views_.views()) {
+    const std::uint32_t end = of_map.num_surfels + WholeBlocks(num_new_);
     ViewParams params = MakeViewParams(past.map, context_.options, end, number);
-    params.first_surfel = first_slot;
+    params.first_surfel = of_map.num_surfels;
     params.is_past = 1;
-    past.anchors.Set(context_.device, anchors.S_world_kf()[past.anchor], anchors.S_world_surfels());
+    past.LookAt(context_.device, params, model_.anchors, number, new_spheres_);
     context_.kernels.Associate(context_.recorder, params, past.anchors, past.buffers,
-                               model_.surfels, latest_);
+                               model_.surfels, past.new_blocks);
     context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
-                                    latest_);
+                                    past.new_blocks);
   }
 }
 
@@ -207,6 +209,7 @@ void DepthMapFuser::Rest() {
   past_views_.Clear();
   inferred_.Rest();
   buffers_ = {};
+  packed_ = {};
   width_px_ = height_px_ = 0;
 }
 

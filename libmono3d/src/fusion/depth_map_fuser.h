@@ -11,6 +11,7 @@
 #include "fusion/exposure.h"
 #include "fusion/fusion_context.h"
 #include "fusion/inferred_fuser.h"
+#include "fusion/new_blocks.h"
 #include "fusion/past_views.h"
 
 namespace mono3d {
@@ -73,20 +74,22 @@ class DepthMapFuser {
                             int submap);
   std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
   void NoteChanges();
-  void ReviewNew(std::uint32_t first_slot, std::uint32_t end, std::uint32_t number);
+  void ReviewNew(const ViewParams& of_map, std::uint32_t number);
   bool Coarsen();
 
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;
-  AnchorTable anchors_;  // as the depth map's camera has them
-  BlockList visible_;    // what the stages work on
-  BlockList latest_;     // what the depth map adds
+  PackedDepthMap packed_;  // kept for its memory
+  AnchorTable anchors_;    // as the depth map's camera has them
+  BlockList visible_;      // what the stages work on
+  BlockList compared_;     // of those, for the exposure
   InferredFuser inferred_;
   PastViews past_views_;
-  std::vector<std::uint32_t> colours_;  // of its image, corrected; empty without one
-  std::int64_t num_candidates_ = 0;     // of what was uploaded
-  std::uint32_t num_new_ = 0;           // pixels that become a surfel, as Associate found
+  std::vector<std::uint32_t> colours_;    // of its image, corrected; empty without one
+  std::int64_t num_candidates_ = 0;       // of what was uploaded
+  std::vector<BlockSphere> new_spheres_;  // of those, block by block
+  std::uint32_t num_new_ = 0;             // pixels that become a surfel, as Associate found
   std::uint32_t merge_radius_px_ = 1;
   Exposure latest_exposure_;  // of the depth map fused last
   int width_px_ = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "fusion/surfel.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {
@@ -121,6 +122,25 @@ std::uint32_t ExposureCellSize_px(std::uint32_t width_px) {
 std::uint32_t NumExposureCells(std::uint32_t width_px, std::uint32_t height_px) {
   const std::uint32_t cell_px = ExposureCellSize_px(width_px);
   return kExposureCellsPerRow * ((height_px + cell_px - 1) / cell_px);
+}
+
+std::vector<std::uint32_t> ExposureSample(std::span<const std::uint32_t> blocks,
+                                          std::uint32_t num_cells) {
+  // The errors of a mean over so many are below half a grey value, kMinCellSigma, where those of
+  // single surfels are below eight.
+  constexpr std::uint64_t kWantedPerCell = std::uint64_t{4} * kMinSurfelsPerCell;
+  const std::uint64_t num_surfels = std::uint64_t{blocks.size()} * kSurfelsPerBlock;
+  const std::uint64_t wanted = kWantedPerCell * num_cells;
+  if (num_surfels <= wanted) return {blocks.begin(), blocks.end()};
+  // The fractional parts of multiples of the golden ratio are spread evenly (Weyl), whatever period
+  // the list has.
+  constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;  // in 1/2^32, without its whole part
+  const auto limit = static_cast<std::uint32_t>((wanted << 32U) / num_surfels);
+  std::vector<std::uint32_t> sample;
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (i * kGoldenRatio < limit) sample.push_back(blocks[i]);
+  }
+  return sample;
 }
 
 Exposure EstimateExposure(std::span<const ExposureCell> cells, const Exposure& before) {

@@ -26,6 +26,12 @@ std::uint32_t NumExposureCells(std::uint32_t width_px, std::uint32_t height_px);
 // Number of surfels, sums of the image's and the surfels' grey in 1/4 grey values; 0.
 using ExposureCell = std::array<std::uint32_t, 4>;
 
+// Of the blocks of surfels in view, those that are compared: where there are more of them, so many
+// that each of `num_cells` cells gets four times the surfels that it needs, on average. Spread
+// evenly over the list, and over any rows that it is made of.
+std::vector<std::uint32_t> ExposureSample(std::span<const std::uint32_t> blocks,
+                                          std::uint32_t num_cells);
+
 // Robust regression of the image's cell means on the model's (iteratively reweighted least
 // squares, weights of Geman and McClure, scale from the residuals): what changed between the views,
 // as shadows and reflections do, does not count. Where few cells are seen, or all of one

@@ -67,15 +67,15 @@ void InferredFuser::GiveWay(const View& view) {
 
 std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
                                  std::span<const std::uint32_t> colours, PastViews& past) {
-  PackedDepthMap packed = Pack(inferred, context_.options.with_confidence);
-  if (packed.num_candidates == 0) return 0;
-  if (!colours.empty()) packed.colour.assign(colours.begin(), colours.end());
+  Pack(inferred, context_.options.with_confidence, packed_);
+  if (packed_.num_candidates == 0) return 0;
+  if (!colours.empty()) packed_.colour.assign(colours.begin(), colours.end());
   if (inferred.camera.width != width_px_ || inferred.camera.height != height_px_) {
     width_px_ = inferred.camera.width;
     height_px_ = inferred.camera.height;
     buffers_ = DepthMapBuffers(context_.device, width_px_, height_px_);
   }
-  buffers_.Upload(packed);
+  buffers_.Upload(context_.device, packed_);
   context_.kernels.Prepare(context_.recorder, view.params, buffers_);
   const std::vector<std::uint32_t> new_pixels = SelectUncovered(view);
   const auto num_new = static_cast<std::uint32_t>(new_pixels.size());
@@ -91,11 +91,10 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
   const FusionKernels& kernels = context_.kernels;
   surfels.BeginInsert(view.number, num_new);
   recorder.Fill(buffers_.num_removed, 0);
-  kernels.Merge(recorder, params, view.anchors, buffers_, surfels, visible_);
-  kernels.ClearFreeSpace(recorder, params, buffers_.num_removed, surfels, visible_);
+  kernels.Merge(recorder, params, view.anchors, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
   kernels.Insert(recorder, params, buffers_, surfels);
-  Review(num_new, view.number, past);
+  Review(params, SpheresOfNew(params, new_pixels, packed_.depth), past);
   recorder.Submit(context_.times);
   std::int64_t num_confirmed = 0;
   for (const auto& confirmed : surfels.TakeConfirmed(visible_.numbers())) {
@@ -111,19 +110,20 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
 std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
+  // The index map is as the fused depth map found the model: since then surfels have moved along
+  // the rays of this view, and those removed had no inferred pixel beside them.
   const ViewParams any = AnySurfelCovers(view.params);
-  kernels.DrawIndexMap(recorder, any, view.anchors, buffers_.index_map, model_.surfels,
-                       view.visible);
-  kernels.SelectNew(recorder, any, view.anchors, buffers_, model_.surfels);
+  kernels.SelectNew(recorder, any, view.anchors, buffers_, view.buffers.index_map, model_.surfels);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
 
   ViewParams params = view.params;
   params.num_surfels = model_.inferred.size();
-  kernels.Associate(recorder, params, view.anchors, buffers_, model_.inferred, visible_);
-  kernels.DrawIndexMap(recorder, params, view.anchors, buffers_.index_map, model_.inferred,
-                       visible_);
-  kernels.SelectNew(recorder, params, view.anchors, buffers_, model_.inferred);
+  // From here on the index map is that of the inferred surfels.
+  kernels.AssociateAndDraw(recorder, params, view.anchors, buffers_, view.buffers.index_map,
+                           model_.inferred, visible_);
+  kernels.SelectNew(recorder, params, view.anchors, buffers_, view.buffers.index_map,
+                    model_.inferred);
   recorder.Submit(context_.times);
   const std::vector<std::uint32_t> uncovered = buffers_.selected.Download<std::uint32_t>();
   for (std::size_t i = 0; i < selected.size(); ++i) selected[i] &= uncovered[i];
@@ -149,26 +149,25 @@ bool InferredFuser::HasRoomFor(std::uint32_t num_new) {
 }
 
 // What the depth maps before this one say of its new surfels.
-void InferredFuser::Review(std::uint32_t num_new, std::uint32_t number, PastViews& past) {
-  if (num_new == 0) return;
-  const std::uint32_t first = model_.inferred.size();
-  latest_.SetRange(context_.device, first, first + WholeBlocks(num_new));
+void InferredFuser::Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres,
+                           PastViews& past) {
+  if (of_map.num_new == 0) return;
   for (PastView& view : past.views()) {
-    ViewParams params =
-        MakeViewParams(view.map, context_.options, first + WholeBlocks(num_new), number);
-    params.first_surfel = first;
+    const std::uint32_t end = of_map.num_surfels + WholeBlocks(of_map.num_new);
+    ViewParams params = MakeViewParams(view.map, context_.options, end, of_map.map_index);
+    params.first_surfel = of_map.num_surfels;
     params.is_past = 1;
-    view.anchors.Set(context_.device, model_.anchors.S_world_kf()[view.anchor],
-                     model_.anchors.S_world_surfels());
+    view.LookAt(context_.device, params, model_.anchors, of_map.map_index, new_spheres);
     context_.kernels.Associate(context_.recorder, params, view.anchors, view.buffers,
-                               model_.inferred, latest_);
+                               model_.inferred, view.new_blocks);
     context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed,
-                                    model_.inferred, latest_);
+                                    model_.inferred, view.new_blocks);
   }
 }
 
 void InferredFuser::Rest() {
   buffers_ = {};
+  packed_ = {};
   width_px_ = height_px_ = 0;
 }
 

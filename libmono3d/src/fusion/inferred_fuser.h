@@ -24,10 +24,11 @@ class InferredFuser {
   // A depth map that is being fused, as what it matched was.
   struct View {
     ViewParams params;
-    const AnchorTable& anchors;      // as its camera has them
-    const DepthMapBuffers& buffers;  // what it matched; colours corrected
-    const BlockList& visible;        // matched surfels that it may see
-    std::uint32_t number = 0;        // its anchor's
+    const AnchorTable& anchors;  // as its camera has them
+    // What it matched; colours corrected, the matched surfels drawn into index_map.
+    const DepthMapBuffers& buffers;
+    const BlockList& visible;  // matched surfels that it may see
+    std::uint32_t number = 0;  // its anchor's
     int submap = 0;
   };
 
@@ -49,13 +50,13 @@ class InferredFuser {
  private:
   void FindVisible(const View& view);
   std::vector<std::uint32_t> SelectUncovered(const View& view);
-  void Review(std::uint32_t num_new, std::uint32_t number, PastViews& past);
+  void Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres, PastViews& past);
 
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;  // of what is inferred
+  PackedDepthMap packed_;    // kept for its memory
   BlockList visible_;        // inferred surfels
-  BlockList latest_;         // what the depth map adds
   int width_px_ = 0;
   int height_px_ = 0;
   std::vector<std::uint32_t> changed_anchors_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "fusion/associate.spirv.h"
+#include "fusion/associate_draw.spirv.h"
 #include "fusion/exposure_cells.spirv.h"
 #include "fusion/free_space.spirv.h"
 #include "fusion/give_way.spirv.h"
@@ -31,6 +32,8 @@ FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_i
       insert_(device, {"fusion/insert", fusion_insert_spirv}) {
   if (allow_int64_atomics && Limits(*device).has_int64_atomics) {
     index_map_.emplace(device, KernelSource{"fusion/index_map", fusion_index_map_spirv});
+    associate_draw_.emplace(device,
+                            KernelSource{"fusion/associate_draw", fusion_associate_draw_spirv});
   } else {
     index_map_depth_.emplace(device,
                              KernelSource{"fusion/index_map_depth", fusion_index_map_depth_spirv});
@@ -40,8 +43,8 @@ FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_i
 
 void FusionKernels::Prepare(Recorder& recorder, const ViewParams& params,
                             const DepthMapBuffers& map) const {
-  recorder.Dispatch(prepare_, {map.depth, map.normal_confidence, map.candidate}, params,
-                    GridFor(prepare_, map.num_pixels()));
+  recorder.Dispatch(prepare_, {map.depth, map.candidate, map.blocks_to_fit.buffer(), map.candidate},
+                    params, map.blocks_to_fit.grid());
 }
 
 void FusionKernels::Associate(Recorder& recorder, const ViewParams& params,
@@ -72,14 +75,32 @@ void FusionKernels::DrawIndexMap(Recorder& recorder, const ViewParams& params,
   }
 }
 
+void FusionKernels::AssociateAndDraw(Recorder& recorder, const ViewParams& params,
+                                     const AnchorTable& anchors, const DepthMapBuffers& map,
+                                     const Buffer& index_map, const SurfelStorage& surfels,
+                                     const BlockList& blocks) const {
+  if (!associate_draw_) {
+    Associate(recorder, params, anchors, map, surfels, blocks);
+    DrawIndexMap(recorder, params, anchors, index_map, surfels, blocks);
+    return;
+  }
+  recorder.Fill(index_map, 0xFFFFFFFFU);
+  recorder.Dispatch(*associate_draw_,
+                    {surfels.position_radius(), surfels.normal_weight(), map.depth, map.candidate,
+                     blocks.buffer(), surfels.anchor_of_block(), anchors.buffer(),
+                     surfels.association(), index_map},
+                    params, blocks.grid());
+}
+
 void FusionKernels::SelectNew(Recorder& recorder, const ViewParams& params,
                               const AnchorTable& anchors, const DepthMapBuffers& map,
-                              const SurfelStorage& surfels) const {
+                              const Buffer& index_map, const SurfelStorage& surfels) const {
   recorder.Fill(map.selected, 0);
-  recorder.Dispatch(select_new_,
-                    {map.depth, map.candidate, map.index_map, surfels.normal_weight(),
-                     surfels.anchor_of_block(), anchors.buffer(), map.selected},
-                    params, GridFor(select_new_, map.num_pixels()));
+  recorder.Dispatch(
+      select_new_,
+      {map.depth, map.candidate, index_map, surfels.normal_weight(), surfels.anchor_of_block(),
+       anchors.buffer(), map.blocks.buffer(), map.selected},
+      params, map.blocks.grid());
 }
 
 void FusionKernels::ExposureCells(Recorder& recorder, const ViewParams& params,
@@ -92,15 +113,15 @@ void FusionKernels::ExposureCells(Recorder& recorder, const ViewParams& params,
 }
 
 void FusionKernels::Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-                          const DepthMapBuffers& map, const SurfelStorage& surfels,
-                          const BlockList& blocks) const {
+                          const DepthMapBuffers& map, const Buffer& num_removed,
+                          const SurfelStorage& surfels, const BlockList& blocks) const {
   recorder.Fill(surfels.num_confirmed(), 0);
   recorder.Dispatch(
       merge_,
       {surfels.association(), map.depth, map.candidate, map.colour, surfels.position_radius(),
        surfels.normal_weight(), surfels.history(), blocks.buffer(), surfels.anchor_of_block(),
        anchors.buffer(), surfels.position_radius(), surfels.normal_weight(), surfels.history(),
-       surfels.num_confirmed()},
+       surfels.num_confirmed(), num_removed},
       params, blocks.grid());
 }
 

@@ -24,7 +24,7 @@ class FusionKernels {
   // could do it in one; the result is the same.
   explicit FusionKernels(const std::shared_ptr<Device>& device, bool allow_int64_atomics = true);
 
-  // Reads depth, normal_confidence of `map`; writes candidate.
+  // Reads depth and candidate of `map`; writes those of its candidates that have no normal.
   void Prepare(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map) const;
   // Where stages take `blocks`, these surfels alone are read and changed. `anchors`: where the
   // depth map's camera has the anchors of the model.
@@ -37,18 +37,25 @@ class FusionKernels {
   void DrawIndexMap(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
                     const Buffer& index_map, const SurfelStorage& surfels,
                     const BlockList& blocks) const;
-  // Reads depth, candidate, index_map and the surfels; writes selected.
+  // Both of them, of all surfels of the blocks; in one pass where the device can. The result is the
+  // same.
+  void AssociateAndDraw(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
+                        const DepthMapBuffers& map, const Buffer& index_map,
+                        const SurfelStorage& surfels, const BlockList& blocks) const;
+  // Reads depth, candidate, `index_map` and the surfels; writes selected.
   void SelectNew(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-                 const DepthMapBuffers& map, const SurfelStorage& surfels) const;
+                 const DepthMapBuffers& map, const Buffer& index_map,
+                 const SurfelStorage& surfels) const;
   // Reads association, colour and the surfels' colours; writes `cells`, NumExposureCells of
   // ExposureCell.
   void ExposureCells(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
                      const Buffer& cells, const SurfelStorage& surfels,
                      const BlockList& blocks) const;
   // Reads association, depth, candidate, colour; changes the surfels that a pixel confirms, and
-  // counts them per block in the storage's num_confirmed.
+  // counts them per block in the storage's num_confirmed; does what ClearFreeSpace does with the
+  // others.
   void Merge(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-             const DepthMapBuffers& map, const SurfelStorage& surfels,
+             const DepthMapBuffers& map, const Buffer& num_removed, const SurfelStorage& surfels,
              const BlockList& blocks) const;
   // Reads association; changes the surfels from params.first_surfel on that it speaks against, and
   // adds those that it removes to the one uint of num_removed.
@@ -67,7 +74,8 @@ class FusionKernels {
   Kernel prepare_;
   Kernel associate_;
   Kernel exposure_cells_;
-  std::optional<Kernel> index_map_;  // or the two after it
+  std::optional<Kernel> index_map_;       // or the two below
+  std::optional<Kernel> associate_draw_;  // there with index_map_
   std::optional<Kernel> index_map_depth_;
   std::optional<Kernel> index_map_id_;
   Kernel select_new_;

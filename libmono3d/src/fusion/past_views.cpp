@@ -47,6 +47,16 @@ void ExchangeBuffer(Archive& archive, const std::shared_ptr<Device>& device, Buf
 
 }  // namespace
 
+void PastView::LookAt(const std::shared_ptr<Device>& device, const ViewParams& params,
+                      const AnchorMap& of_model, std::uint32_t number,
+                      std::span<const BlockSphere> new_spheres) {
+  const Similarity& S_world_view = of_model.S_world_kf()[anchor];
+  anchors.Set(device, S_world_view, of_model.S_world_surfels());
+  new_blocks.Set(device,
+                 SpheresInView(new_spheres, params.first_surfel / kSurfelsPerBlock, params,
+                               S_world_view.Inverse() * of_model.S_world_surfels()[number]));
+}
+
 void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,
                      std::uint32_t anchor, DepthMapBuffers& buffers) {
   if (max_views_ == 0) return;

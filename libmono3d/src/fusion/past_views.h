@@ -7,9 +7,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <span>
 
+#include "fusion/anchor_map.h"
 #include "fusion/anchor_table.h"
 #include "fusion/depth_map_buffers.h"
+#include "fusion/new_blocks.h"
 #include "mono3d/image/depth_map.h"
 
 namespace mono3d {
@@ -20,6 +23,13 @@ struct PastView {
   std::uint32_t anchor = 0;  // its number
   DepthMapBuffers buffers;   // depth and candidate alone
   AnchorTable anchors;       // as it looks at the model, when it does
+  BlockList new_blocks;      // that it may see then
+
+  // At the surfels that depth map `number`, the latest anchor, adds from params.first_surfel on, of
+  // which these are the spheres.
+  void LookAt(const std::shared_ptr<Device>& device, const ViewParams& params,
+              const AnchorMap& of_model, std::uint32_t number,
+              std::span<const BlockSphere> new_spheres);
 };
 
 // The last fused depth maps, on the device: 20 bytes a pixel each.
