@@ -183,6 +183,11 @@ TEST_F(LiveReaderTest, AStopEndsAWait) {
   EXPECT_TRUE(reader->Next(nullptr).has_value());
   const std::atomic<bool> stop = true;
   EXPECT_FALSE(reader->Next(&stop).has_value());
+  reader->End();
+  camera_.Send(LiveRead::Kind::kImage);
+  camera_.Send(LiveRead::Kind::kImage);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_LE(reader->Report().num_images, 2) << "one may have been under way";
 }
 
 TEST_F(LiveReaderTest, ThrowsWhereNoImageComes) {

@@ -28,16 +28,20 @@ LiveConnector ConnectorOf(const LiveAddress& address) {
 class LiveSource : public ImageSource {
  public:
   LiveSource(LiveReader& reader, const FrameSourceOptions& options, const std::atomic<bool>* stop)
-      : reader_(reader), options_(options), stop_(stop) {
-    reader_.Begin();
-  }
+      : reader_(reader), options_(options), stop_(stop) {}
 
   std::optional<SourceImage> Next() override {
-    if (options_.max_frames > 0 && num_taken_ == options_.max_frames) return std::nullopt;
-    std::optional<SourceImage> image = reader_.Next(stop_);
+    // What came while the pipeline was made is old, and not missed by anyone.
+    if (!std::exchange(has_begun_, true)) reader_.Begin();
+    const bool is_at_end = options_.max_frames > 0 && num_taken_ == options_.max_frames;
+    std::optional<SourceImage> image;
+    if (!is_at_end) image = reader_.Next(stop_);
     // Where images were dropped, the next one after the stride is as good.
     while (image && image->index < wanted_) image = reader_.Next(stop_);
-    if (!image) return std::nullopt;
+    if (!image) {
+      reader_.End();
+      return std::nullopt;
+    }
     wanted_ = image->index + options_.stride;
     ++num_taken_;
     return image;
@@ -50,6 +54,7 @@ class LiveSource : public ImageSource {
   LiveReader& reader_;
   FrameSourceOptions options_;
   const std::atomic<bool>* stop_;
+  bool has_begun_ = false;
   std::int64_t wanted_ = options_.start;
   std::int64_t num_taken_ = 0;
 };

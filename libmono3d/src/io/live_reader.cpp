@@ -78,7 +78,8 @@ void LiveReader::Begin() {
 std::optional<SourceImage> LiveReader::Next(const std::atomic<bool>* stop) {
   std::unique_lock lock(mutex_);
   const auto is_stopped = [&] { return stop != nullptr && stop->load(); };
-  while (waiting_.empty() && report_.end.empty() && !is_stopped()) changed_.wait_for(lock, kPoll);
+  const auto has_ended = [&] { return !report_.end.empty() || is_cancelled_ || is_stopped(); };
+  while (waiting_.empty() && !has_ended()) changed_.wait_for(lock, kPoll);
   if (waiting_.empty() || is_stopped()) return std::nullopt;
   SourceImage image = std::move(waiting_.front());
   waiting_.pop_front();
@@ -175,6 +176,7 @@ bool LiveReader::Reconnect(std::string reason) {
     ++report_.num_reconnects;
     return true;
   }
+  if (is_cancelled_) return false;
   const bool is_asked_to_wait = options_.reconnect_s > 0;
   SetEnd(is_asked_to_wait ? "no image for " + Seconds(options_.reconnect_s) + ": " + reason
                           : reason);

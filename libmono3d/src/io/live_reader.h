@@ -44,6 +44,9 @@ class LiveReader {
   // The next image; nothing at the end or once `*stop`.
   std::optional<SourceImage> Next(const std::atomic<bool>* stop);
 
+  // No more images are wanted: those that still come are not counted.
+  void End() { is_cancelled_ = true; }
+
   LiveInputReport Report() const;
 
  private:
