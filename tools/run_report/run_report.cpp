@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "mono3d/core/version.h"
-#include "mono3d/io/live_input.h"
 #include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/live_input.h"
 #include "mono3d/io/output_file.h"
 #include "run_report/lost_frames.h"
 #include "run_report/model_drawing.h"
