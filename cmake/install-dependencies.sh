@@ -23,6 +23,7 @@ product="
 developers="
   git
   libgtest-dev libgmock-dev chromium
+  ffmpeg python3-gi gir1.2-gst-rtsp-server-1.0 gstreamer1.0-plugins-good
   vulkan-validationlayers
   clang clang-format clang-tidy libclang-rt-dev doxygen
 "

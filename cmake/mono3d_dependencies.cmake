@@ -21,6 +21,10 @@ pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
 # Metadata of photos: EXIF, and XMP, which is XML.
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)
+# OpenCV's videoio reads videos by the same libraries, but lets nothing be said of the protocols of a
+# stream, nor of the bit rate of a video that it writes.
+pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET
+  libavcodec>=59 libavformat>=59 libavutil>=57 libswscale>=6)
 # Coordinate systems, and the raster files of a survey. Without them everything else works, and
 # mono3d-export says what is missing.
 pkg_check_modules(proj IMPORTED_TARGET proj>=8)
@@ -41,11 +45,6 @@ if(MONO3D_BUILD_TOOLS)
   find_package(spdlog 1.10 REQUIRED)
   # The server of the view.
   pkg_check_modules(httplib REQUIRED IMPORTED_TARGET cpp-httplib>=0.11)
-  if(MONO3D_BUILD_SYNTHETIC)
-    # OpenCV's videoio reads videos by the same libraries, but sets no bit rate of those it writes.
-    pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET
-      libavcodec>=59 libavformat>=59 libavutil>=57 libswscale>=6)
-  endif()
 endif()
 if(MONO3D_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// mono3d-reconstruct: from an image folder, a glob or a video to a coloured surfel model.
+// mono3d-reconstruct: from an image folder, a glob, a video or a camera to a coloured surfel model.
 
 #include <cstdio>
 #include <exception>
@@ -22,6 +22,7 @@
 #include "mono3d/core/log.h"
 #include "mono3d/io/camera_metadata.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/live_input.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
@@ -32,6 +33,7 @@
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "reconstruct/adopted_files.h"
 #include "reconstruct/interim_results.h"
+#include "reconstruct/live_run.h"
 #include "reconstruct/output_folder.h"
 #include "reconstruct/output_options.h"
 #include "reconstruct/positions.h"
@@ -54,6 +56,8 @@ struct Arguments {
   std::string save_map;  // empty: not saved
   int photos = 0;        // 1: photographs in any order; -1: a video; 0: to be found out
   FrameSourceOptions source;
+  LiveInputOptions live_input;
+  std::shared_ptr<LiveInput> live;  // where `input` sends images now; else null
   PipelineOptions pipeline;
   SelfCalibrationOptions self_calibration;
   OutputArguments written;
@@ -71,6 +75,7 @@ std::vector<OptionField> ListAll(Arguments& arguments) {
   visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
   visitor.Group("live.calibration", arguments.self_calibration);
+  visitor.Group("live.input", arguments.live_input);
   visitor.Group("positions", arguments.positions.georeference);
   return visitor.fields();
 }
@@ -86,6 +91,12 @@ void RequireSameCamera(Arguments& arguments) {
                    .found = {}});
   }
   arguments.camera.is_held = true;
+}
+
+std::unique_ptr<FrameSource> OpenFrames(const Arguments& arguments,
+                                        const CamerasOfImages& cameras) {
+  if (!arguments.live) return OpenFrameSource(arguments.input, cameras, arguments.source);
+  return arguments.live->Frames(cameras.cameras.front(), arguments.source, &StopRequested());
 }
 
 // Do the images of the folder not go on from one to the next?
@@ -247,6 +258,7 @@ void PlaceImages(const Run& run, Reconstruction& reconstruction) {
   const ScopedStageTimer timer(&run.times, "io/write_images");
   ImagePlacing placing = run.arguments.written.images;
   // A run that takes the place of an earlier one is made beside it.
+  if (run.arguments.live) return;  // they are gone
   const std::filesystem::path images = std::filesystem::path(run.arguments.output) / kImagesOfRun;
   if (placing != ImagePlacing::kNone && !MayPlaceImages(images)) {
     std::printf("%s has other images in it: those of the keyframes are not written there\n",
@@ -277,6 +289,10 @@ void Write(const Run& run, Result& result, const Tracker& tracker) {
   NoteErrorOf(run.record, [&] { run.writer.WriteMeshes(reconstruction, run.arguments.mesh); });
 }
 
+Pace PaceOf(const Arguments& arguments) {
+  return arguments.live ? Pace::kAsTheyCome : Pace::kByTimeStamps;
+}
+
 // With a camera that is known before, or learned from the input first.
 Result RunWithKnownCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
@@ -286,8 +302,8 @@ Result RunWithKnownCamera(const Run& run) {
   // A map of an earlier run keeps its shape as well as its axes.
   if (arguments.map.empty()) options.positions = PositionsFor(run.place);
   result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
-  std::unique_ptr<FrameSource> source = run.view.Watched(
-      WithNotes(OpenFrameSource(arguments.input, result.cameras, arguments.source), run.notes));
+  std::unique_ptr<FrameSource> source =
+      run.view.Watched(WithNotes(OpenFrames(arguments, result.cameras), run.notes));
   CatchStopSignals();
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
@@ -300,7 +316,7 @@ Result RunWithKnownCamera(const Run& run) {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
     if (options.is_live) {
-      PushFrames(std::move(source), pipeline, run.record);
+      PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
     } else {
       ProcessFrames(*source, pipeline, run.times, run.record);
     }
@@ -355,12 +371,12 @@ void TellOfCamera(const Run& run, const CameraPrior& prior, Result& result) {
 
 Result RunWhileLearningCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
-  const CameraPrior prior = FindPrior(arguments.input, arguments.camera);
+  const CameraPrior prior = FindPriorOf(arguments.input, arguments.camera, arguments.live.get());
   CameraModel as_taken = prior.camera;
   as_taken.distortion = {};
   as_taken.shutter = {};
-  std::unique_ptr<FrameSource> source = run.view.Watched(
-      WithNotes(OpenFrameSource(arguments.input, as_taken, arguments.source), run.notes));
+  std::unique_ptr<FrameSource> source =
+      run.view.Watched(WithNotes(OpenFrames(arguments, {{as_taken}}), run.notes));
   CatchStopSignals();
   std::optional<ProgressLine> progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
@@ -386,7 +402,7 @@ Result RunWhileLearningCamera(const Run& run) {
   {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
-    PushFrames(std::move(source), pipeline, run.record);
+    PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
   Result result{FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
@@ -434,20 +450,22 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   WriteFailures failures;
   RunNotes notes;
   arguments.view.Open();
-  const Run run{arguments,
-                device,
-                writer,
-                times,
-                record,
-                frames,
-                failures,
-                notes,
-                arguments.view,
-                output.of_run(),
-                {TellOfTurn(arguments.input), FindPositions(arguments.input, arguments.positions),
-                 arguments.positions.georeference}};
+  const Run run{
+      arguments,
+      device,
+      writer,
+      times,
+      record,
+      frames,
+      failures,
+      notes,
+      arguments.view,
+      output.of_run(),
+      {arguments.live ? 0 : TellOfTurn(arguments.input),
+       FindPositions(arguments.input, arguments.positions), arguments.positions.georeference}};
   const Result result = MakeRun(run);
   failures.NoteIn(record);
+  if (arguments.live) record.live_input = arguments.live->Report();
   record.stages = times.Snapshot();
   record.wall_s = 1e-3 * (WallClockMs() - start_ms);
   record.cpu_s = 1e-3 * ProcessCpuMs();
@@ -457,6 +475,7 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   const bool is_whole = record.end == RunEnd::kFinished && why_no_model.empty();
   if (is_whole) output.TakePlaceOfEarlier();
   PrintSummary(result.reconstruction, record, output.of_run() / "model.ply");
+  if (record.live_input) TellOfLiveInput(*record.live_input);
   for (const MapReconstruction& map : result.reconstruction.maps) {
     const std::string line = GeoreferenceLine(map);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -475,7 +494,17 @@ void TellOfDevice(const DeviceInfo& device) {
               num_devices, device.name.c_str());
 }
 
+// What a camera that sends now means for the other arguments.
+void PrepareForLive(Arguments& arguments) {
+  if (!IsLiveInput(arguments.input)) return;
+  arguments.pipeline.is_live = true;
+  // There is nothing beside it, and nothing to go back to.
+  if (arguments.positions.source == "auto") arguments.positions.source = "none";
+  arguments.written.images = ImagePlacing::kNone;
+}
+
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
+  PrepareForLive(arguments);
   arguments.pipeline.Validate();
   arguments.mesh.Validate();
   arguments.camera.calibration.Validate();
@@ -485,8 +514,11 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   RequireSameCamera(arguments);
   // What is wrong with the input is said before anything is done or written.
   arguments.source.Validate();
-  const CameraModel camera = FindPrior(arguments.input, arguments.camera).camera;
-  if (arguments.map.empty()) {
+  arguments.live_input.Validate();
+  arguments.live = ConnectWhereLive(arguments.input, arguments.live_input);
+  const CameraModel camera =
+      FindPriorOf(arguments.input, arguments.camera, arguments.live.get()).camera;
+  if (arguments.map.empty() && !arguments.live) {
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
@@ -495,7 +527,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   const std::shared_ptr<Device> device = OpenDevice(own_device_options);
   TellOfDevice(Info(*device));
   RunRecord record;
-  record.input = arguments.input;
+  record.input = WithoutPassword(arguments.input);
   record.camera = arguments.camera.file;
   record.device = Info(*device);
   record.options = ListAll(arguments);
@@ -515,7 +547,8 @@ int main(int argc, char** argv) {
   arguments.command = ShellCommand(argc, argv);
   tool.app()
       .add_option("INPUT", arguments.input,
-                  "image folder, quoted glob (\"flight/*.jpg\") or video file")
+                  "image folder, quoted glob (\"flight/*.jpg\"), video file, or a camera that "
+                  "sends now: rtsp://, udp://, tcp:// or /dev/video0")
       ->required();
   tool.app().add_option("--camera", arguments.camera.file,
                         "calibration, as OpenCV, ROS, COLMAP, Kalibr, ORB-SLAM or nerfstudio write "
@@ -556,6 +589,7 @@ int main(int argc, char** argv) {
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));
   tool.AddOptions(mono3d::ListOptions(arguments.self_calibration), "live.calibration.");
+  tool.AddOptions(mono3d::ListOptions(arguments.live_input), "live.input.");
   tool.AddOptions(mono3d::ListOptions(arguments.positions.georeference), "positions.");
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

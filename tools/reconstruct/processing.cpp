@@ -32,16 +32,18 @@ void ProcessAll(RunRecord& record, const ProcessNext& process_next) {
 
 // `push` for each frame when it is due.
 template <typename AnyPipeline, typename PushFrame>
-void PushAll(std::unique_ptr<FrameSource> source, AnyPipeline& pipeline, RunRecord& record,
-             const PushFrame& push) {
-  PacedSource paced(std::move(source), &StopRequested());
+void PushAll(std::unique_ptr<FrameSource> source, Pace pace, AnyPipeline& pipeline,
+             RunRecord& record, const PushFrame& push) {
+  if (pace == Pace::kByTimeStamps) {
+    source = std::make_unique<PacedSource>(std::move(source), &StopRequested());
+  }
   pipeline.Start();
   ProcessAll(record, [&] {
-    std::optional<Frame> frame = paced.Next();
+    std::optional<Frame> frame = source->Next();
     if (frame) push(*std::move(frame));
     return frame.has_value() || StopRequested();
   });
-  record.num_skipped_images = paced.num_skipped();
+  record.num_skipped_images = source->num_skipped();
 }
 
 // `stop`, and again after an error; an empty result where it fails each time.
@@ -80,14 +82,15 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
   record.num_skipped_images = source.num_skipped();
 }
 
-void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record) {
-  PushAll(std::move(source), pipeline, record,
+void PushFrames(std::unique_ptr<FrameSource> source, Pace pace, Pipeline& pipeline,
+                RunRecord& record) {
+  PushAll(std::move(source), pace, pipeline, record,
           [&](Frame frame) { (void)pipeline.Push(std::move(frame)); });
 }
 
-void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pipeline,
+void PushFrames(std::unique_ptr<FrameSource> source, Pace pace, SelfCalibratingPipeline& pipeline,
                 RunRecord& record) {
-  PushAll(std::move(source), pipeline, record, [&](Frame frame) {
+  PushAll(std::move(source), pace, pipeline, record, [&](Frame frame) {
     (void)pipeline.Push(
         {frame.index, frame.timestamp_s, std::move(frame.name), std::move(frame.bgr)});
   });

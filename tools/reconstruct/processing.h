@@ -19,11 +19,17 @@ namespace mono3d::tools {
 // kept. `record` is told how it ended and how many images could not be read.
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record);
 
-// The same live: frames are pushed at the pace of their time stamps.
-void PushFrames(std::unique_ptr<FrameSource> source, Pipeline& pipeline, RunRecord& record);
+enum class Pace {
+  kByTimeStamps,  // a recording that is played
+  kAsTheyCome,    // from a camera
+};
+
+// The same live.
+void PushFrames(std::unique_ptr<FrameSource> source, Pace pace, Pipeline& pipeline,
+                RunRecord& record);
 
 // The same into a pipeline that learns its camera; `source` has images as taken.
-void PushFrames(std::unique_ptr<FrameSource> source, SelfCalibratingPipeline& pipeline,
+void PushFrames(std::unique_ptr<FrameSource> source, Pace pace, SelfCalibratingPipeline& pipeline,
                 RunRecord& record);
 
 // The run failed, unless it had failed before.

@@ -9,6 +9,7 @@
 
 #include "mono3d/core/version.h"
 #include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/live_input.h"
 #include "mono3d/io/output_file.h"
 #include "run_report/lost_frames.h"
 #include "run_report/model_drawing.h"
@@ -92,7 +93,7 @@ void WriteRunReport(const std::filesystem::path& folder, const RunReport& report
 std::string ShellCommand(int argc, const char* const* argv) {
   std::string command;
   for (int i = 0; i < argc; ++i) {
-    const std::string word = argv[i];
+    const std::string word = WithoutPassword(argv[i]);
     constexpr std::string_view kPlain =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,+@%";
     if (i > 0) command += ' ';

@@ -12,6 +12,7 @@
 
 #include "io/image_list.h"
 #include "io/image_source.h"
+#include "io/read_ahead_source.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -164,6 +165,12 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& input,
 
 }  // namespace
 
+std::unique_ptr<FrameSource> PrepareFrames(std::unique_ptr<ImageSource> source,
+                                           const CameraModel& camera, const std::string& resize,
+                                           bool skips_other_sizes) {
+  return std::make_unique<PreparedFrames>(std::move(source), camera, resize, skips_other_sizes);
+}
+
 void FrameSourceOptions::Visit(OptionVisitor& visit) {
   visit("fps", fps, "images a second; 0: the video's own, timestamps.txt, or 30");
   visit("stride", stride, "take every n-th image");
@@ -189,16 +196,20 @@ void FrameSourceOptions::Validate() const {
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const CameraModel& camera,
                                              const FrameSourceOptions& options) {
   options.Validate();
-  return std::make_unique<PreparedFrames>(OpenImages(input, options), camera, options.resize,
-                                          KindOfInput(input) == InputKind::kImages);
+  const InputKind kind = KindOfInput(input);
+  std::unique_ptr<FrameSource> frames =
+      PrepareFrames(OpenImages(input, options), camera, options.resize, kind == InputKind::kImages);
+  if (kind != InputKind::kVideo) return frames;
+  // Decoding a video costs as much as tracking it.
+  return ReadAhead(std::move(frames));
 }
 
 std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& images,
                                              const CameraModel& camera,
                                              const FrameSourceOptions& options) {
   options.Validate();
-  return std::make_unique<PreparedFrames>(OpenImageList({"images", images, {}, false}, options),
-                                          camera, options.resize, /*skips_other_sizes=*/false);
+  return PrepareFrames(OpenImageList({"images", images, {}, false}, options), camera,
+                       options.resize, /*skips_other_sizes=*/false);
 }
 
 }  // namespace mono3d

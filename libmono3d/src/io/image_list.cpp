@@ -18,6 +18,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/live_input.h"
 
 namespace mono3d {
 namespace {
@@ -94,12 +95,11 @@ bool IsGlob(std::string_view input) {
 InputKind KindOfInput(const std::string& input) {
   std::error_code ignored;
   if (std::filesystem::is_directory(input, ignored) || IsGlob(input)) return InputKind::kImages;
-  const bool is_camera = input.starts_with("/dev/video");
-  if (is_camera || !std::filesystem::exists(input, ignored)) {
+  if (IsLiveInput(input) || !std::filesystem::exists(input, ignored)) {
     const WhatInsteadOfFile explained = ExplainNoFile(input);
     throw Error(ErrorParts{
         .what = explained.what,
-        .where = input,
+        .where = WithoutPassword(input),
         .expected = explained.is_unsupported ? "" : "an image folder, a quoted glob or a video",
         .found = {},
         .code = explained.is_unsupported ? ErrorCode::kUnsupported : ErrorCode::kNotFound});

@@ -49,6 +49,12 @@ ImageList FindImages(const std::string& input);
 std::unique_ptr<ImageSource> OpenImageList(ImageList list, const FrameSourceOptions& options);
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourceOptions& options);
 
+// Brings images to the size asked for (FrameSourceOptions::resize) and takes the distortion out.
+// Images of another shape are skipped, or an Error.
+std::unique_ptr<FrameSource> PrepareFrames(std::unique_ptr<ImageSource> source,
+                                           const CameraModel& camera, const std::string& resize,
+                                           bool skips_other_sizes);
+
 // Hands over these frames of a video as they are, up to the first one that cannot be decoded.
 void ReadVideoFrames(const std::string& path, const std::set<std::int64_t>& indices,
                      const std::function<void(std::int64_t, const cv::Mat&)>& take);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/image_names.h"
+#include "mono3d/io/live_input.h"
 
 namespace mono3d {
 namespace {
@@ -86,21 +87,22 @@ std::string FoldersIn(const std::vector<fs::path>& entries) {
 }  // namespace
 
 WhatInsteadOfFile ExplainNoFile(const std::string& input) {
-  const auto camera = [](const std::string& device) {
-    return WhatInsteadOfFile{
-        "cameras are not read, only files and folders: record it first, as by ffmpeg -f v4l2 -i " +
-            device + " -t 60 flight.mp4",
-        true};
-  };
-  if (input.find("://") != std::string::npos) {
-    return {"streams are not read, only files and folders: record it first, as by ffmpeg -i '" +
-                input + "' -c copy -t 60 flight.mp4",
+  if (IsLiveInput(input)) {
+    const std::string recorder = input.starts_with("/dev/") ? "ffmpeg -f v4l2 -i " : "ffmpeg -i ";
+    return {"only mono3d-reconstruct reads a camera that sends now: record it first, as by " +
+                recorder + "'" + WithoutPassword(input) + "' -t 60 flight.mp4",
             true};
   }
-  if (input.starts_with("/dev/video")) return camera(input);
+  if (input.find("://") != std::string::npos) {
+    return {
+        "of streams, only rtsp://, rtsps://, udp:// and tcp:// are read: record it first, as "
+        "by ffmpeg -i '" +
+            WithoutPassword(input) + "' -c copy -t 60 flight.mp4",
+        true};
+  }
   const bool is_number = !input.empty() && input.size() <= 2 &&
                          std::ranges::all_of(input, [](char c) { return c >= '0' && c <= '9'; });
-  if (is_number) return camera("/dev/video" + input);
+  if (is_number) return {"a camera is named as /dev/video" + input, true};
   return {"there is no such file or folder", false};
 }
 

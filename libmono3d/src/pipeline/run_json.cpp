@@ -289,6 +289,18 @@ JsonValue LiveJson(const LiveStatistics& live) {
   return json;
 }
 
+JsonValue LiveInputJson(const LiveInputReport& report) {
+  JsonValue json = JsonValue::Object();
+  json.Set("images", report.num_images);
+  json.Set("dropped", report.num_dropped);
+  json.Set("damaged", report.num_damaged);
+  json.Set("timed_by_arrival", report.num_by_arrival);
+  json.Set("reconnects", report.num_reconnects);
+  json.Set("missed_s", report.missed_s);
+  if (!report.end.empty()) json.Set("end", report.end);
+  return json;
+}
+
 JsonValue DeviceJson(const DeviceInfo& device) {
   JsonValue json = JsonValue::Object();
   json.Set("name", device.name);
@@ -432,6 +444,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("options", OptionsJson(record.options));
   json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));
   if (reconstruction.live) json.Set("live", LiveJson(*reconstruction.live));
+  if (record.live_input) json.Set("live_input", LiveInputJson(*record.live_input));
   if (reconstruction.self_calibration) {
     json.Set("self_calibration", SelfCalibrationJson(*reconstruction.self_calibration));
   }

@@ -18,6 +18,7 @@
 #include "mono3d/image/depth_map.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/live_input.h"
 #include "mono3d/pipeline/pipeline.h"
 
 namespace MONO3D_EXPORT mono3d {
@@ -59,6 +60,7 @@ struct RunRecord {
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
   std::int64_t num_skipped_images = 0;
+  std::optional<LiveInputReport> live_input;  // where a camera sent the images
   double wall_s = 0;
   double cpu_s = 0;  // of the process
 };
