@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <opencv2/core.hpp>
 #include <string_view>
 
 #include "fuzz/fuzz_targets.h"
@@ -33,6 +34,9 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
     std::fputs("mono3d_fuzz: expected --target= and the name of a folder in corpus/\n", stderr);
     std::exit(2);
   }
+  // What libFuzzer makes of an input follows from the code that ran, which threads would change
+  // from run to run.
+  cv::setNumThreads(1);
   return 0;
 }
 

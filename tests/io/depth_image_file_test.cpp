@@ -149,6 +149,31 @@ TEST_F(DepthImageFile, InExrCoversTheDisplayWindow) {
               ElementsAre(0, 0, 0, 0, 1, 2));
 }
 
+TEST_F(DepthImageFile, InExrWithAnAttributeOfAnotherSizeThanItsTypeIsRefused) {
+  std::string bytes = ReadText(WriteExr({{"Z", 1}}));
+  const std::string type = "chlist";
+  const std::size_t at = bytes.find(type) + type.size() + 1;
+  const std::size_t value = at + sizeof(std::int32_t);
+  ASSERT_EQ(bytes[at], 19);  // "Z", its end, 16 bytes, the end of the list
+  // One byte more than the list has: OpenEXR would read on at this byte, as the name of an
+  // attribute.
+  bytes[at] = 20;
+  bytes.insert(value + 19, 1, 'x');
+  EXPECT_THAT([&] { ReadDepthImage(WriteText("list.exr", bytes)); },
+              ThrowsMessage<Error>(HasSubstr("list.exr: the header of the OpenEXR image")));
+}
+
+TEST_F(DepthImageFile, InExrOfChannelsThatTakeTooMuchMemoryIsRefused) {
+  Imf::Header header(32767, 1);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (int i = 0; i < 600; ++i) {
+    header.channels().insert("Z" + std::to_string(i), Imf::Channel(Imf::HALF));
+  }
+  { const Imf::OutputFile file((folder_ / "many.exr").c_str(), header); }
+  EXPECT_THAT([&] { ReadDepthImage(folder_ / "many.exr"); },
+              ThrowsMessage<Error>(HasSubstr("32767x1 in 600 channels")));
+}
+
 TEST_F(DepthImageFile, OfAnyFormIsRefusedWhenTruncatedOrUnknown) {
   const std::string bytes = ReadText(WriteExr({{"Z", 1}}));
   for (const std::size_t size : {std::size_t{4}, bytes.size() / 2, bytes.size() - 1}) {

@@ -15,13 +15,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <exception>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "io/exr_header.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 
@@ -99,32 +99,9 @@ cv::Mat ReadChannel(Imf::InputFile& file, const std::string& name,
 
 constexpr std::array kColours = {"R", "G", "B"};
 
-// OpenEXR takes as much memory as an attribute claims to have before it reads it: all must lie
-// within the file.
-void RequireAttributesInFile(const std::filesystem::path& path) {
-  const std::string bytes = ReadBytes(path);
-  std::size_t at = 8;  // behind signature and version
-  while (at < bytes.size() && bytes[at] != '\0') {
-    const std::size_t name_end = bytes.find('\0', at);
-    const std::size_t type_end =
-        name_end == std::string::npos ? name_end : bytes.find('\0', name_end + 1);
-    std::int32_t size = -1;
-    const std::size_t size_end =
-        type_end == std::string::npos ? bytes.size() + 1 : type_end + 1 + sizeof size;
-    if (size_end <= bytes.size()) std::memcpy(&size, &bytes[type_end + 1], sizeof size);
-    if (size < 0 || static_cast<std::size_t>(size) > bytes.size() - size_end) {
-      throw Error(ErrorParts{.what = "the header of the OpenEXR image is damaged",
-                             .where = path,
-                             .expected = "attributes within the file",
-                             .found = {}});
-    }
-    at = size_end + static_cast<std::size_t>(size);
-  }
-}
-
 template <typename ReadPart>
 cv::Mat ReadExr(const std::filesystem::path& path, const ReadPart& read) {
-  RequireAttributesInFile(path);
+  RequireSoundExrHeaders(ReadBytes(path), path);
   try {
     Imf::InputFile file(path.c_str());
     return read(file);
