@@ -39,7 +39,8 @@ install(FILES
   ${PROJECT_BINARY_DIR}/package/mono3dConfigVersion.cmake
   DESTINATION ${package_dir} COMPONENT development)
 # For pkg-config; where the library is static, with `pkg-config --static`. The tree may be moved.
-# Of OpenCV only the module that the headers use: opencv4.pc links all of them.
+# Of OpenCV only the module that the headers use: opencv4.pc links all of them. FFmpeg is shared, and
+# its .pc files would ask for all that a static one needs.
 foreach(folder LIBDIR INCLUDEDIR)
   file(RELATIVE_PATH MONO3D_PC_${folder}
     ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_FULL_${folder}})
@@ -49,10 +50,10 @@ list(JOIN opencv_cflags " " MONO3D_PC_OPENCV_CFLAGS)
 set(MONO3D_PC_REQUIRES_PRIVATE)
 set(MONO3D_PC_LIBS_PRIVATE)
 if(NOT MONO3D_IS_SHARED)
-  set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp, libexif, expat, libavformat, libavcodec, libswscale, libavutil")
+  set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp, libexif, expat")
   set(MONO3D_PC_LIBS_PRIVATE
     "-lopencv_imgproc -lopencv_imgcodecs -lopencv_videoio -lopencv_features2d -lopencv_calib3d"
-    "-lopencv_aruco -lceres -lglog -lstdc++ -lm -lpthread -ldl")
+    "-lopencv_aruco -lceres -lglog -lavformat -lavcodec -lswscale -lavutil -lstdc++ -lm -lpthread -ldl")
   list(JOIN MONO3D_PC_LIBS_PRIVATE " " MONO3D_PC_LIBS_PRIVATE)
 endif()
 configure_file(cmake/mono3d.pc.in ${PROJECT_BINARY_DIR}/package/mono3d.pc @ONLY)
