@@ -71,7 +71,7 @@ class Reader {
   std::string_view bytes_;
 };
 
-struct Header {
+struct ExrHeader {
   std::int64_t num_channels = 0;
   std::int64_t width = 0;
   std::int64_t height = 0;
@@ -121,7 +121,7 @@ bool IsSound(std::string_view type, std::string_view value) {
 }
 
 // False for a value that OpenEXR would not take from the attribute as it is.
-bool Note(std::string_view name, std::string_view type, std::string_view value, Header& header) {
+bool Note(std::string_view name, std::string_view type, std::string_view value, ExrHeader& header) {
   Reader reader(value);
   if (type == "chlist") {
     const auto count = NumChannels(value);
@@ -146,8 +146,8 @@ bool Note(std::string_view name, std::string_view type, std::string_view value, 
   return true;
 }
 
-std::optional<Header> ReadHeader(Reader& reader) {
-  Header header;
+std::optional<ExrHeader> ReadHeader(Reader& reader) {
+  ExrHeader header;
   while (true) {
     const auto name = reader.Name();
     if (!name) return std::nullopt;
@@ -169,7 +169,7 @@ std::int64_t LinesOfBlock(int compression) {
              : kLines.back();
 }
 
-void RequireSizes(const Header& header, const std::filesystem::path& path) {
+void RequireSizes(const ExrHeader& header, const std::filesystem::path& path) {
   constexpr std::int64_t kMaxSide_px = std::numeric_limits<std::int16_t>::max();
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;  // as of other images
   const std::int64_t block_pixels =
