@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -113,6 +114,13 @@ ImageOfFrame ImagesOf(const StateScene& scene) {
   };
 }
 
+// None but those that the state says it needs.
+ImageOfFrame NamedImagesOf(const StateScene& scene, const std::string& state) {
+  return [images = ImagesOf(scene), named = FramesOfState(state, kStateWhere)](std::int64_t index) {
+    return std::ranges::find(named, index) == named.end() ? cv::Mat() : images(index);
+  };
+}
+
 void Damage(std::string& bytes, std::size_t place) {
   char& damaged = bytes[place % bytes.size()];
   damaged = static_cast<char>(damaged ^ 0x55);
@@ -147,7 +155,8 @@ void ExpectTheSameInRelay(const StateScene& scene, const StateRun& whole, std::s
     const std::string state = tracker->SaveState(images);
     std::unique_ptr<Tracker> next = CreateTracker(scene.options);
     ASSERT_NO_THROW(next->RestoreState(
-        state, kStateWhere, images == SavedImages::kByIndex ? ImagesOf(scene) : ImageOfFrame()))
+        state, kStateWhere,
+        images == SavedImages::kByIndex ? NamedImagesOf(scene, state) : ImageOfFrame()))
         << "frame " << i;
     ASSERT_TRUE(next->SaveState(images) == state) << "frame " << i;
     tracker = std::move(next);

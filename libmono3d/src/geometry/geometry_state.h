@@ -29,7 +29,7 @@ void ExchangeState(Archive& archive, Pose& pose) {
   ExchangeElements(archive, t);
   if constexpr (Archive::kReads) {
     if (!(std::abs(q.norm() - 1) < 1e-6)) archive.Refuse("a rotation is none");
-    pose = Pose::OfUnitRotation(Eigen::Quaterniond(q), t);
+    pose = Pose::Exactly(Eigen::Quaterniond(q), t);
   }
 }
 

@@ -37,7 +37,7 @@ StateWriter::StateWriter(const std::string& kind, std::uint32_t version, SavedIm
   std::string head = HeadOf(kind);
   Text(head);
   Number(version);
-  NextSection();
+  head_ = ToSection(TakeBytes());
 }
 
 void StateWriter::NextSection() { state_ += ToSection(TakeBytes()); }
@@ -47,11 +47,12 @@ void StateWriter::Index(std::size_t& index) {
   Number(number);
 }
 
-void StateWriter::Image(cv::Mat& image, std::int64_t /*frame_index*/) {
+void StateWriter::Image(cv::Mat& image, std::int64_t frame_index) {
   ImageForm form = ImageForm::kNone;
   if (image.empty()) return ExchangeForm(*this, form);
   if (images_ == SavedImages::kByIndex) {
     form = ImageForm::kByIndex;
+    frames_.insert(frame_index);
     return ExchangeForm(*this, form);
   }
   const auto [known, is_new] =
@@ -71,9 +72,28 @@ void StateWriter::Image(cv::Mat& image, std::int64_t /*frame_index*/) {
   NextSection();
 }
 
+void StateWriter::TakeFramesOf(std::string_view state, const std::string& where) {
+  const std::vector<std::int64_t> frames = FramesOfState(state, where);
+  frames_.insert(frames.begin(), frames.end());
+}
+
 std::string StateWriter::TakeState() {
   NextSection();
-  return std::move(state_);
+  std::vector<std::int64_t> frames(frames_.begin(), frames_.end());
+  List(frames, [&](std::int64_t& frame) { Number(frame); });
+  return head_ + ToSection(TakeBytes()) + state_;
+}
+
+std::vector<std::int64_t> FramesOfState(std::string_view state, const std::string& where) {
+  constexpr const char* kWhat = "state of a run";
+  const std::vector<StateSection> sections = SectionsOf(state, kWhat, where);
+  constexpr std::size_t kNumbersBefore = 2 * sizeof(std::uint64_t);
+  const std::string_view listed = sections.size() < 2 ? std::string_view() : sections[1].bytes;
+  if (listed.size() < kNumbersBefore) ByteReader({}, kWhat, where).Refuse("ends too early");
+  ByteReader reader(listed.substr(kNumbersBefore), kWhat, where);
+  std::vector<std::int64_t> frames;
+  reader.List(frames, [&](std::int64_t& frame) { reader.Number(frame); });
+  return frames;
 }
 
 StateReader::StateReader(std::string_view state, const std::string& kind, std::uint32_t version,
@@ -100,6 +120,9 @@ StateReader::StateReader(std::string_view state, const std::string& kind, std::u
                            .expected = "version " + std::to_string(version),
                            .found = "version " + std::to_string(found)});
   }
+  NextSection();
+  std::vector<std::int64_t> frames;  // of FramesOfState
+  List(frames, [&](std::int64_t& frame) { Number(frame); });
   NextSection();
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <opencv2/core/mat.hpp>
+#include <set>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -54,7 +55,10 @@ class StateWriter : public ByteWriter {
   // Grey values of an image, where the image itself is no longer kept.
   void Grey(cv::Mat& grey, std::int64_t frame_index) { Image(grey, frame_index); }
 
-  // The whole state so far.
+  // For FramesOfState: `state` will stand behind this one.
+  void TakeFramesOf(std::string_view state, const std::string& where);
+
+  // The whole state so far; to be called once.
   std::string TakeState();
 
  private:
@@ -62,8 +66,14 @@ class StateWriter : public ByteWriter {
 
   SavedImages images_;
   std::map<Key, std::uint64_t> numbers_;  // of the images written so far
-  std::string state_;
+  std::set<std::int64_t> frames_;         // that have an image by their index
+  std::string head_;
+  std::string state_;  // behind it
 };
+
+// The frames whose images a state has by their indices alone. Throws Error, which names `where`, on
+// bytes that are no state.
+std::vector<std::int64_t> FramesOfState(std::string_view state, const std::string& where);
 
 class StateReader : public ByteReader {
  public:
