@@ -39,6 +39,8 @@
 #include "reconstruct/positions.h"
 #include "reconstruct/presets.h"
 #include "reconstruct/processing.h"
+#include "reconstruct/resuming.h"
+#include "reconstruct/run_journal.h"
 #include "reconstruct/run_view.h"
 #include "reconstruct/write_failures.h"
 #include "run_report/next_views_report.h"
@@ -66,6 +68,8 @@ struct Arguments {
   bool with_mesh = false;
   MeshOptions mesh;
   std::string products;  // empty: none
+  bool resumes = false;
+  bool with_journal = true;
   RunView view;
 };
 
@@ -192,6 +196,9 @@ struct Run {
   RunView& view;
   std::filesystem::path folder;  // that is written to
   PlaceOfRun place;
+  RunJournal* journal;  // null: none is kept
+  EarlierParts& earlier;
+  double start_ms;
 };
 
 struct Result {
@@ -308,9 +315,22 @@ Result RunWithKnownCamera(const Run& run) {
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
+  RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
+  const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
   std::optional<WorldAxes> saved_axes;
-  if (!arguments.map.empty()) saved_axes = LoadMapFile(*stages.tracker, arguments.map);
-  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files.BeginRun()), options);
+  if (!arguments.map.empty()) {
+    // What the journal has of the tracker has the map.
+    const std::unique_ptr<Tracker> of_map = resumes ? CreateTracker(options.tracking) : nullptr;
+    saved_axes = LoadMapFile(of_map ? *of_map : *stages.tracker, arguments.map);
+  }
+  const std::shared_ptr<AdoptedFiles::Run> files_of_run = files.BeginRun();
+  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files_of_run), options);
+  const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times};
+  if (resumes) {
+    run.earlier = Resume(*journal, *source, journaled);
+    run.record.resumed_after = run.earlier.last_frames;
+    std::printf("resumed after frame %lld\n", static_cast<long long>(journal->last_frame()));
+  }
   RunView::Watch watch(run.view, pipeline, source->num_frames());
   {
     InterimWriter interim(run.writer, run.frames, run.record,
@@ -318,7 +338,18 @@ Result RunWithKnownCamera(const Run& run) {
     if (options.is_live) {
       PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
     } else {
-      ProcessFrames(*source, pipeline, run.times, run.record);
+      std::int64_t last_frame = -1;
+      const RunJournal::PutState put = [&](StateFolder& states) {
+        const ScopedStageTimer timer(&run.times, "io/write_journal");
+        return PutRun(journaled, run.earlier, 1e-3 * (WallClockMs() - run.start_ms), states);
+      };
+      ProcessFrames(*source, pipeline, run.times, run.record,
+                    [&](std::int64_t frame_index, double timestamp_s) {
+                      last_frame = frame_index;
+                      if (journal != nullptr) journal->SaveIfDue(frame_index, timestamp_s, put);
+                    });
+      const bool is_stopped = run.record.end == RunEnd::kStopped;
+      if (journal != nullptr && is_stopped && last_frame >= 0) journal->Save(last_frame, put);
     }
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
@@ -443,12 +474,22 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
 int ReconstructInto(OutputFolder& output, Arguments& arguments,
                     const std::shared_ptr<Device>& device, RunRecord& record) {
   const double start_ms = WallClockMs();
-  const RunWriter writer(output.of_run(),
-                         DepthFilesOf(arguments.written, arguments.pipeline.is_live));
+  const DepthFileOptions depth_files = DepthFilesOf(arguments.written, arguments.pipeline.is_live);
+  std::optional<RunJournal> journal;
+  if (arguments.resumes) journal.emplace(output.of_run(), record);
+  const bool resumes = journal && journal->HasState();
+  if (arguments.resumes && !resumes) {
+    std::printf("nothing to resume in %s: the run starts from its beginning\n",
+                arguments.output.c_str());
+  }
+  const RunWriter writer = resumes ? RunWriter::OfRunToResume(output.of_run(), depth_files)
+                                   : RunWriter(output.of_run(), depth_files);
+  if (!journal && arguments.with_journal) journal.emplace(output.of_run(), record);
   StageTimes times;
   FramesSoFar frames;
   WriteFailures failures;
   RunNotes notes;
+  EarlierParts earlier;
   arguments.view.Open();
   const Run run{
       arguments,
@@ -462,23 +503,31 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
       arguments.view,
       output.of_run(),
       {arguments.live ? 0 : TellOfTurn(arguments.input),
-       FindPositions(arguments.input, arguments.positions), arguments.positions.georeference}};
+       FindPositions(arguments.input, arguments.positions), arguments.positions.georeference},
+      journal ? &*journal : nullptr,
+      earlier,
+      start_ms};
   const Result result = MakeRun(run);
   failures.NoteIn(record);
   if (arguments.live) record.live_input = arguments.live->Report();
   record.stages = times.Snapshot();
-  record.wall_s = 1e-3 * (WallClockMs() - start_ms);
-  record.cpu_s = 1e-3 * ProcessCpuMs();
+  record.wall_s = earlier.wall_s + 1e-3 * (WallClockMs() - start_ms);
+  record.cpu_s = earlier.cpu_s + 1e-3 * ProcessCpuMs();
   NoteErrorOf(record, [&] { writer.WriteRecord(result.reconstruction, record); });
   const std::string why_no_model = WhyNoModel(result.reconstruction);
   WriteReport(run, result.reconstruction, why_no_model, output.of_run());
   const bool is_whole = record.end == RunEnd::kFinished && why_no_model.empty();
+  if (journal && record.end == RunEnd::kFinished) journal->Remove();
   if (is_whole) output.TakePlaceOfEarlier();
   PrintSummary(result.reconstruction, record, output.of_run() / "model.ply");
   if (record.live_input) TellOfLiveInput(*record.live_input);
   for (const MapReconstruction& map : result.reconstruction.maps) {
     const std::string line = GeoreferenceLine(map);
     if (!line.empty()) std::printf("%s\n", line.c_str());
+  }
+  if (journal && record.end != RunEnd::kFinished && journal->last_frame() >= 0) {
+    std::printf("the same command with --resume goes on after frame %lld\n",
+                static_cast<long long>(journal->last_frame()));
   }
   if (record.end == RunEnd::kFailed) throw Error(record.error);
   if (!why_no_model.empty()) throw Error(why_no_model);
@@ -512,6 +561,9 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.positions.georeference.Validate();
   RequireKnownProducts(arguments.products);
   RequireSameCamera(arguments);
+  if (arguments.resumes && arguments.pipeline.is_live) {
+    throw UsageError("a live run cannot be resumed: its images have passed; leave out --resume");
+  }
   // What is wrong with the input is said before anything is done or written.
   arguments.source.Validate();
   arguments.live_input.Validate();
@@ -531,7 +583,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   record.camera = arguments.camera.file;
   record.device = Info(*device);
   record.options = ListAll(arguments);
-  OutputFolder output(arguments.output);
+  OutputFolder output(arguments.output, arguments.resumes);
   return KeepingOnFailure(output,
                           [&] { return ReconstructInto(output, arguments, device, record); });
 }
@@ -575,6 +627,12 @@ int main(int argc, char** argv) {
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
                         "file for the map, so that a later run can go on in it");
+  tool.app().add_flag("--resume", arguments.resumes,
+                      "go on with the run in the output folder that was broken off, with the same "
+                      "arguments: from the last state in its journal");
+  tool.app().add_flag("--journal,!--no-journal", arguments.with_journal,
+                      "keep the state of the run in journal/ of the output folder, every 5 s of "
+                      "video, until the run is whole (default)");
   tool.app().add_flag("--photos,!--video", arguments.photos,
                       "the images are photographs in any order, or a video; else it is found out");
   tool.app().add_flag("--live", arguments.pipeline.is_live,

@@ -72,6 +72,13 @@ TEST_F(DeviceOfRun, ALostDeviceCostsNoMoreThanTheLatestFewSeconds) {
     EXPECT_GT(ReadPly(made / "model.ply").size(), 1000U);
   }
   EXPECT_THAT(RecordIn(made)["error"], HasSubstr("device lost"));
+
+  const EndedRun resumed = run.Run({}, {}, {"--resume"});
+  EXPECT_EQ(resumed.exit_status, 0) << resumed.errors;
+  EXPECT_TRUE(run.IsEarlierRunGone());
+  EXPECT_EQ(FaultsOfFiles(run.output(), RunState::kWhole), "");
+  EXPECT_EQ(RecordIn(run.output())["counts"]["frames"], 30);
+  EXPECT_EQ(RecordIn(run.output())["resumed_after_frames"].size(), 1U);
 }
 
 TEST_F(DeviceOfRun, WithoutADriverThePackageIsNamedAndNothingIsWritten) {

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "mono3d/core/state_folder.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/mesh_file.h"
@@ -70,6 +71,11 @@ void ReadWhole(const fs::path& path, RunState state) {
     (void)ReadCameraFile(path);
   } else if (extension == ".html") {
     Require(bytes.find("</html>") != bytes.npos, "the page is cut");
+  } else if (folder == "journal" && name == "manifest") {
+    const StateFolder states(path.parent_path());
+    for (const std::string& part : states.Names("")) (void)states.Get(part);
+  } else if (folder == "journal") {
+    Require(name.starts_with("parts-"), "no file of a journal");  // whole as the manifest is
   } else if (name == ".images_of_run") {
     Require(bytes.ends_with('\n'), "the last line is not whole");
   } else if (extension == ".txt") {

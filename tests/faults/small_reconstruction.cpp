@@ -102,10 +102,13 @@ bool SmallReconstruction::IsEarlierRunGone() const {
 }
 
 EndedRun SmallReconstruction::Run(const Environment& environment,
-                                  const std::function<void(pid_t)>& watch) const {
+                                  const std::function<void(pid_t)>& watch,
+                                  const std::vector<std::string>& more) const {
+  std::vector<std::string> words = arguments_;
+  words.insert(words.end(), more.begin(), more.end());
   EndedRun run;
   const pid_t process = fork();
-  if (process == 0) BecomeTool(arguments_, environment, folder_);
+  if (process == 0) BecomeTool(words, environment, folder_);
   if (process < 0) return run;
   const auto end = std::chrono::steady_clock::now() + kLimit;
   int status = 0;

@@ -42,8 +42,10 @@ class SmallReconstruction {
   // Whether nothing but the user's own file is left of it.
   bool IsEarlierRunGone() const;
 
-  // Runs the tool to its end. `watch` is called every few milliseconds with the process.
-  EndedRun Run(const Environment& environment, const std::function<void(pid_t)>& watch = {}) const;
+  // Runs the tool to its end, with `more` arguments. `watch` is called every few milliseconds with
+  // the process.
+  EndedRun Run(const Environment& environment, const std::function<void(pid_t)>& watch = {},
+               const std::vector<std::string>& more = {}) const;
 
  private:
   std::filesystem::path folder_;

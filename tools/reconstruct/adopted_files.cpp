@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "common/state_json.h"
+
 namespace mono3d::tools {
 
 void AdoptedFiles::Run::WriteDepthMap(const DepthMap& map) {
@@ -25,6 +27,21 @@ void AdoptedFiles::Run::WriteKeyframeImage(const Frame& frame) {
     keyframe_images_.insert(frame.name);
   }
   writer_.WriteKeyframeImage(frame);
+}
+
+nlohmann::json AdoptedFiles::Run::ToJson() const {
+  const std::lock_guard lock(mutex_);
+  nlohmann::json json = {{"depth_maps", depth_maps_}, {"keyframe_images", keyframe_images_}};
+  if (depth_camera_) json["depth_camera"] = CameraToJson(*depth_camera_);
+  return json;
+}
+
+void AdoptedFiles::Run::TakeJson(const nlohmann::json& json) {
+  const std::lock_guard lock(mutex_);
+  json.at("depth_maps").get_to(depth_maps_);
+  json.at("keyframe_images").get_to(keyframe_images_);
+  depth_camera_.reset();
+  if (json.contains("depth_camera")) depth_camera_ = CameraFromJson(json.at("depth_camera"));
 }
 
 std::shared_ptr<AdoptedFiles::Run> AdoptedFiles::BeginRun() {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -26,6 +27,10 @@ class AdoptedFiles {
     explicit Run(const RunWriter& writer) : writer_(writer) {}
     void WriteDepthMap(const DepthMap& map);
     void WriteKeyframeImage(const Frame& frame);
+
+    // For the journal of a run, and back; see common/state_json.h. What is listed is on the disk.
+    nlohmann::json ToJson() const;
+    void TakeJson(const nlohmann::json& json);
 
    private:
     friend class AdoptedFiles;

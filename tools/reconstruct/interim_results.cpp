@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/state_json.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -83,6 +84,34 @@ MapReconstruction FramesSoFar::InMap(const PipelineSnapshot& snapshot) const {
   }
   map.health = snapshot.health;
   return map;
+}
+
+nlohmann::json FramesSoFar::ToJson() const {
+  const std::lock_guard lock(mutex_);
+  nlohmann::json frames = nlohmann::json::array();
+  for (const auto& [index, frame] : frames_) {
+    frames.push_back({index, frame.timestamp_s, frame.keyframe_id, PoseToJson(frame.T_kf_cam)});
+  }
+  nlohmann::json stamps = nlohmann::json::array();
+  for (const auto& [id, stamp] : stamps_) {
+    stamps.push_back({id, stamp.frame_index, stamp.timestamp_s});
+  }
+  return {{"latest_s", latest_s_}, {"frames", frames}, {"keyframes", stamps}};
+}
+
+void FramesSoFar::TakeJson(const nlohmann::json& json) {
+  const std::lock_guard lock(mutex_);
+  json.at("latest_s").get_to(latest_s_);
+  frames_.clear();
+  for (const nlohmann::json& frame : json.at("frames")) {
+    Keep({frame.at(0).get<std::int64_t>(), frame.at(1).get<double>(),
+          frame.at(2).get<std::int64_t>(), PoseFromJson(frame.at(3))});
+  }
+  stamps_.clear();
+  for (const nlohmann::json& stamp : json.at("keyframes")) {
+    stamps_[stamp.at(0).get<std::int64_t>()] = {stamp.at(1).get<std::int64_t>(),
+                                                stamp.at(2).get<double>(), 0, Pose()};
+  }
 }
 
 InterimWriter::InterimWriter(const RunWriter& writer, const FramesSoFar& frames, RunRecord record,

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "mono3d/pipeline/pipeline.h"
@@ -27,6 +28,10 @@ class FramesSoFar {
   double latest_s() const;  // time stamp of the latest frame
   // Of the map that the snapshot's model is of; without one, of the map with most frames.
   MapReconstruction InMap(const PipelineSnapshot& snapshot) const;
+
+  // For the journal of a run, and back; see common/state_json.h.
+  nlohmann::json ToJson() const;
+  void TakeJson(const nlohmann::json& json);
 
  private:
   void Keep(const FramePose& frame) { frames_[frame.frame_index] = frame; }

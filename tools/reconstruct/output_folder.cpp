@@ -8,12 +8,14 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <optional>
 #include <system_error>
 
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/pipeline/run_folder.h"
+#include "reconstruct/run_journal.h"
 
 namespace mono3d::tools {
 namespace {
@@ -54,11 +56,12 @@ std::filesystem::path FreeName(const std::filesystem::path& folder) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(const std::filesystem::path& folder) : folder_(folder) {
+OutputFolder::OutputFolder(const std::filesystem::path& folder, bool resumes) : folder_(folder) {
   CreateOutputFolder(folder_);
   lock_ = LockFolder(folder_);
   EndReplacements(folder_);
-  of_run_ = HoldsRun(folder_) ? FreeName(folder_) : folder_;
+  const auto to_resume = resumes ? FolderToResume(folder_) : std::nullopt;
+  of_run_ = to_resume ? *to_resume : HoldsRun(folder_) ? FreeName(folder_) : folder_;
 }
 
 OutputFolder::~OutputFolder() {

@@ -14,9 +14,10 @@ namespace mono3d::tools {
 // then, and where that never comes, both are there.
 class OutputFolder {
  public:
-  // Creates the folder where needed. Throws Error (kIo) where it cannot be written, or another run
-  // is writing into it.
-  explicit OutputFolder(const std::filesystem::path& folder);
+  // Creates the folder where needed. With `resumes` the run is the one there whose journal is the
+  // newest, if there is any (FolderToResume). Throws Error (kIo) where it cannot be written, or
+  // another run is writing into it.
+  explicit OutputFolder(const std::filesystem::path& folder, bool resumes = false);
   // As Keep, without a word.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;

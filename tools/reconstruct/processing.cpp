@@ -68,16 +68,20 @@ void NoteFailure(const std::string& reason, RunRecord& record) {
   record.error = reason;
 }
 
-void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record) {
+void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record,
+                   const std::function<void(std::int64_t, double)>& after_frame) {
   ProcessAll(record, [&] {
     std::optional<Frame> frame;
     {
       const ScopedStageTimer timer(&times, "io/read");
       frame = source.Next();
     }
-    const bool has_frame = frame.has_value();
-    if (has_frame) pipeline.Process(*std::move(frame));
-    return has_frame;
+    if (!frame) return false;
+    const std::int64_t index = frame->index;
+    const double timestamp_s = frame->timestamp_s;
+    pipeline.Process(*std::move(frame));
+    after_frame(index, timestamp_s);
+    return true;
   });
   record.num_skipped_images = source.num_skipped();
 }

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,7 +18,9 @@ namespace mono3d::tools {
 
 // Frames until the input ends, a stop is requested or an error comes; what is there by then is
 // kept. `record` is told how it ended and how many images could not be read.
-void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record);
+// `after_frame` is called with the index and the time stamp of each.
+void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record,
+                   const std::function<void(std::int64_t, double)>& after_frame);
 
 enum class Pace {
   kByTimeStamps,  // a recording that is played

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -33,6 +34,15 @@ class EvenSample {
   }
 
   const std::vector<Element>& elements() const { return elements_; }
+
+  // How it came so far: with `elements`, all that another one needs to go on as this one.
+  std::int64_t step() const { return step_; }
+  std::int64_t num_seen() const { return num_seen_; }
+  void Restore(std::vector<Element> elements, std::int64_t step, std::int64_t num_seen) {
+    elements_ = std::move(elements);
+    step_ = std::max<std::int64_t>(step, 1);
+    num_seen_ = num_seen;
+  }
 
  private:
   std::size_t max_size_;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/state_json.h"
+
 namespace mono3d::tools {
 namespace {
 
@@ -25,6 +27,42 @@ cv::Mat Small(const cv::Mat& image, int width_px, int interpolation) {
   cv::Mat small;
   cv::resize(image, small, {width_px, height_px}, 0, 0, interpolation);
   return small;
+}
+
+nlohmann::json ElementToJson(const LostImage& image) {
+  return {image.frame_index, image.name, ImageToJson(image.bgr)};
+}
+
+nlohmann::json ElementToJson(const DepthExample& example) {
+  return {example.frame_index, ImageToJson(example.bgr), ImageToJson(example.depth),
+          ImageToJson(example.confidence)};
+}
+
+void TakeElement(const nlohmann::json& json, LostImage& image) {
+  image = {json.at(0).get<std::int64_t>(), json.at(1).get<std::string>(),
+           ImageFromJson(json.at(2))};
+}
+
+void TakeElement(const nlohmann::json& json, DepthExample& example) {
+  example = {json.at(0).get<std::int64_t>(), ImageFromJson(json.at(1)), ImageFromJson(json.at(2)),
+             ImageFromJson(json.at(3))};
+}
+
+template <typename Element>
+nlohmann::json SampleToJson(const EvenSample<Element>& sample) {
+  nlohmann::json elements = nlohmann::json::array();
+  for (const Element& element : sample.elements()) elements.push_back(ElementToJson(element));
+  return {{"step", sample.step()}, {"num_seen", sample.num_seen()}, {"elements", elements}};
+}
+
+template <typename Element>
+void TakeSample(const nlohmann::json& json, EvenSample<Element>& sample) {
+  std::vector<Element> elements;
+  for (const nlohmann::json& element : json.at("elements")) {
+    TakeElement(element, elements.emplace_back());
+  }
+  sample.Restore(std::move(elements), json.at("step").get<std::int64_t>(),
+                 json.at("num_seen").get<std::int64_t>());
 }
 
 class NotedSource : public FrameSource {
@@ -101,6 +139,34 @@ std::vector<DepthExample> RunNotes::depth_examples() const {
 std::vector<LostImage> RunNotes::lost_images() const {
   const std::lock_guard lock(mutex_);
   return lost_images_.elements();
+}
+
+nlohmann::json RunNotes::ToJson() const {
+  const std::lock_guard lock(mutex_);
+  nlohmann::json json = {{"reasons", reasons_},
+                         {"frames", nlohmann::json::array()},
+                         {"lost", SampleToJson(lost_images_)},
+                         {"depth", SampleToJson(depth_examples_)}};
+  nlohmann::json& frames = json["frames"];
+  for (const auto& [index, note] : notes_) {
+    frames.push_back({index, note.is_tracked, note.reason});
+  }
+  return json;
+}
+
+void RunNotes::TakeJson(const nlohmann::json& json) {
+  const std::lock_guard lock(mutex_);
+  json.at("reasons").get_to(reasons_);
+  number_of_reason_.clear();
+  for (std::size_t i = 0; i < reasons_.size(); ++i) number_of_reason_[reasons_[i]] = i;
+  notes_.clear();
+  for (const nlohmann::json& frame : json.at("frames")) {
+    const Note note{frame.at(1).get<bool>(), frame.at(2).get<std::size_t>()};
+    (void)json.at("reasons").at(note.reason);  // is there
+    notes_[frame.at(0).get<std::int64_t>()] = note;
+  }
+  TakeSample(json.at("lost"), lost_images_);
+  TakeSample(json.at("depth"), depth_examples_);
 }
 
 std::unique_ptr<FrameSource> WithNotes(std::unique_ptr<FrameSource> source, RunNotes& notes) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -54,6 +55,10 @@ class RunNotes {
   std::vector<FrameNote> frames() const;
   std::vector<DepthExample> depth_examples() const;
   std::vector<LostImage> lost_images() const;
+
+  // All of it but the latest images, for the journal of a run, and back; see common/state_json.h.
+  nlohmann::json ToJson() const;
+  void TakeJson(const nlohmann::json& json);
 
  private:
   mutable std::mutex mutex_;

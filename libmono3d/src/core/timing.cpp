@@ -12,14 +12,21 @@
 namespace mono3d {
 
 void StageTimes::Add(std::string_view stage, double wall_ms, double gpu_ms, double cpu_ms) {
+  Add({.stage = std::string(stage),
+       .num_calls = 1,
+       .wall_ms = wall_ms,
+       .gpu_ms = gpu_ms,
+       .cpu_ms = cpu_ms});
+}
+
+void StageTimes::Add(const StageTime& time) {
   const std::lock_guard lock(mutex_);
-  auto it = std::find_if(times_.begin(), times_.end(),
-                         [&](const StageTime& time) { return time.stage == stage; });
-  if (it == times_.end()) it = times_.insert(times_.end(), StageTime{.stage = std::string(stage)});
-  ++it->num_calls;
-  it->wall_ms += wall_ms;
-  it->gpu_ms += gpu_ms;
-  it->cpu_ms += cpu_ms;
+  auto it = std::ranges::find(times_, time.stage, &StageTime::stage);
+  if (it == times_.end()) it = times_.insert(times_.end(), StageTime{.stage = time.stage});
+  it->num_calls += time.num_calls;
+  it->wall_ms += time.wall_ms;
+  it->gpu_ms += time.gpu_ms;
+  it->cpu_ms += time.cpu_ms;
 }
 
 std::vector<StageTime> StageTimes::Snapshot() const {

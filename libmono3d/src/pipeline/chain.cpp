@@ -9,12 +9,23 @@
 #include <set>
 #include <utility>
 
+#include "image/state_archive.h"
 #include "mono3d/image/global_shutter.h"
 #include "pipeline/map_joins.h"
 #include "pipeline/model_counts.h"
+#include "pipeline/run_state.h"
+#include "pipeline/state_parts.h"
 
 namespace mono3d {
 namespace {
+
+constexpr const char* kChainState = "state of the run";
+constexpr std::uint32_t kChainStateVersion = 1;
+constexpr const char* kChainPart = "chain";
+constexpr const char* kTrackerPart = "tracker";
+constexpr const char* kSelectorPart = "keyframe_selector";
+// Poses of frames seldom change: they are written once, so many in one piece.
+constexpr std::size_t kEntriesPerSection = 1024;
 
 std::vector<TrajectoryEntry> EntriesOfMap(const std::vector<TrajectoryEntry>& entries, int map_id) {
   std::vector<TrajectoryEntry> selected;
@@ -155,6 +166,55 @@ void Chain::FollowAllPositions() {
   }
 }
 
+template <typename Archive>
+void Chain::ExchangeState(Archive& archive) {
+  using mono3d::ExchangeState;
+  ExchangeState(archive, counts_);
+  archive.Number(has_changed_images_);
+  ExchangeState(archive, poses_);
+  if (positions_) positions_->ExchangeState(archive);
+  archive.Sections(online_trajectory_, kEntriesPerSection,
+                   [&](TrajectoryEntry& entry) { ExchangeState(archive, entry); });
+}
+
+void Chain::SaveState(StateFolder& folder) {
+  if (is_live_) throw UsageError("the state of a live run cannot be saved");
+  if (has_thrown_) throw UsageError("a run that has failed has no state to go on from");
+  StateWriter writer(kChainState, kChainStateVersion, SavedImages::kByIndex);
+  ExchangeState(writer);
+  PutSections(folder, kChainPart, writer.TakeState());
+  PutSections(folder, kTrackerPart, tracker_->SaveState(SavedImages::kByIndex));
+  const SavedImages of_selector =
+      has_changed_images_ ? SavedImages::kIncluded : SavedImages::kByIndex;
+  PutSections(folder, kSelectorPart, keyframe_selector_->SaveState(of_selector));
+  worker_->SaveState(folder);
+}
+
+std::vector<std::int64_t> Chain::FramesOfState(const StateFolder& folder) {
+  const std::string where = folder.path().string();
+  std::vector<std::int64_t> frames =
+      mono3d::FramesOfState(GetSections(folder, kTrackerPart), where);
+  const std::vector<std::int64_t> of_selector =
+      mono3d::FramesOfState(GetSections(folder, kSelectorPart), where);
+  frames.insert(frames.end(), of_selector.begin(), of_selector.end());
+  return frames;
+}
+
+void Chain::RestoreState(const StateFolder& folder, const ImageOfFrame& images) {
+  const std::string where = folder.path().string();
+  const std::string state = GetSections(folder, kChainPart);
+  StateReader reader(state, kChainState, kChainStateVersion, where, images);
+  ExchangeState(reader);
+  reader.CheckEnd();
+  tracker_->RestoreState(GetSections(folder, kTrackerPart), where, images);
+  keyframe_selector_->RestoreState(GetSections(folder, kSelectorPart), where, images);
+  // The same object where it is the same snapshot: else all would follow it once more.
+  const KeyframePosesPtr latest = tracker_->Poses();
+  if (latest->version() == poses_->version()) poses_ = latest;
+  worker_->RestoreState(folder, poses_);
+  TakeCounts();
+}
+
 void Chain::TakePoses(const Frame& frame, const TrackingResult& tracking) {
   if (tracking.is_pending) return;
   if (tracking.T_world_cam) {
@@ -199,6 +259,7 @@ void Chain::Update() {
 void Chain::Select(const Keyframe& from_tracker) {
   ++counts_.num_keyframes;
   const Keyframe keyframe = WithGlobalShutter(from_tracker);
+  has_changed_images_ |= keyframe.frame.bgr.data != from_tracker.frame.bgr.data;
   if (on_keyframe_) on_keyframe_(keyframe);
   std::optional<ImageBundle> bundle = keyframe_selector_->Add(keyframe, *poses_);
   counts_.selector_findings = keyframe_selector_->Findings();

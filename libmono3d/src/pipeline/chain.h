@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "mono3d/core/state_folder.h"
+#include "mono3d/image/frame_images.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "pipeline/model_worker.h"
 #include "pipeline/position_feed.h"
@@ -36,6 +38,11 @@ class Chain {
   // The worker has failed: Finish does not ask it for more.
   void Abandon() { has_thrown_ = true; }
 
+  // As Pipeline's; between two calls of Process.
+  void SaveState(StateFolder& folder);
+  void RestoreState(const StateFolder& folder, const ImageOfFrame& images);
+  static std::vector<std::int64_t> FramesOfState(const StateFolder& folder);
+
   // As Pipeline::Snapshot, and that without surfels. From any thread.
   PipelineSnapshot Snapshot(std::uint64_t since_version) const;
   PipelineSnapshot State() const;
@@ -55,6 +62,8 @@ class Chain {
   void Select(const Keyframe& from_tracker);
   void AddBundle(ImageBundle bundle);
   void ProcessLast();
+  template <typename Archive>
+  void ExchangeState(Archive& archive);
   MapReconstruction OfMap(int map_id, ModelBuilder::OfMap& made,
                           const std::vector<TrajectoryEntry>& trajectory,
                           const std::vector<TrajectoryEntry>& keyframes) const;
@@ -68,6 +77,8 @@ class Chain {
   PipelineCounts counts_;                                       // without those of the worker
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;
+  // The selector's images are others than the tracker's: of a global shutter.
+  bool has_changed_images_ = false;
   bool has_thrown_ = false;  // a stage after the tracker: it would again
 
   // For Snapshot: of the latest frame, its pose fixed to its keyframe, and counts_ as of then.

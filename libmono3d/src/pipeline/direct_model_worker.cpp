@@ -17,6 +17,11 @@ void DirectModelWorker::Update(KeyframePosesPtr poses) {
   TakeProgress();
 }
 
+void DirectModelWorker::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) {
+  builder_.RestoreState(folder, poses);
+  TakeProgress();
+}
+
 // What was done before an error counts.
 ModelBuilder& DirectModelWorker::End() {
   if (!has_ended_) TakeProgress();

@@ -23,6 +23,8 @@ class DirectModelWorker final : public ModelWorker {
   PublishedModel Published(std::uint64_t since_version) override {
     return builder_.publisher().Latest(since_version);
   }
+  void SaveState(StateFolder& folder) override { builder_.SaveState(folder); }
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) override;
   ModelBuilder& End() override;
 
  private:

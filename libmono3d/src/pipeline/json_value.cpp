@@ -44,6 +44,8 @@ void JsonValue::Append(JsonValue value) {
   content_->json.push_back(std::move(value.content_->json));
 }
 
+void JsonValue::Append(std::int64_t value) { content_->json.push_back(value); }
+
 std::string JsonValue::Text() const {
   return content_->json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

@@ -33,6 +33,7 @@ class JsonValue {
 
   // To a list.
   void Append(JsonValue value);
+  void Append(std::int64_t value);
 
   // Indented by two; invalid UTF-8 is replaced.
   std::string Text() const;

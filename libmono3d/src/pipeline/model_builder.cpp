@@ -11,9 +11,19 @@
 #include "mono3d/pipeline/snapshot.h"
 #include "pipeline/map_joins.h"
 #include "pipeline/model_counts.h"
+#include "pipeline/run_state.h"
+#include "pipeline/state_parts.h"
 
 namespace mono3d {
 namespace {
+
+constexpr const char* kModelState = "state of the model";
+constexpr std::uint32_t kModelStateVersion = 1;
+constexpr const char* kModelPart = "model";
+// What seldom changes is written once: lists that grow, in pieces.
+constexpr std::size_t kMembersPerSection = 256;
+
+std::string SurfelsPart(int map_id) { return "surfels_" + std::to_string(map_id); }
 
 DepthQuality QualityOf(const ImageBundle& bundle, const DepthResult& depth) {
   DepthQuality quality;
@@ -228,6 +238,57 @@ void ModelBuilder::JoinRecords(const MapJoin& join) {
     into.health = from.health;
     current_id_ = join.into;
   }
+}
+
+template <typename Archive>
+void ModelBuilder::ExchangeState(Archive& archive, std::vector<int>& model_ids) {
+  using mono3d::ExchangeState;
+  ExchangeState(archive, counts_);
+  archive.Number(current_id_);
+  archive.List(model_ids, [&](int& map_id) { archive.Number(map_id); });
+  ExchangeMap(
+      archive, of_map_, [&](int& map_id) { archive.Number(map_id); },
+      [&](OfMap& of_map) {
+        const auto list = [&](auto& members) {
+          archive.Sections(members, kMembersPerSection,
+                           [&](auto& member) { ExchangeState(archive, member); });
+        };
+        ExchangeState(archive, of_map.model);
+        list(of_map.depth_maps);
+        list(of_map.fusions);
+        ExchangeState(archive, of_map.health);
+        list(of_map.health_changes);
+        list(of_map.submap_joins);
+      });
+  const auto exchange = [&](auto& member) { ExchangeState(archive, member); };
+  archive.List(feedback_.constraints, exchange);
+  archive.List(feedback_.qualities, exchange);
+}
+
+void ModelBuilder::SaveState(StateFolder& folder) {
+  std::vector<int> model_ids;
+  for (const auto& [map_id, model] : surfel_maps_) {
+    model_ids.push_back(map_id);
+    model->SaveState(folder, SurfelsPart(map_id));
+  }
+  StateWriter writer(kModelState, kModelStateVersion, SavedImages::kByIndex);
+  ExchangeState(writer, model_ids);
+  PutSections(folder, kModelPart, writer.TakeState());
+}
+
+void ModelBuilder::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) {
+  const std::string state = GetSections(folder, kModelPart);
+  StateReader reader(state, kModelState, kModelStateVersion, folder.path().string(), {});
+  std::vector<int> model_ids;
+  ExchangeState(reader, model_ids);
+  reader.CheckEnd();
+  poses_ = poses;
+  for (const int map_id : model_ids) {
+    std::unique_ptr<SurfelMap> model = stages_.create_surfel_map();
+    model->RestoreState(folder, SurfelsPart(map_id));
+    surfel_maps_[map_id] = std::move(model);
+  }
+  publisher_.NoteChange();
 }
 
 ModelProgress ModelBuilder::Progress() const {

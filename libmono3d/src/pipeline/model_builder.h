@@ -8,9 +8,11 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "mono3d/core/state_folder.h"
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
@@ -78,6 +80,12 @@ class ModelBuilder {
   };
   OfMap& Of(int map_id) { return of_map_[map_id]; }
 
+  // Into the save that is being made: all there is before Close. What is published is none of it.
+  void SaveState(StateFolder& folder);
+  // Before the first Add: goes on as the builder of the same stages did that was saved, whose poses
+  // of the last Update were `poses`. Throws Error on a state that is damaged.
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses);
+
  private:
   void Fuse(const DepthMap& map, const Frame& reference, int map_id);
   void TakeResult(const DepthMap& map, const FusionResult& fusion, OfMap& of_map);
@@ -87,6 +95,8 @@ class ModelBuilder {
   void JoinRecords(const MapJoin& join);
   void Export(int map_id);
   PointCloud LatestPublished(int map_id);
+  template <typename Archive>
+  void ExchangeState(Archive& archive, std::vector<int>& model_ids);
 
   ModelStages stages_;
   PipelineCounts counts_;

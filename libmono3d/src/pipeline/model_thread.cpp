@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/thread_priority.h"
+#include "mono3d/core/error.h"
 #include "pipeline/clock.h"
 
 namespace mono3d {
@@ -18,6 +19,14 @@ ModelThread::ModelThread(ModelStages stages, std::size_t max_waiting,
     LowerThreadPriority(ThreadPriority::kTenth);
     Run();
   });
+}
+
+void ModelThread::SaveState(StateFolder& /*folder*/) {
+  throw UsageError("the state of a live run cannot be saved");
+}
+
+void ModelThread::RestoreState(const StateFolder& /*folder*/, const KeyframePosesPtr& /*poses*/) {
+  throw UsageError("a live run cannot be restored");
 }
 
 ModelThread::~ModelThread() { static_cast<void>(End()); }

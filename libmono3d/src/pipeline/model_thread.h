@@ -38,6 +38,8 @@ class ModelThread final : public ModelWorker {
   ModelFeedback TakeFeedback() override;
   ModelProgress Progress() const override;
   PublishedModel Published(std::uint64_t since_version) override;
+  void SaveState(StateFolder& folder) override;
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) override;
   ModelBuilder& End() override;
 
  private:

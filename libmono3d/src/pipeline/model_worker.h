@@ -30,6 +30,10 @@ class ModelWorker {
   // As ModelPublisher::Latest.
   virtual PublishedModel Published(std::uint64_t since_version) = 0;
 
+  // Of a worker without a thread of its own; as ModelBuilder. Throws UsageError on another.
+  virtual void SaveState(StateFolder& folder) = 0;
+  virtual void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) = 0;
+
   // Ends after the work in hand; what waits is left undone. The builder is the caller's from then
   // on, as long as the worker lives. May be called again.
   virtual ModelBuilder& End() = 0;

@@ -54,6 +54,18 @@ class Pipeline::Impl {
     Track(WithOwnImage(std::move(frame)));
   }
 
+  void SaveState(StateFolder& folder) {
+    if (thread_) throw UsageError("the state of a live run cannot be saved");
+    NamingOutOfMemory("saving the state of the run", [&] { chain_.SaveState(folder); });
+  }
+
+  void RestoreState(const StateFolder& folder, const ImageOfFrame& images) {
+    if (thread_ || has_processed_) throw UsageError("RestoreState is not the first call");
+    has_processed_ = true;
+    NamingOutOfMemory("restoring the state of the run",
+                      [&] { chain_.RestoreState(folder, images); });
+  }
+
   void Start() {
     if (thread_ || has_processed_) throw Error("Start is not the first call");
     thread_ = std::make_unique<TrackingThread>(
@@ -119,6 +131,16 @@ Pipeline::Pipeline(PipelineStages stages, PipelineObserver observer, const Pipel
 Pipeline::~Pipeline() = default;
 
 void Pipeline::Process(Frame frame) { impl_->Process(std::move(frame)); }
+
+void Pipeline::SaveState(StateFolder& folder) { impl_->SaveState(folder); }
+
+std::vector<std::int64_t> Pipeline::FramesOfState(const StateFolder& folder) {
+  return Chain::FramesOfState(folder);
+}
+
+void Pipeline::RestoreState(const StateFolder& folder, const ImageOfFrame& images) {
+  impl_->RestoreState(folder, images);
+}
 
 Reconstruction Pipeline::Finish() { return impl_->Finish(); }
 

@@ -9,6 +9,7 @@
 
 #include "mono3d/pipeline/stages.h"
 #include "mono3d/tracking/tracker.h"
+#include "pipeline/run_state.h"
 
 namespace mono3d {
 
@@ -23,6 +24,13 @@ class PositionFeed {
   bool IsDue(int map_id, std::size_t num_keyframes) const;
   // Counts as the last time, also where there is nothing to tell yet.
   void Give(int map_id, std::size_t num_keyframes, Tracker& tracker);
+
+  template <typename Archive>
+  void ExchangeState(Archive& archive) {
+    ExchangeMap(
+        archive, due_at_, [&](int& map_id) { archive.Number(map_id); },
+        [&](std::size_t& num_keyframes) { archive.Index(num_keyframes); });
+  }
 
  private:
   PipelinePositions positions_;

@@ -78,6 +78,12 @@ bool IsProduct(std::string_view name) {
          name == "mesh.obj" || name == "mesh.mtl" || name == "splats.ply" ||
          (name.starts_with("mesh_") && name.ends_with(".jpg"));
 }
+// The state of a run that is not whole (core/state_folder.h).
+constexpr std::string_view kJournalFolder = "journal";
+bool IsJournalFile(std::string_view name) {
+  constexpr std::string_view kParts = "parts-";
+  return name == "manifest" || (name.starts_with(kParts) && IsNumber(name.substr(kParts.size())));
+}
 bool IsNerfstudioFile(std::string_view name) {
   return name == "transforms.json" || name == "sparse.ply";
 }
@@ -144,6 +150,7 @@ std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folde
   if (has_png16) AddMatching(folder, kDepthFolder, IsDepthScale, files);
   AddMatching(folder, {}, IsRunFile, files);
   AddMatching(folder, kKeyframeImageFolder, IsPng, files);
+  AddMatching(folder, kJournalFolder, IsJournalFile, files);
   const std::filesystem::path products = kProductFolder;
   AddMatching(folder, products, IsProduct, files);
   AddMatching(folder, products / "depth", IsTiff, files);

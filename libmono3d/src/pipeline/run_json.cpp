@@ -432,6 +432,11 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   json.Set("mono3d", Version());
   json.Set("end", ToString(record.end));
   if (!record.error.empty()) json.Set("error", record.error);
+  if (!record.resumed_after.empty()) {
+    JsonValue frames = JsonValue::List();
+    for (const std::int64_t frame : record.resumed_after) frames.Append(frame);
+    json.Set("resumed_after_frames", std::move(frames));
+  }
   json.Set("input", record.input);
   json.Set("photos", record.are_photos);
   json.Set("camera", record.camera);

@@ -67,6 +67,18 @@ RunWriter::RunWriter(const std::filesystem::path& folder, const DepthFileOptions
   if (writes_depth_maps()) CreateOutputFolder(folder_ / kDepthFolder);
 }
 
+RunWriter::RunWriter(const std::filesystem::path& folder, const DepthFileOptions& depth_files,
+                     Resumed)
+    : folder_(folder), depth_files_(depth_files) {
+  CreateOutputFolder(folder_);
+  if (writes_depth_maps()) CreateOutputFolder(folder_ / kDepthFolder);
+}
+
+RunWriter RunWriter::OfRunToResume(const std::filesystem::path& folder,
+                                   const DepthFileOptions& depth_files) {
+  return RunWriter(folder, depth_files, Resumed());
+}
+
 void RunWriter::WriteDepthMap(const DepthMap& map) const {
   if (!writes_depth_maps()) return;
   MakeFolders();

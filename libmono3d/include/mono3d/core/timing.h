@@ -26,6 +26,8 @@ struct StageTime {
 class StageTimes {
  public:
   void Add(std::string_view stage, double wall_ms, double gpu_ms = 0, double cpu_ms = 0);
+  // Of a part of the run that was made by another process.
+  void Add(const StageTime& time);
   std::vector<StageTime> Snapshot() const;
 
  private:

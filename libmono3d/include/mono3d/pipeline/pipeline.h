@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "mono3d/core/export.h"
+#include "mono3d/core/state_folder.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/image/frame.h"
+#include "mono3d/image/frame_images.h"
 #include "mono3d/image/keyframe.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/reconstruction.h"
@@ -64,6 +66,19 @@ class Pipeline {
   // choice of keyframes. The caller may change its image afterwards: where the frame is not the
   // only one that holds it, it is copied. Throws Error after Start.
   void Process(Frame frame);
+
+  // Between two calls of Process, and not after one that threw: puts all that the run has so far
+  // into the save that is being made; Commit is the caller's. Images are named by the indices of
+  // their frames. Throws UsageError for a live run and for photographs, and what StateFolder::Put
+  // throws, after which the run can go on.
+  void SaveState(StateFolder& folder);
+  // The frames whose images RestoreState will ask for.
+  static std::vector<std::int64_t> FramesOfState(const StateFolder& folder);
+  // Before the first Process, with stages and options like those of the run that was saved: goes on
+  // with the frame after the last one that that had processed, and comes to the same result.
+  // `images` are asked for those that are still needed. Throws Error on a state that is damaged or
+  // was saved with other options; the pipeline is of no use then.
+  void RestoreState(const StateFolder& folder, const ImageOfFrame& images);
 
   // Takes what is still on its way through the stages and hands over the result. Call once, last.
   // After a Process that threw, or a Finish, too: what there was before is not lost, and what is on

@@ -60,6 +60,8 @@ struct RunRecord {
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
   std::int64_t num_skipped_images = 0;
+  // Of a run that was broken off and resumed: the last frame before each time.
+  std::vector<std::int64_t> resumed_after;
   std::optional<LiveInputReport> live_input;  // where a camera sent the images
   double wall_s = 0;
   double cpu_s = 0;  // of the process
@@ -88,6 +90,9 @@ class RunWriter {
   // Creates the folder where needed, and clears what an earlier run left under these names. Throws
   // Error when it cannot be written.
   explicit RunWriter(const std::filesystem::path& folder, const DepthFileOptions& depth_files = {});
+  // Of a run that goes on: what it has written stays.
+  static RunWriter OfRunToResume(const std::filesystem::path& folder,
+                                 const DepthFileOptions& depth_files);
 
   bool writes_depth_maps() const { return depth_files_.form != DepthFileForm::kNone; }
   void WriteDepthMap(const DepthMap& map) const;
@@ -123,6 +128,9 @@ class RunWriter {
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }
 
  private:
+  struct Resumed {};
+  RunWriter(const std::filesystem::path& folder, const DepthFileOptions& depth_files, Resumed);
+
   void MakeFolders() const;
   void WriteDepthScale() const;
   std::filesystem::path KeyframeImagePath(const std::string& frame_name) const;

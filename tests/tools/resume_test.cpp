@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// A run that was broken off goes on from its journal, and comes to what it would have come to.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+
+#include "io/temporary_folder.h"
+#include "tools/command.h"
+
+namespace mono3d {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::filesystem::path kOrbit = MONO3D_EXAMPLE;
+
+class Resume : public TemporaryFolderTest {
+ protected:
+  // On small images; a frame a second, so that every fifth one the state is saved. Of the camera
+  // of the flight, which is held: nothing is calibrated.
+  std::string Command(const std::string& output, const std::string& extra = "") const {
+    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kOrbit.string() + " --camera " +
+           (kOrbit / "camera.yaml").string() + " --camera-fixed -o " + (folder_ / output).string() +
+           " --fps 1 --resize 384x224 --tracking.features.num_features 600" +
+           (extra.find("--max-frames") == std::string::npos ? " --max-frames 40" : "") + extra;
+  }
+  CommandResult Reconstruct(const std::string& output, const std::string& extra = "") const {
+    return RunCommand(Command(output, extra), folder_);
+  }
+
+  // The tool as it runs until there is a depth map of that frame and a saved state; it gets the
+  // signal then.
+  void Break(const std::string& extra, const std::string& depth_map, int signal) const {
+    const std::string command = "exec " + Command("out", extra) + " >/dev/null 2>&1";
+    const pid_t process = fork();
+    ASSERT_GE(process, 0);
+    if (process == 0) {
+      execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    int status = 0;
+    const std::filesystem::path out = folder_ / "out";
+    while (!std::filesystem::exists(out / "journal/manifest") ||
+           !std::filesystem::exists(out / "depth" / depth_map)) {
+      ASSERT_EQ(waitpid(process, &status, WNOHANG), 0) << "ended before it wrote " << depth_map;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    kill(process, signal);
+    ASSERT_EQ(waitpid(process, &status, 0), process);
+    ASSERT_TRUE(signal != SIGKILL || WIFSIGNALED(status));
+  }
+
+  // The files of a run but those that tell when it was.
+  std::map<std::string, std::string> Results(const std::string& output) const {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / output)) {
+      if (!entry.is_regular_file()) continue;
+      const std::string name = entry.path().lexically_relative(folder_ / output);
+      if (name == "run.json" || name == "report.html") continue;
+      files[name] = TemporaryFolderTest::ReadText(entry.path());
+    }
+    return files;
+  }
+  nlohmann::json Record(const std::string& output) const {
+    return nlohmann::json::parse(std::ifstream(folder_ / output / "run.json"));
+  }
+
+  void ExpectSameResults() const {
+    const auto whole = Results("whole");
+    const auto resumed = Results("out");
+    for (const auto& [name, content] : whole) {
+      ASSERT_TRUE(resumed.contains(name)) << name;
+      EXPECT_TRUE(resumed.at(name) == content) << name << " differs";
+    }
+    for (const auto& [name, content] : resumed) EXPECT_TRUE(whole.contains(name)) << name;
+    const nlohmann::json record = Record("out");
+    EXPECT_EQ(record["end"], "finished");
+    EXPECT_EQ(record["counts"], Record("whole")["counts"]);
+  }
+};
+
+TEST_F(Resume, AKilledRunComesToTheResultOfOneThatWasNot) {
+  ASSERT_EQ(Reconstruct("whole").exit_status, 0);
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGKILL));
+  ASSERT_NO_FATAL_FAILURE(Break(" --resume", "000025.depth.pfm", SIGKILL));
+  const CommandResult resumed = Reconstruct("out", " --resume");
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr("resumed after frame"));
+  ExpectSameResults();
+  EXPECT_EQ(Record("out")["resumed_after_frames"].size(), 2U);
+}
+
+TEST_F(Resume, ARunThatWasStoppedGoesOnWithTheNextFrame) {
+  ASSERT_EQ(Reconstruct("whole").exit_status, 0);
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGINT));
+  const nlohmann::json stopped = Record("out");
+  EXPECT_EQ(stopped["end"], "stopped");
+  const CommandResult resumed = Reconstruct("out", " --resume");
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+  ExpectSameResults();
+  EXPECT_THAT(Record("out")["resumed_after_frames"],
+              ElementsAre(stopped["counts"]["frames"].get<int>() - 1));
+}
+
+TEST_F(Resume, RefusesOtherOptionsAndADamagedJournal) {
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGKILL));
+  const auto before = Results("out");
+  const CommandResult other = Reconstruct("out", " --resume --fusion.max_surfels 100000");
+  EXPECT_EQ(other.exit_status, kWrongUsage) << other.errors;
+  EXPECT_THAT(other.errors,
+              AllOf(HasSubstr("had another --fusion.max_surfels"), HasSubstr("100000")));
+  EXPECT_TRUE(Results("out") == before);
+  TemporaryFolderTest::WriteText("out/journal/manifest", "no manifest");
+  const CommandResult damaged = Reconstruct("out", " --resume");
+  EXPECT_EQ(damaged.exit_status, kFailure);
+  EXPECT_THAT(damaged.errors, HasSubstr("manifest"));
+}
+
+TEST_F(Resume, WithoutAJournalTheRunStartsFromItsBeginning) {
+  const CommandResult result = Reconstruct("out", " --resume --max-frames 20");
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("nothing to resume"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/journal"));
+  EXPECT_FALSE(Record("out").contains("resumed_after_frames"));
+}
+
+}  // namespace
+}  // namespace mono3d

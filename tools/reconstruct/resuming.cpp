@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reconstruct/resuming.h"
+
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/tool.h"
+#include "mono3d/core/error.h"
+
+namespace mono3d::tools {
+namespace {
+
+// The images of those frames, of all up to `last_frame`.
+std::map<std::int64_t, cv::Mat> ReadUpTo(std::int64_t last_frame,
+                                         const std::vector<std::int64_t>& wanted,
+                                         FrameSource& source) {
+  const std::set<std::int64_t> indices(wanted.begin(), wanted.end());
+  std::map<std::int64_t, cv::Mat> images;
+  std::int64_t index = -1;
+  while (index < last_frame) {
+    std::optional<Frame> frame = source.Next();
+    if (!frame) {
+      throw Error(ErrorParts{.what = "the input has become shorter since the run was broken off: "
+                                     "start anew without --resume",
+                             .where = {},
+                             .expected = "frame " + std::to_string(last_frame),
+                             .found = "frame " + std::to_string(index) + " is the last one"});
+    }
+    index = frame->index;
+    if (StopRequested()) throw Error("stopped before the run was where it had been");
+    if (indices.contains(index)) images[index] = std::move(frame->bgr);
+  }
+  return images;
+}
+
+}  // namespace
+
+nlohmann::json PutRun(const JournaledRun& run, const EarlierParts& earlier, double wall_s,
+                      StateFolder& states) {
+  run.pipeline.SaveState(states);
+  nlohmann::json stages = nlohmann::json::array();
+  for (const StageTime& time : run.times.Snapshot()) {
+    stages.push_back({time.stage, time.num_calls, time.wall_ms, time.gpu_ms, time.cpu_ms});
+  }
+  return {{"frames", run.frames.ToJson()},     {"notes", run.notes.ToJson()},
+          {"files", run.files.ToJson()},       {"stages", stages},
+          {"wall_s", earlier.wall_s + wall_s}, {"cpu_s", earlier.cpu_s + 1e-3 * ProcessCpuMs()},
+          {"last_frames", earlier.last_frames}};
+}
+
+EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun& run) {
+  const nlohmann::json state = journal.ReadState();
+  const std::map<std::int64_t, cv::Mat> images =
+      ReadUpTo(journal.last_frame(), Pipeline::FramesOfState(journal.states()), source);
+  run.pipeline.RestoreState(journal.states(), [&](std::int64_t index) {
+    const auto found = images.find(index);
+    return found == images.end() ? cv::Mat() : found->second.clone();
+  });
+  try {
+    run.frames.TakeJson(state.at("frames"));
+    run.notes.TakeJson(state.at("notes"));
+    run.files.TakeJson(state.at("files"));
+    for (const nlohmann::json& time : state.at("stages")) {
+      run.times.Add({.stage = time.at(0).get<std::string>(),
+                     .num_calls = time.at(1).get<std::int64_t>(),
+                     .wall_ms = time.at(2).get<double>(),
+                     .gpu_ms = time.at(3).get<double>(),
+                     .cpu_ms = time.at(4).get<double>()});
+    }
+    EarlierParts earlier{state.at("wall_s").get<double>(), state.at("cpu_s").get<double>(),
+                         state.at("last_frames").get<std::vector<std::int64_t>>()};
+    earlier.last_frames.push_back(journal.last_frame());
+    return earlier;
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(ErrorParts{.what = "the journal is damaged: start anew without --resume",
+                           .where = journal.states().path().string(),
+                           .expected = {},
+                           .found = error.what()});
+  }
+}
+
+}  // namespace mono3d::tools

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+#include "reconstruct/run_journal.h"
+
+#include <exception>
+#include <system_error>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/tool.h"
+#include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
+#include "mono3d/core/timing.h"
+#include "mono3d/core/version.h"
+#include "mono3d/pipeline/run_folder.h"
+
+namespace mono3d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// So much of a run is done again at most when it is killed: of the video, or of the run where that
+// is slower.
+constexpr double kSaveEvery_s = 5;
+constexpr double kSaveEveryWall_s = 20;
+// A state may take long to write: no more than a twentieth of the time.
+constexpr double kMaxShareOfSaving = 0.05;
+
+constexpr const char* kToolPart = "tool";
+constexpr const char* kManifest = "manifest";
+
+double JournalClock_s() { return 1e-3 * WallClockMs(); }
+
+// By what the result of a run is determined.
+nlohmann::json IdentityOf(const RunRecord& record) {
+  nlohmann::json identity = {
+      {"version of mono3d", Version()}, {"input", record.input}, {"camera", record.camera}};
+  for (const OptionField& option : record.options) {
+    std::visit([&](const auto* value) { identity["--" + option.name] = *value; }, option.value);
+  }
+  return identity;
+}
+
+std::string Text(const nlohmann::json& identity, const std::string& name) {
+  if (!identity.contains(name)) return "none";
+  const nlohmann::json& value = identity.at(name);
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+}  // namespace
+
+RunJournal::RunJournal(const fs::path& run_folder, const RunRecord& record)
+    : folder_(run_folder / kJournalFolder),
+      identity_(IdentityOf(record)),
+      states_(folder_),
+      ended_wall_s_(JournalClock_s()) {}
+
+nlohmann::json RunJournal::ReadState() {
+  const std::string where = folder_.string();
+  nlohmann::json state;
+  try {
+    const std::string bytes = states_.Get(kToolPart);
+    state = nlohmann::json::from_cbor(bytes);
+    const nlohmann::json& saved = state.at("identity");
+    for (const auto& [name, value] : identity_.items()) {
+      if (saved.contains(name) && saved.at(name) == value) continue;
+      throw UsageError(ErrorParts{.what = "the run to resume had another " + name +
+                                          ": give what it had, or start anew without --resume",
+                                  .where = where,
+                                  .expected = Text(saved, name),
+                                  .found = Text(identity_, name)});
+    }
+    last_frame_ = state.at("last_frame").get<std::int64_t>();
+    saved_video_s_ = state.at("timestamp_s").get<double>();
+    return state.at("own");
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(ErrorParts{.what = "the journal is damaged: start anew without --resume",
+                           .where = where,
+                           .expected = {},
+                           .found = error.what()});
+  }
+}
+
+void RunJournal::SaveIfDue(std::int64_t frame_index, double timestamp_s, const PutState& put) {
+  if (!saved_video_s_) saved_video_s_ = timestamp_s;
+  const double waited_s = JournalClock_s() - ended_wall_s_;
+  const bool is_due = timestamp_s >= *saved_video_s_ + kSaveEvery_s || waited_s >= kSaveEveryWall_s;
+  if (!is_due || waited_s < duration_s_ / kMaxShareOfSaving) return;
+  saved_video_s_ = timestamp_s;
+  Save(frame_index, put);
+}
+
+void RunJournal::Save(std::int64_t frame_index, const PutState& put) {
+  if (frame_index == last_frame_) return;
+  const double start_s = JournalClock_s();
+  try {
+    const nlohmann::json state = {{"identity", identity_},
+                                  {"last_frame", frame_index},
+                                  {"timestamp_s", saved_video_s_.value_or(0)},
+                                  {"own", put(states_)}};
+    std::string bytes;
+    nlohmann::json::to_cbor(state, bytes);
+    states_.Put(kToolPart, bytes);
+    const StateSaveCost cost = states_.Commit();
+    last_frame_ = frame_index;
+    Log(LogLevel::kDebug, "journal: frame " + std::to_string(frame_index) + ", " +
+                              std::to_string(cost.bytes_new) + " bytes new of " +
+                              std::to_string(cost.num_bytes) + ", " +
+                              std::to_string(1e3 * (JournalClock_s() - start_s)) + " ms");
+  } catch (const std::exception& error) {
+    states_.Discard();
+    if (!has_warned_) {
+      Log(LogLevel::kWarning, "the journal cannot be written, the run goes on: " + WordsOf(error));
+    }
+    has_warned_ = true;
+  }
+  ended_wall_s_ = JournalClock_s();
+  duration_s_ = ended_wall_s_ - start_s;
+}
+
+void RunJournal::Remove() {
+  std::error_code failure;
+  // Without its manifest the rest is none.
+  fs::remove(folder_ / kManifest, failure);
+  if (!failure) fs::remove_all(folder_, failure);
+  if (failure) {
+    throw Error(ErrorParts{.what = "cannot remove the journal of the run",
+                           .where = folder_,
+                           .expected = {},
+                           .found = failure.message(),
+                           .code = ErrorCode::kIo});
+  }
+}
+
+std::optional<fs::path> FolderToResume(const fs::path& output) {
+  std::vector<fs::path> folders = {output};
+  std::error_code error;
+  for (fs::directory_iterator it(output, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().filename().string().starts_with(kUnfinishedStem)) folders.push_back(it->path());
+  }
+  std::optional<fs::path> newest;
+  fs::file_time_type newest_time;
+  for (const fs::path& folder : folders) {
+    const fs::file_time_type time = fs::last_write_time(folder / kJournalFolder / kManifest, error);
+    if (error || (newest && time <= newest_time)) continue;
+    newest = folder;
+    newest_time = time;
+  }
+  return newest;
+}
+
+}  // namespace mono3d::tools
