@@ -32,6 +32,7 @@
 #include "mono3d/pipeline/run_writer.h"
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "reconstruct/adopted_files.h"
+#include "reconstruct/ground_control.h"
 #include "reconstruct/interim_results.h"
 #include "reconstruct/live_run.h"
 #include "reconstruct/output_folder.h"
@@ -64,6 +65,7 @@ struct Arguments {
   SelfCalibrationOptions self_calibration;
   OutputArguments written;
   PositionArguments positions;
+  GroundControlArguments control;
   bool with_global_shutter_images = false;
   bool with_mesh = false;
   MeshOptions mesh;
@@ -81,6 +83,7 @@ std::vector<OptionField> ListAll(Arguments& arguments) {
   visitor.Group("live.calibration", arguments.self_calibration);
   visitor.Group("live.input", arguments.live_input);
   visitor.Group("positions", arguments.positions.georeference);
+  visitor.Group("control", arguments.control.options);
   return visitor.fields();
 }
 
@@ -306,9 +309,11 @@ Result RunWithKnownCamera(const Run& run) {
   Result result;
   PipelineOptions options = arguments.pipeline;
   options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
-  // A map of an earlier run keeps its shape as well as its axes.
-  if (arguments.map.empty()) options.positions = PositionsFor(run.place);
   result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
+  PlaceOfRun place = run.place;
+  if (place.control) FindSights(arguments.input, result.cameras, *place.control);
+  // A map of an earlier run keeps its shape as well as its axes.
+  if (arguments.map.empty()) options.positions = PositionsFor(place);
   std::unique_ptr<FrameSource> source =
       run.view.Watched(WithNotes(OpenFrames(arguments, result.cameras), run.notes));
   CatchStopSignals();
@@ -356,7 +361,7 @@ Result RunWithKnownCamera(const Run& run) {
   result.reconstruction = FinishAfterAll(pipeline, run.record);
   NoteErrorOf(run.record, [&] { watch.End(); });
   result.depth_camera = files.DepthCamera();
-  ChooseAxes(arguments.written, saved_axes, run.place, result.reconstruction);
+  ChooseAxes(arguments.written, saved_axes, place, result.reconstruction);
   Write(run, result, pipeline.tracker());
   return result;
 }
@@ -472,7 +477,8 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
 }
 
 int ReconstructInto(OutputFolder& output, Arguments& arguments,
-                    const std::shared_ptr<Device>& device, RunRecord& record) {
+                    const std::shared_ptr<Device>& device, std::optional<GroundControl> control,
+                    RunRecord& record) {
   const double start_ms = WallClockMs();
   const DepthFileOptions depth_files = DepthFilesOf(arguments.written, arguments.pipeline.is_live);
   std::optional<RunJournal> journal;
@@ -491,22 +497,22 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   RunNotes notes;
   EarlierParts earlier;
   arguments.view.Open();
-  const Run run{
-      arguments,
-      device,
-      writer,
-      times,
-      record,
-      frames,
-      failures,
-      notes,
-      arguments.view,
-      output.of_run(),
-      {arguments.live ? 0 : TellOfTurn(arguments.input),
-       FindPositions(arguments.input, arguments.positions), arguments.positions.georeference},
-      journal ? &*journal : nullptr,
-      earlier,
-      start_ms};
+  const Run run{arguments,
+                device,
+                writer,
+                times,
+                record,
+                frames,
+                failures,
+                notes,
+                arguments.view,
+                output.of_run(),
+                {arguments.live ? 0 : TellOfTurn(arguments.input),
+                 FindPositions(arguments.input, arguments.positions),
+                 arguments.positions.georeference, std::move(control)},
+                journal ? &*journal : nullptr,
+                earlier,
+                start_ms};
   const Result result = MakeRun(run);
   failures.NoteIn(record);
   if (arguments.live) record.live_input = arguments.live->Report();
@@ -524,6 +530,8 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   for (const MapReconstruction& map : result.reconstruction.maps) {
     const std::string line = GeoreferenceLine(map);
     if (!line.empty()) std::printf("%s\n", line.c_str());
+    const std::string control_lines = GroundControlLines(map);
+    if (!control_lines.empty()) std::printf("%s\n", control_lines.c_str());
   }
   if (journal && record.end != RunEnd::kFinished && journal->last_frame() >= 0) {
     std::printf("the same command with --resume goes on after frame %lld\n",
@@ -559,12 +567,19 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.camera.calibration.Validate();
   arguments.self_calibration.Validate();
   arguments.positions.georeference.Validate();
+  arguments.control.options.Validate();
   RequireKnownProducts(arguments.products);
   RequireSameCamera(arguments);
   if (arguments.resumes && arguments.pipeline.is_live) {
     throw UsageError("a live run cannot be resumed: its images have passed; leave out --resume");
   }
+  if (!arguments.control.file.empty() && (arguments.pipeline.is_live || !arguments.map.empty())) {
+    throw UsageError(
+        "ground control points need images that are there from the beginning, in a map of their "
+        "own: leave out --live or --map");
+  }
   // What is wrong with the input is said before anything is done or written.
+  std::optional<GroundControl> control = ReadGroundControl(arguments.control);
   arguments.source.Validate();
   arguments.live_input.Validate();
   arguments.live = ConnectWhereLive(arguments.input, arguments.live_input);
@@ -584,8 +599,9 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   record.device = Info(*device);
   record.options = ListAll(arguments);
   OutputFolder output(arguments.output, arguments.resumes);
-  return KeepingOnFailure(output,
-                          [&] { return ReconstructInto(output, arguments, device, record); });
+  return KeepingOnFailure(output, [&] {
+    return ReconstructInto(output, arguments, device, std::move(control), record);
+  });
 }
 
 }  // namespace
@@ -623,6 +639,7 @@ int main(int argc, char** argv) {
   AddRunProductOptions(tool.app(), arguments.products);
   AddOutputOptions(tool.app(), arguments.written);
   AddPositionOptions(tool.app(), arguments.positions);
+  AddGroundControlOptions(tool.app(), arguments.control);
   tool.app().add_option("--map", arguments.map,
                         "map of an earlier run of the same camera, to go on in");
   tool.app().add_option("--save-map", arguments.save_map,
@@ -649,5 +666,6 @@ int main(int argc, char** argv) {
   tool.AddOptions(mono3d::ListOptions(arguments.self_calibration), "live.calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.live_input), "live.input.");
   tool.AddOptions(mono3d::ListOptions(arguments.positions.georeference), "positions.");
+  tool.AddOptions(mono3d::ListOptions(arguments.control.options), "control.");
   return tool.Run(argc, argv, [&] { return Reconstruct(arguments, tool.common().device); });
 }

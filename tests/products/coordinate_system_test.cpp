@@ -54,6 +54,20 @@ TEST_F(CoordinateSystemTest, HasTheDefiningValuesOfUtm) {
   EXPECT_FALSE(utm.has_heights());
 }
 
+TEST_F(CoordinateSystemTest, PlaceOfIsTheWayBack) {
+  const CoordinateSystem utm("EPSG:32632", kKarlsruhe, true);
+  const Eigen::Vector3d p_enu_m(120, -340, 25);
+  const Geodetic place = CoordinateSystem::PlaceOf("EPSG:32632", utm.ToMap(p_enu_m));
+  EXPECT_LT((ToEnu(place, kKarlsruhe) - p_enu_m).norm(), 1e-4);
+  const Geodetic same = CoordinateSystem::PlaceOf("EPSG:4979", {8.41, 49.01, 115});
+  EXPECT_LT(ToEnu(same, kKarlsruhe).norm(), 1e-4);
+  EXPECT_TRUE(CoordinateSystem::IsProjected("EPSG:25832+7837"));
+  EXPECT_TRUE(CoordinateSystem::IsProjected("+proj=utm +zone=10 +datum=WGS84 +units=m +type=crs"));
+  EXPECT_FALSE(CoordinateSystem::IsProjected("EPSG:4258"));
+  EXPECT_THROW((void)CoordinateSystem::IsProjected("EPSG:999999"), Error);
+  EXPECT_THROW((void)CoordinateSystem::PlaceOf("EPSG:32632", {1e12, 1e12, 0}), Error);
+}
+
 // Expected: gdaltransform -s_srs EPSG:4326 -t_srs ...
 TEST_F(CoordinateSystemTest, AgreesWithGdaltransform) {
   const Eigen::Vector3d here = Eigen::Vector3d::Zero();

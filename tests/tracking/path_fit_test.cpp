@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "tracking/positions/drift_estimate.h"
@@ -323,6 +325,73 @@ TEST(FitPath, SaysNothingOfHeightsThatAreNotMeasured) {
                   .norm(),
               1e-6);
   }
+}
+
+// Points on the ground, to the left and to the right of the path by turns.
+void AddKnownPoints(DriftingFlight& flight, std::size_t every, double sigma_m, unsigned seed) {
+  Random random(seed);
+  for (std::size_t node = every / 2; node < flight.truth.size(); node += every) {
+    const Vector3d p_kf((node / every) % 2 == 0 ? 0.2 : -0.2, 0.1, 60 / kUnit_m);
+    const Vector3d p_m = flight.truth[node] * p_kf + sigma_m * random.Vector();
+    flight.path.positions.push_back({kStep_m / kSpeed_m_per_s * static_cast<double>(node), node,
+                                     p_kf, p_m, Eigen::Matrix3d::Identity() * sigma_m * sigma_m});
+  }
+  std::ranges::stable_sort(flight.path.positions, {}, [](const PathPosition& position) {
+    return std::pair(position.node, position.time_s);
+  });
+}
+
+// As with a wrong calibration: 500 keyframes, 2 km, off by tens of metres.
+DriftingFlight BentFlight(unsigned seed) {
+  ErrorsOfFlight errors;
+  errors.noise = {{1e-5, 1e-5}, {0, 60, 0.1}, {0, 60, 0.1}};
+  errors.bias_rad = {0, 3e-4, 1e-4};
+  errors.bias_log_scale = 1e-4;
+  return FlyWithDrift(500, errors, seed);
+}
+
+TEST(FitPath, KnownPointsAloneStraightenABentPath) {
+  DriftingFlight flight = BentFlight(1);
+  flight.path.positions.clear();
+  AddKnownPoints(flight, 60, 0.05, 2);  // every 240 m
+  const double before_m = RmsError(flight.path.S_metric_kf, flight.truth);
+  const double local_before_m = RmsLocalError(flight.path.S_metric_kf, flight.truth);
+  EXPECT_GT(before_m, 20);
+  const PathFit fit = FitPath(flight.path);
+  ASSERT_TRUE(fit.is_found);
+  EXPECT_EQ(std::ranges::count(fit.is_outlier, 1), 0);
+  // Between two points 240 m apart, an even bend of 4e-4 rad every 4 m sags by 7e-4 of the distance
+  // at most if nothing but the ends is held; what is known of the direction there makes it less.
+  EXPECT_LT(RmsError(flight.path.S_metric_kf, flight.truth), 0.5);
+  EXPECT_LT(RmsLocalError(flight.path.S_metric_kf, flight.truth), 1.5 * local_before_m);
+}
+
+TEST(FitPath, AKnownPointThatIsWrongIsAnOutlier) {
+  DriftingFlight flight = BentFlight(3);
+  flight.path.positions.clear();
+  AddKnownPoints(flight, 40, 0.05, 4);
+  ASSERT_GE(flight.path.positions.size(), 10U);
+  constexpr std::size_t kWrong = 6;
+  flight.path.positions[kWrong].p_m += Vector3d(20, -15, 10);
+  const PathFit fit = FitPath(flight.path);
+  ASSERT_TRUE(fit.is_found);
+  for (std::size_t i = 0; i < fit.is_outlier.size(); ++i) {
+    EXPECT_EQ(fit.is_outlier[i] != 0, i == kWrong) << i;
+  }
+  EXPECT_LT(RmsError(flight.path.S_metric_kf, flight.truth), 0.5);
+}
+
+// Positions of metres beside points of centimetres: the path is as good as with the points alone.
+TEST(FitPath, KnownPointsAreWorthMoreThanPositions) {
+  ErrorsOfFlight errors;
+  errors.noise = kWandering;
+  DriftingFlight flight = FlyWithDrift(400, errors, 5);
+  AddKnownPoints(flight, 50, 0.05, 6);
+  const PathFit fit = FitPath(flight.path);
+  ASSERT_TRUE(fit.is_found);
+  // Half-way between points 200 m apart a drift of 3e-4 rad an edge is some decimetres; positions
+  // that wander by 3 m alone leave metres.
+  EXPECT_LT(RmsError(flight.path.S_metric_kf, flight.truth), 0.6);
 }
 
 }  // namespace

@@ -47,8 +47,9 @@ DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live) {
 }
 
 std::optional<PipelinePositions> PositionsFor(const PlaceOfRun& place) {
-  if (!place.positions) return std::nullopt;
-  return PipelinePositions{*place.positions, place.georeference, place.turn_deg};
+  if (!place.positions && !place.control) return std::nullopt;
+  return PipelinePositions{place.positions.value_or(PositionTrack{}), place.georeference,
+                           place.turn_deg, place.control};
 }
 
 void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>& saved_axes,
@@ -58,9 +59,7 @@ void ChooseAxes(const OutputArguments& arguments, const std::optional<WorldAxes>
       MoveInto(*saved_axes, map);
       continue;
     }
-    if (place.positions) {
-      PlaceOnEarth(*place.positions, place.georeference, place.turn_deg, map);
-    }
+    if (const auto positions = PositionsFor(place)) PlaceOnEarth(*positions, map);
     if (!map.georeference && arguments.is_level) {
       MoveInto(ChooseWorldAxes(map, place.turn_deg), map);
     }

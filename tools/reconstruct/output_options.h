@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "mono3d/geo/georeference.h"
+#include "mono3d/geo/ground_control.h"
 #include "mono3d/geo/position_track.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/pipeline/images_of_run.h"
@@ -30,9 +31,10 @@ struct PlaceOfRun {
   int turn_deg = 0;  // of the images when they are shown
   std::optional<PositionTrack> positions;
   GeoreferenceOptions georeference;
+  std::optional<GroundControl> control = {};
 };
 
-// For the pipeline, where there are positions.
+// For the pipeline, where there are positions or ground control points.
 std::optional<PipelinePositions> PositionsFor(const PlaceOfRun& place);
 
 // Brings the maps into the axes that they are written in: of map 0, `saved_axes` where a map was

@@ -76,9 +76,11 @@ std::string GeoreferenceLine(const MapReconstruction& map) {
   if (georeference.has_altitude) {
     line += ", height +- " + Format("%.2g m", georeference.position_sigma_m.z());
   }
-  line += "; " + std::to_string(georeference.num_used) + " of " +
-          std::to_string(georeference.residuals.size()) + " positions used, off by " +
-          Format("%.2g m", georeference.rms_horizontal_m);
+  if (!georeference.is_by_control) {
+    line += "; " + std::to_string(georeference.num_used) + " of " +
+            std::to_string(georeference.residuals.size()) + " positions used, off by " +
+            Format("%.2g m", georeference.rms_horizontal_m);
+  }
   if (map.position_fit) {
     line += ", the path bent by " + Format("%.2g m", map.position_fit->rms_moved_m);
   }

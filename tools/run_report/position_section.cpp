@@ -40,17 +40,74 @@ Table GeoreferenceTable(const Georeference& found) {
       {"place, east, north, up", SigmaOnly(found.position_sigma_m.x(), 2, " m, ") +
                                      SigmaOnly(found.position_sigma_m.y(), 2, " m, ") +
                                      SigmaOnly(found.position_sigma_m.z(), 2, " m")},
-      {"fixes used", std::to_string(found.num_used) + " of " +
-                         std::to_string(found.residuals.size()) + " that belong to an image"},
-      {"they differ from the cameras by (RMS)", FormatFixed(found.rms_horizontal_m, 2) +
-                                                    " m horizontally, " +
-                                                    FormatFixed(found.rms_vertical_m, 2) + " m up"},
   };
+  if (!found.is_by_control) {
+    table.rows.push_back({"fixes used", std::to_string(found.num_used) + " of " +
+                                            std::to_string(found.residuals.size()) +
+                                            " that belong to an image"});
+    table.rows.push_back({"they differ from the cameras by (RMS)",
+                          FormatFixed(found.rms_horizontal_m, 2) + " m horizontally, " +
+                              FormatFixed(found.rms_vertical_m, 2) + " m up"});
+  }
   if (found.clock_offset_sigma_s > 0) {
     table.rows.push_back({"clock of the images ahead of that of the fixes by",
                           WithSigmaOf(found.clock_offset_s, found.clock_offset_sigma_s, 2, " s")});
   }
   return table;
+}
+
+std::string InCentimetres(double metres) { return FormatFixed(100 * metres, 1); }
+
+// What became of a ground control point, in words.
+std::string FateOf(const ControlResidual& residual, bool is_by_control) {
+  std::string fate = residual.is_check  ? "check point"
+                     : residual.is_used ? "used"
+                     : is_by_control    ? "left out"
+                                        : "not used";
+  if (!residual.why_unused.empty()) fate += ": " + residual.why_unused;
+  std::string images;
+  for (const std::string& image : residual.contradicting_images) {
+    images += (images.empty() ? "" : ", ") + image;
+  }
+  if (!images.empty()) fate += "; its mark contradicts the others in " + images;
+  return fate;
+}
+
+Table ControlTable(const Georeference& found) {
+  Table table;
+  table.title = "Ground control points: map minus survey";
+  table.columns = {"point", "east, cm", "north, cm", "up, cm", "in the images, px", "marks", ""};
+  for (const ControlResidual& residual : found.control) {
+    std::vector<std::string> row = {residual.name, "", "", "", ""};
+    if (residual.is_seen) {
+      row = {residual.name, InCentimetres(residual.enu_m.x()), InCentimetres(residual.enu_m.y()),
+             residual.has_height ? InCentimetres(residual.enu_m.z()) : "",
+             FormatFixed(residual.rms_px, 1)};
+    }
+    row.push_back(std::to_string(residual.num_marks_used) + " of " +
+                  std::to_string(residual.num_marks));
+    row.push_back(FateOf(residual, found.is_by_control));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+// Root of the mean square of the check points' residuals, per axis.
+std::string CheckText(const Georeference& found) {
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  double num_points = 0, num_heights = 0;
+  for (const ControlResidual& residual : found.control) {
+    if (!residual.is_check || !residual.is_seen) continue;
+    squares += residual.enu_m.cwiseAbs2();
+    ++num_points;
+    num_heights += residual.has_height ? 1 : 0;
+  }
+  if (num_points == 0) return {};
+  return "The check points, which took no part, are off by " +
+         InCentimetres(std::sqrt(squares.x() / num_points)) + " cm east, " +
+         InCentimetres(std::sqrt(squares.y() / num_points)) + " cm north, " +
+         InCentimetres(std::sqrt(squares.z() / std::max(1.0, num_heights))) +
+         " cm up (root mean square of " + FormatFixed(num_points, 0) + ").";
 }
 
 std::string SvgNumber(double value) { return FormatFixed(value, 1); }
@@ -120,7 +177,21 @@ Section PositionSection(const RunReport& report) {
       "The positions that the drone wrote put the model on the earth: x is east, y north, z up, in "
       "metres. Each standard deviation is what is left of the positions' errors when all of them "
       "are taken together."};
+  if (found.is_by_control) {
+    section.paragraphs = {
+        "Ground control points put the model on the earth: x is east, y north, z up, in metres. "
+        "Each standard deviation is what is left of their errors and of those of their marks."};
+  } else if (!found.why_no_control.empty()) {
+    section.paragraphs.push_back(
+        "Ground control points are not used, and show how far the model "
+        "is off: " +
+        found.why_no_control + ".");
+  }
+  if (const std::string check = CheckText(found); !check.empty()) {
+    section.paragraphs.push_back(check);
+  }
   section.tables = {GeoreferenceTable(found)};
+  if (!found.control.empty()) section.tables.push_back(ControlTable(found));
   if (!found.residuals.empty()) {
     Figure figure;
     figure.name = "positions";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,30 @@
 #include "mono3d/geo/georeference.h"
 
 namespace mono3d {
+namespace {
+
+Eigen::Vector3d SigmaOf(const PositionFix& fix, const PositionTrack& track,
+                        const Georeference& georeference) {
+  const auto all = [](const PositionNoise& noise) {
+    return std::hypot(noise.wander_m, noise.white_m);
+  };
+  const double rounding_m = track.resolution_m / std::sqrt(12.0);  // of an even distribution
+  const bool is_stated = fix.sigma_horizontal_m > 0;
+  const double horizontal_m =
+      is_stated ? std::hypot(fix.sigma_horizontal_m, rounding_m) : all(georeference.horizontal);
+  // Heights err twice as much as places, where only these are stated.
+  const double vertical_m = fix.sigma_vertical_m > 0 ? fix.sigma_vertical_m
+                            : is_stated              ? 2 * fix.sigma_horizontal_m
+                                                     : all(georeference.vertical);
+  return {horizontal_m, horizontal_m, vertical_m};
+}
+
+}  // namespace
+
+std::optional<Geodetic> OriginOf(const PositionTrack& track) {
+  if (track.fixes.empty()) return std::nullopt;
+  return PositionPairs({}, track).origin();
+}
 
 CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
                                   const PositionTrack& track, const Georeference& georeference,
@@ -17,7 +42,6 @@ CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
   options.Validate();
   CameraPositions positions;
   positions.S_metric_map = georeference.S_enu_map;
-  if (track.clock == PositionClock::kImages) return positions;
   const PositionPairs pairs_of(cameras, track);
   const PlacementPriors priors = PriorsFor(track, pairs_of, std::nullopt, options);
   positions.has_vertical = priors.has_vertical;
@@ -31,7 +55,12 @@ CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (are_frozen[i]) continue;
     const Eigen::Vector3d antenna_m = R_enu_map * (pairs[i].R_map_cam * priors.antenna_m);
-    positions.positions.push_back({pairs[i].time_s, pairs[i].p_enu_m - antenna_m});
+    CameraPosition position{pairs[i].time_s, pairs[i].p_enu_m - antenna_m};
+    if (track.clock == PositionClock::kImages) {
+      position.frame_index = std::llround(pairs[i].time_s);
+      position.sigma_m = SigmaOf(track.fixes[pairs[i].fix], track, georeference);
+    }
+    positions.positions.push_back(position);
   }
   return positions;
 }

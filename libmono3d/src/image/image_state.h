@@ -64,6 +64,17 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
   archive.List(positions.positions, [&](CameraPosition& position) {
     archive.Number(position.time_s);
     ExchangeElements(archive, position.p_m);
+    archive.Number(position.frame_index);
+    ExchangeElements(archive, position.sigma_m);
+  });
+  archive.List(positions.points, [&](KnownPoint& point) {
+    ExchangeElements(archive, point.p_m);
+    ExchangeElements(archive, point.sigma_m);
+    archive.List(point.sights, [&](PointSight& sight) {
+      archive.Number(sight.frame_index);
+      ExchangeElements(archive, sight.ray_cam);
+      archive.Number(sight.sigma);
+    });
   });
   archive.Number(positions.has_vertical);
   for (double* number :
@@ -77,6 +88,8 @@ void ExchangeState(Archive& archive, PositionFit& fit) {
   archive.Number(fit.map_id);
   archive.Index(fit.num_used);
   archive.Index(fit.num_outliers);
+  archive.Index(fit.num_points_used);
+  archive.Index(fit.num_point_outliers);
   for (PositionNoise* noise : {&fit.horizontal, &fit.vertical}) {
     // What nothing tells of may be infinite.
     archive.AnyNumber(noise->wander_m);

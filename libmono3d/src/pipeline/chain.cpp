@@ -58,8 +58,7 @@ Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector>
       worker_(std::move(worker)),
       on_keyframe_(std::move(on_keyframe)),
       is_live_(options.is_live) {
-  // Photographs are placed together at the end, and have positions by name.
-  if (options.positions && !options.are_photos) positions_.emplace(*options.positions);
+  if (options.positions) positions_.emplace(*options.positions);
 }
 
 TrackingResult Chain::Process(const Frame& frame) {

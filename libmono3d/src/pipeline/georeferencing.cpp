@@ -3,14 +3,53 @@
 
 #include "mono3d/pipeline/georeferencing.h"
 
+#include <algorithm>
 #include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/pipeline/world_axes.h"
 
 namespace mono3d {
+namespace {
+
+// What positions and ground control each say of where a map is.
+struct PlacesOfMap {
+  std::vector<PositionedCamera> cameras;
+  GeoreferenceResult by_positions;
+  GeoreferenceResult by_control;
+};
+
+PlacesOfMap FindPlaces(const MapReconstruction& map, const PipelinePositions& positions) {
+  const PositionTrack& track = positions.track;
+  PlacesOfMap places;
+  places.cameras = PositionedCamerasOf(map, track.clock);
+  const std::optional<UpDirection> up = UpOf(map, places.cameras, track, positions.turn_deg);
+  if (!track.fixes.empty()) {
+    places.by_positions = EstimateGeoreference(places.cameras, track, up, positions.georeference);
+  }
+  if (!positions.control) return places;
+  const std::optional<Geodetic> origin =
+      track.fixes.empty() ? OriginOf(*positions.control) : OriginOf(track);
+  if (!origin) return places;
+  places.by_control = EstimateGeoreference(FramesOf(map), *positions.control, *origin, up);
+  return places;
+}
+
+// By how much the cameras are higher by their positions than by the control points.
+double HeightDifference(const std::vector<PositionedCamera>& cameras, const Georeference& positions,
+                        const Georeference& control) {
+  std::vector<double> differences;
+  for (const PositionedCamera& camera : cameras) {
+    const Eigen::Vector3d& p_map = camera.T_map_cam.translation();
+    differences.push_back((positions.S_enu_map * p_map).z() - (control.S_enu_map * p_map).z());
+  }
+  return UpperMedianOrZero(std::move(differences));
+}
+
+}  // namespace
 
 std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
                                                   PositionClock clock) {
@@ -28,6 +67,15 @@ std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
   return cameras;
 }
 
+std::vector<FrameInMap> FramesOf(const MapReconstruction& map) {
+  std::vector<FrameInMap> frames;
+  for (const TrajectoryEntry& frame : map.trajectory) {
+    frames.push_back({frame.frame_index, frame.T_world_cam});
+  }
+  std::ranges::stable_sort(frames, {}, &FrameInMap::frame_index);
+  return frames;
+}
+
 std::optional<UpDirection> UpOf(const MapReconstruction& map,
                                 const std::vector<PositionedCamera>& cameras,
                                 const PositionTrack& track, int turn_deg) {
@@ -41,13 +89,55 @@ std::optional<UpDirection> UpOf(const MapReconstruction& map,
                      kSigma_rad};
 }
 
-void PlaceOnEarth(const PositionTrack& track, const GeoreferenceOptions& options, int turn_deg,
-                  MapReconstruction& map) {
-  const std::vector<PositionedCamera> cameras = PositionedCamerasOf(map, track.clock);
-  GeoreferenceResult result =
-      EstimateGeoreference(cameras, track, UpOf(map, cameras, track, turn_deg), options);
+GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
+                                    const PipelinePositions& positions) {
+  PlacesOfMap places = FindPlaces(map, positions);
+  if (places.by_control.georeference) return std::move(places.by_control);
+  if (!positions.control) return std::move(places.by_positions);
+  GeoreferenceResult& result = places.by_positions;
+  if (!result.georeference) {
+    if (positions.track.fixes.empty()) return std::move(places.by_control);
+    result.reason += "; " + places.by_control.reason;
+    return std::move(result);
+  }
+  result.georeference->why_no_control = places.by_control.reason;
+  result.georeference->control =
+      ControlResidualsOf(FramesOf(map), *positions.control, *result.georeference);
+  return std::move(result);
+}
+
+std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
+                                                 const PipelinePositions& positions,
+                                                 bool with_contradicted) {
+  const PlacesOfMap places = FindPlaces(map, positions);
+  const std::optional<Georeference>& by_positions = places.by_positions.georeference;
+  const std::optional<Georeference>& by_control = places.by_control.georeference;
+  if (!by_positions && !by_control) return std::nullopt;
+  CameraPositions told;
+  // Without positions, what any receiver does.
+  constexpr double kTypical_m = 1.5;
+  told.typical_horizontal_m = told.typical_vertical_m = kTypical_m;
+  if (by_positions) {
+    told =
+        CameraPositionsOf(places.cameras, positions.track, *by_positions, positions.georeference);
+  }
+  if (by_control) {
+    if (by_positions) {
+      const double higher_m = HeightDifference(places.cameras, *by_positions, *by_control);
+      for (CameraPosition& position : told.positions) position.p_m.z() -= higher_m;
+    }
+    told.S_metric_map = by_control->S_enu_map;
+    told.points = KnownPointsOf(*positions.control, *by_control, with_contradicted);
+  }
+  told.map_id = map.map_id;
+  return told;
+}
+
+void PlaceOnEarth(const PipelinePositions& positions, MapReconstruction& map) {
+  GeoreferenceResult result = FindPlaceOnEarth(map, positions);
   map.why_no_georeference = std::move(result.reason);
   if (!result.georeference) return;
+  map.why_no_georeference.clear();
   MoveInto({result.georeference->S_enu_map, AxesSource::kEarth}, map);
   map.georeference = std::move(result.georeference);
 }

@@ -3,9 +3,9 @@
 
 #include "pipeline/position_feed.h"
 
+#include <optional>
 #include <vector>
 
-#include "mono3d/geo/georeference.h"
 #include "mono3d/pipeline/georeferencing.h"
 
 namespace mono3d {
@@ -26,6 +26,8 @@ bool PositionFeed::IsDue(int map_id, std::size_t num_keyframes) const {
 }
 
 void PositionFeed::Give(int map_id, std::size_t num_keyframes, Tracker& tracker) {
+  // The first time a map may still be bent, and what looks wrong in it need not be.
+  const bool is_first = !due_at_.contains(map_id);
   due_at_[map_id] = num_keyframes + num_keyframes / 2;
   MapReconstruction map;
   map.map_id = map_id;
@@ -33,15 +35,9 @@ void PositionFeed::Give(int map_id, std::size_t num_keyframes, Tracker& tracker)
   map.keyframes = tracker.KeyframeTrajectory();
   EraseOthers(map_id, map.trajectory);
   EraseOthers(map_id, map.keyframes);
-  const PositionTrack& track = positions_.track;
-  const std::vector<PositionedCamera> cameras = PositionedCamerasOf(map, track.clock);
-  const GeoreferenceResult found = EstimateGeoreference(
-      cameras, track, UpOf(map, cameras, track, positions_.turn_deg), positions_.georeference);
-  if (!found.georeference) return;
-  CameraPositions of_map =
-      CameraPositionsOf(cameras, track, *found.georeference, positions_.georeference);
-  of_map.map_id = map_id;
-  tracker.FollowPositions(of_map);
+  if (positions_.track.clock == PositionClock::kImages) map.sparse = tracker.Sparse(map_id);
+  const std::optional<CameraPositions> told = PositionsToFollow(map, positions_, is_first);
+  if (told) tracker.FollowPositions(*told);
 }
 
 }  // namespace mono3d

@@ -188,6 +188,39 @@ JsonValue PositionResidualsJson(const std::vector<PositionResidual>& residuals) 
   return list;
 }
 
+// What each ground control point differs by from the survey, and what became of it.
+JsonValue ControlJson(const std::vector<ControlResidual>& residuals) {
+  JsonValue list = JsonValue::List();
+  for (const ControlResidual& residual : residuals) {
+    JsonValue json = JsonValue::Object();
+    json.Set("name", residual.name);
+    json.Set("check", residual.is_check);
+    json.Set("used", residual.is_used);
+    if (!residual.why_unused.empty()) json.Set("reason", residual.why_unused);
+    json.Set("marks", residual.num_marks);
+    json.Set("marks_used", residual.num_marks_used);
+    if (residual.is_seen) {
+      JsonValue off = JsonValue::Object();
+      off.Set("east", residual.enu_m.x());
+      off.Set("north", residual.enu_m.y());
+      if (residual.has_height) off.Set("up", residual.enu_m.z());
+      json.Set("residual_m", std::move(off));
+      json.Set("residual_px", residual.rms_px);
+    }
+    if (!residual.contradicting_images.empty()) {
+      JsonValue images = JsonValue::List();
+      for (const std::string& image : residual.contradicting_images) {
+        JsonValue one = JsonValue::Object();
+        one.Set("image", image);
+        images.Append(std::move(one));
+      }
+      json.Set("contradicting_marks", std::move(images));
+    }
+    list.Append(std::move(json));
+  }
+  return list;
+}
+
 // Metres; x east, y north, z up of the origin.
 JsonValue GeoreferenceJson(const Georeference& georeference) {
   constexpr double kDegree = std::numbers::pi / 180;
@@ -211,6 +244,13 @@ JsonValue GeoreferenceJson(const Georeference& georeference) {
   json.Set("rms_horizontal_m", georeference.rms_horizontal_m);
   json.Set("rms_vertical_m", georeference.rms_vertical_m);
   json.Set("residuals_m", PositionResidualsJson(georeference.residuals));
+  if (!georeference.control.empty()) {
+    json.Set("by_ground_control", georeference.is_by_control);
+    if (!georeference.why_no_control.empty()) {
+      json.Set("ground_control_unused", georeference.why_no_control);
+    }
+    json.Set("ground_control", ControlJson(georeference.control));
+  }
   return json;
 }
 
@@ -220,6 +260,8 @@ JsonValue PositionFitJson(const PositionFit& fit) {
   JsonValue json = JsonValue::Object();
   json.Set("positions_used", fit.num_used);
   json.Set("outliers", fit.num_outliers);
+  json.Set("ground_control_used", fit.num_points_used);
+  json.Set("ground_control_outliers", fit.num_point_outliers);
   json.Set("noise_horizontal", NoiseJson(fit.horizontal));
   json.Set("noise_vertical", NoiseJson(fit.vertical));
   json.Set("drift_rotation_deg", fit.drift.rotation_rad / kDegree);

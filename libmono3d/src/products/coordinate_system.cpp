@@ -163,6 +163,70 @@ struct CoordinateSystem::Projection {
 
 bool CoordinateSystem::IsSupported() { return true; }
 
+namespace {
+
+// A definition that PROJ knows, in a context of its own.
+struct KnownSystem {
+  std::string last_message;
+  ContextPtr context;
+  ObjectPtr crs;
+
+  explicit KnownSystem(const std::string& definition) : context(proj_context_create()) {
+    proj_log_func(context.get(), &last_message, &KeepMessage);
+    crs.reset(proj_create(context.get(), definition.c_str()));
+    if (!crs || proj_is_crs(crs.get()) == 0) {
+      ThrowUnusable(definition, "a code that PROJ knows, such as EPSG:25832",
+                    last_message.empty() ? "none" : last_message);
+    }
+  }
+
+  // Without the vertical part, and without what it is bound to.
+  ObjectPtr Horizontal() const {
+    ObjectPtr horizontal(proj_clone(context.get(), crs.get()));
+    if (proj_get_type(horizontal.get()) == PJ_TYPE_COMPOUND_CRS) {
+      horizontal.reset(proj_crs_get_sub_crs(context.get(), crs.get(), 0));
+    }
+    if (proj_get_type(horizontal.get()) == PJ_TYPE_BOUND_CRS) {
+      horizontal.reset(proj_get_source_crs(context.get(), horizontal.get()));
+    }
+    return horizontal;
+  }
+
+  bool HasHeights() const {
+    const PJ_TYPE type = proj_get_type(crs.get());
+    return type == PJ_TYPE_COMPOUND_CRS || type == PJ_TYPE_GEOGRAPHIC_3D_CRS;
+  }
+};
+
+}  // namespace
+
+bool CoordinateSystem::IsProjected(const std::string& definition) {
+  return proj_get_type(KnownSystem(definition).Horizontal().get()) == PJ_TYPE_PROJECTED_CRS;
+}
+
+Geodetic CoordinateSystem::PlaceOf(const std::string& definition, const Eigen::Vector3d& p_map) {
+  const KnownSystem known(definition);
+  PJ_CONTEXT* context = known.context.get();
+  const ObjectPtr wgs84(proj_create(context, "EPSG:4979"));
+  const ObjectPtr direct(
+      proj_create_crs_to_crs_from_pj(context, known.crs.get(), wgs84.get(), nullptr, nullptr));
+  const ObjectPtr operation(direct ? proj_normalize_for_visualization(context, direct.get())
+                                   : nullptr);
+  if (!operation) ThrowUnusable(definition, "one with a way to WGS 84", known.last_message);
+  const PJ_COORD in = proj_coord(p_map.x(), p_map.y(), p_map.z(), HUGE_VAL);
+  const PJ_COORD out = proj_trans(operation.get(), PJ_FWD, in);
+  const Geodetic place = {.latitude_deg = out.lpz.phi,
+                          .longitude_deg = out.lpz.lam,
+                          .altitude_m = known.HasHeights() ? out.lpz.z : p_map.z()};
+  const bool is_place = std::abs(place.latitude_deg) <= 90 &&
+                        std::abs(place.longitude_deg) <= 180 && std::isfinite(place.altitude_m);
+  if (!is_place) {
+    ThrowUnusable(definition, "coordinates that are a place of it",
+                  std::to_string(p_map.x()) + " " + std::to_string(p_map.y()));
+  }
+  return place;
+}
+
 CoordinateSystem::CoordinateSystem(const std::string& definition, const Geodetic& origin,
                                    bool is_altitude_known)
     : projection_(std::make_unique<Projection>()) {
@@ -210,15 +274,28 @@ struct CoordinateSystem::Projection {
   std::string empty;
 };
 
-bool CoordinateSystem::IsSupported() { return false; }
+namespace {
 
-CoordinateSystem::CoordinateSystem(const std::string& definition, const Geodetic& /*origin*/,
-                                   bool /*is_altitude_known*/) {
+[[noreturn]] void ThrowUnsupported(const std::string& definition) {
   throw Error(ErrorParts{.what = "coordinate systems need PROJ",
                          .where = definition,
                          .expected = "a mono3d that was built with libproj-dev",
                          .found = "one without",
                          .code = ErrorCode::kUnsupported});
+}
+
+}  // namespace
+
+bool CoordinateSystem::IsSupported() { return false; }
+bool CoordinateSystem::IsProjected(const std::string& definition) { ThrowUnsupported(definition); }
+Geodetic CoordinateSystem::PlaceOf(const std::string& definition,
+                                   const Eigen::Vector3d& /*p_map*/) {
+  ThrowUnsupported(definition);
+}
+
+CoordinateSystem::CoordinateSystem(const std::string& definition, const Geodetic& /*origin*/,
+                                   bool /*is_altitude_known*/) {
+  ThrowUnsupported(definition);
 }
 
 const std::string& CoordinateSystem::name() const { return projection_->empty; }

@@ -71,7 +71,8 @@ std::string AxesLine(const FinishedRun& run, const MapAxes& axes) {
   return axes.system()->name() +
          (run.is_altitude_known
               ? "; heights above the ellipsoid WGS 84"
-              : "; heights as the drone has them, above its start or the sea, not the ellipsoid");
+              : "; heights as the drone or the survey has them, above a start or a sea, not the "
+                "ellipsoid");
 }
 
 }  // namespace mono3d

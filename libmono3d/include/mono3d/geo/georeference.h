@@ -55,6 +55,21 @@ struct PositionResidual {
   bool is_outlier = false;                          // it was not used
 };
 
+// What became of a ground control point.
+struct ControlResidual {
+  std::string name;
+  bool is_check = false;
+  bool is_used = false;
+  bool is_seen = false;       // the map has it, by two marks or more; without, what follows is 0
+  bool has_height = true;     // surveyed
+  std::string why_unused;     // in words; empty: it was used, or is a check point
+  std::size_t num_marks = 0;  // in images of the run
+  std::size_t num_marks_used = 0;
+  std::vector<std::string> contradicting_images;    // whose marks do not agree with the others
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  // map - survey
+  double rms_px = 0;  // of its used marks from where the map shows the surveyed place
+};
+
 // Where a map is on the earth.
 struct Georeference {
   Geodetic origin;               // of the axes x east, y north, z up: the first fix that was used
@@ -75,6 +90,10 @@ struct Georeference {
   std::size_t num_used = 0;
   double rms_horizontal_m = 0;  // of the used ones: root of the mean squared distance
   double rms_vertical_m = 0;
+  // By ground control points, and not by the positions of the cameras: then all of these are 0.
+  bool is_by_control = false;
+  std::string why_no_control;            // where there are ground control points, but it is not
+  std::vector<ControlResidual> control;  // in the order of GroundControl::points
 };
 
 // Either a georeference, or the reason why there is none.
@@ -98,10 +117,14 @@ GeoreferenceResult EstimateGeoreference(std::span<const PositionedCamera> camera
 // Where the fixes of a track have the cameras of a map that has a georeference, for
 // Tracker::FollowPositions: metres in its axes, the arm to the antenna taken off. Fixes of a
 // receiver that had stopped are left out, but no others, as the path may have drifted. Of a track
-// with PositionClock::kImages there is none.
+// with PositionClock::kImages each names its frame, the time stamp of its camera, and its standard
+// deviations: as the receiver states them, else as the residuals of the georeference have them.
 CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
                                   const PositionTrack& track, const Georeference& georeference,
                                   const GeoreferenceOptions& options = {});
+
+// Where the axes of EstimateGeoreference begin, whichever fixes are used; nothing without fixes.
+std::optional<Geodetic> OriginOf(const PositionTrack& track);
 
 // Which way is up by the gimbal angles of the fixes; nothing where fewer than three cameras have
 // them. The cameras' yaw is not used: it comes from a compass.

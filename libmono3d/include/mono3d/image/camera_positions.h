@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "mono3d/core/export.h"
@@ -24,6 +25,24 @@ struct PositionNoise {
 struct CameraPosition {
   double time_s = 0;  // of the images
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+  // Of photographs in any order, which have no times: the frame that it belongs to, and how well it
+  // is known (standard deviations).
+  std::int64_t frame_index = -1;
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+};
+
+// Where a frame shows a point.
+struct PointSight {
+  std::int64_t frame_index = 0;
+  Eigen::Vector3d ray_cam = Eigen::Vector3d::UnitZ();  // at z = 1, free of distortion
+  double sigma = 0;                                    // standard deviation at z = 1, of x and of y
+};
+
+// A place on the ground that was surveyed, in metres.
+struct KnownPoint {
+  Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  // 0: not known
+  std::vector<PointSight> sights;
 };
 
 // What was measured of where the cameras of one map were, in axes of its own with z up.
@@ -31,6 +50,7 @@ struct CameraPositions {
   int map_id = 0;
   Similarity S_metric_map;                // about; the map may have moved since
   std::vector<CameraPosition> positions;  // in the order of time
+  std::vector<KnownPoint> points;         // ground control
   bool has_vertical = true;               // z is measured as well
   // Standard deviations that such measurements have, and how many independent errors that knowledge
   // is worth beside the measurements themselves.
@@ -50,6 +70,9 @@ struct PositionFit {
   int map_id = 0;
   std::size_t num_used = 0;
   std::size_t num_outliers = 0;
+  // Of known points; of a path those of each time that it came past one.
+  std::size_t num_points_used = 0;
+  std::size_t num_point_outliers = 0;
   PositionNoise horizontal;  // of x and y each
   PositionNoise vertical;
   PathDrift drift;

@@ -8,7 +8,9 @@
 
 #include "mono3d/core/export.h"
 #include "mono3d/geo/georeference.h"
+#include "mono3d/geo/ground_control.h"
 #include "mono3d/pipeline/reconstruction.h"
+#include "mono3d/pipeline/stages.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -17,17 +19,34 @@ namespace MONO3D_EXPORT mono3d {
 std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
                                                   PositionClock clock);
 
+// The frames that ground control points may be marked in: all that were tracked, by index.
+std::vector<FrameInMap> FramesOf(const MapReconstruction& map);
+
 // Which way is up in a map that is in its tracker's own axes: by the gimbal angles of the
 // positions, or by ChooseWorldAxes with `turn_deg`.
 std::optional<UpDirection> UpOf(const MapReconstruction& map,
                                 const std::vector<PositionedCamera>& cameras,
                                 const PositionTrack& track, int turn_deg);
 
-// Moves a map that is in its tracker's own axes onto the earth, by the positions that the cameras
-// were told to be at: metres, x east, y north, z up of the first fix. map.georeference is set, and
-// map.axes. Where the positions do not determine that, nothing moves, and map.why_no_georeference
-// says why. Maps of one run come into one frame. Which way is up is known beforehand by UpOf.
-void PlaceOnEarth(const PositionTrack& track, const GeoreferenceOptions& options, int turn_deg,
-                  MapReconstruction& map);
+// Where a map that is in its tracker's own axes is on the earth: by the ground control points where
+// these determine it, else by the positions, and then with what the control points are off by. All
+// maps of a run have one origin.
+GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
+                                    const PipelinePositions& positions);
+
+// What Tracker::FollowPositions is to be told of such a map: the positions, and the ground control
+// points where these determine the place. `with_contradicted`: also those that contradict the
+// others, which in a map that is still bent need not be wrong. Nothing where neither determines the
+// place. Beside control points, heights of positions count from wherever these have them: their
+// median difference is taken out.
+std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
+                                                 const PipelinePositions& positions,
+                                                 bool with_contradicted);
+
+// Moves a map that is in its tracker's own axes onto the earth, by FindPlaceOnEarth: metres, x
+// east, y north, z up of the origin. map.georeference is set, and map.axes. Where nothing
+// determines that, nothing moves, and map.why_no_georeference says why. Maps of one run come into
+// one frame.
+void PlaceOnEarth(const PipelinePositions& positions, MapReconstruction& map);
 
 }  // namespace mono3d

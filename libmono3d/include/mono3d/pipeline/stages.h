@@ -13,6 +13,7 @@
 #include "mono3d/depth/depth_estimator.h"
 #include "mono3d/fusion/surfel_map.h"
 #include "mono3d/geo/georeference.h"
+#include "mono3d/geo/ground_control.h"
 #include "mono3d/geo/position_track.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/keyframes/keyframe_selector.h"
@@ -32,11 +33,12 @@ struct LiveOptions {
   void Visit(OptionVisitor& visit);
 };
 
-// Where the drone was while it filmed, as it wrote it down.
+// Where the drone was while it filmed, as it wrote it down, and what was surveyed on the ground.
 struct PipelinePositions {
-  PositionTrack track;
+  PositionTrack track;  // without fixes: the drone wrote nothing
   GeoreferenceOptions georeference;
   int turn_deg = 0;  // ReadShownTurn of the images: see ChooseWorldAxes
+  std::optional<GroundControl> control = {};
 };
 
 // All options of the chain, by module.
@@ -52,8 +54,8 @@ struct PipelineOptions {
   // listed options either.
   bool are_photos = false;
   // The maps follow them (Tracker::FollowPositions): in the order of the frames while they grow and
-  // in Finish, live in Finish. Their frames and units stay: see PlaceOnEarth. Photographs do not
-  // follow positions. Not among the listed options either.
+  // in Finish, live and photographs in Finish. Their frames and units stay: see PlaceOnEarth. Not
+  // among the listed options either.
   std::optional<PipelinePositions> positions;
   LiveOptions live;
   TrackerOptions tracking;

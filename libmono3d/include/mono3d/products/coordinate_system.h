@@ -36,6 +36,13 @@ class CoordinateSystem {
   CoordinateSystem& operator=(CoordinateSystem&&) noexcept;
 
   static bool IsSupported();  // was mono3d built with PROJ?
+  // Is it a projected one, or a compound one of which a part is? Throws Error where PROJ does not
+  // know it, and (kUnsupported) without PROJ.
+  static bool IsProjected(const std::string& definition);
+  // Where coordinates (easting, northing, height, or longitude, latitude, height) are on WGS 84, by
+  // the way that PROJ thinks best for the place. Heights stay as they are unless the system has
+  // some of its own. Throws Error as above, and where the place is none.
+  static Geodetic PlaceOf(const std::string& definition, const Eigen::Vector3d& p_map);
 
   const std::string& name() const;  // "WGS 84 / UTM zone 32N"
   const std::string& wkt2() const;  // ISO 19162:2019

@@ -9,6 +9,7 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
+#include "tracking/photos/photo_adjustment.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -57,36 +58,96 @@ KeyframePosesPtr PhotoTracker::Poses() const {
   return poses_;
 }
 
-std::vector<Keyframe> PhotoTracker::Finish() {
-  if (features_.empty()) return {};
+void PhotoTracker::Place() {
+  if (placed_) return;
   BringInOrder();
+  placed_.emplace();
+  if (features_.empty()) return;
   const CameraModel& camera = frames_.front().camera;
   std::vector<PhotoPair> pairs;
   {
     const ScopedStageTimer timer(times_, "tracking/photo_matching");
     pairs = MatchPhotos(features_, options_);
   }
-  PhotoMaps placed;
   {
     const ScopedStageTimer timer(times_, "tracking/photo_mapping");
-    placed = MapPhotos(features_, pairs, camera, options_);
+    placed_ = MapPhotos(features_, pairs, camera, options_);
   }
   features_.clear();
-  std::vector<KeyframePose> poses;
-  std::vector<Keyframe> keyframes;
-  for (std::size_t i = 0; i < placed.maps.size(); ++i) {
-    TakeMap(placed.maps[i], static_cast<int>(i), poses, keyframes);
+  for (PhotoMap& map : placed_->maps) {
+    for (std::size_t i = 0; i < map.photos.size(); ++i) {
+      const Frame& frame = frames_[map.photos[i].photo];
+      map.sparse.images[i].id = frame.index;
+      map.sparse.images[i].name = frame.name;
+    }
   }
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (placed.reasons[i].empty()) continue;
-    Log(LogLevel::kWarning, frames_[i].name + " has no pose: " + placed.reasons[i]);
-    late_results_.push_back({frames_[i].index, std::nullopt, placed.reasons[i]});
+}
+
+// True when a map has moved.
+bool PhotoTracker::FollowNewPositions() {
+  bool has_moved = false;
+  for (std::size_t i = 0; i < placed_->maps.size(); ++i) {
+    std::optional<CameraPositions> positions = positions_.TakeDue(static_cast<int>(i));
+    if (!positions) continue;
+    const ScopedStageTimer timer(times_, "tracking/positions");
+    PhotoMap& map = placed_->maps[i];
+    const std::optional<PositionFit> fit = AdjustToEarth(map.sparse, *positions);
+    if (!fit) continue;
+    positions_.SetFit(*fit, positions->S_metric_map);
+    for (std::size_t k = 0; k < map.photos.size(); ++k) {
+      map.photos[k].T_world_cam = map.sparse.images[k].T_world_cam;
+    }
+    has_moved = true;
+  }
+  return has_moved;
+}
+
+void PhotoTracker::WaitForMapping() {
+  const bool is_new = !placed_;
+  Place();
+  if (FollowNewPositions() || is_new) Publish();
+}
+
+// What others are told of where the photos are.
+void PhotoTracker::Publish() {
+  trajectory_.clear();
+  sparse_.clear();
+  std::vector<KeyframePose> poses;
+  for (std::size_t i = 0; i < placed_->maps.size(); ++i) {
+    const auto map_id = static_cast<int>(i);
+    for (const PlacedPhoto& photo : placed_->maps[i].photos) {
+      const Frame& frame = frames_[photo.photo];
+      poses.push_back(
+          {static_cast<std::int64_t>(poses.size()), map_id, Similarity(1, photo.T_world_cam)});
+      trajectory_.push_back({frame.index, frame.timestamp_s, map_id, photo.T_world_cam});
+    }
+    sparse_.push_back(placed_->maps[i].sparse);
+    std::ranges::sort(sparse_.back().images, {}, &SparseImage::id);
+  }
+  std::ranges::sort(trajectory_, {}, &TrajectoryEntry::frame_index);
+  const std::lock_guard lock(mutex_);
+  poses_ = std::make_shared<const KeyframePoses>(poses_->version() + 1, std::move(poses));
+}
+
+std::vector<Keyframe> PhotoTracker::Finish() {
+  WaitForMapping();
+  std::vector<Keyframe> keyframes;
+  for (const PhotoMap& map : placed_->maps) {
+    for (std::size_t i = 0; i < map.photos.size(); ++i) {
+      const Frame& frame = frames_[map.photos[i].photo];
+      const auto id = static_cast<std::int64_t>(keyframes.size());
+      keyframes.push_back(KeyframeOfPhoto(frame, id, map.sparse.images[i], map.sparse));
+      late_results_.push_back(
+          {frame.index, FramePose{frame.index, frame.timestamp_s, id, Pose()}, {}});
+    }
+  }
+  for (std::size_t i = 0; i < placed_->reasons.size(); ++i) {
+    if (placed_->reasons[i].empty()) continue;
+    Log(LogLevel::kWarning, frames_[i].name + " has no pose: " + placed_->reasons[i]);
+    late_results_.push_back({frames_[i].index, std::nullopt, placed_->reasons[i]});
   }
   frames_.clear();
-  std::ranges::sort(trajectory_, {}, &TrajectoryEntry::frame_index);
-  auto table = std::make_shared<const KeyframePoses>(1, std::move(poses));
-  const std::lock_guard lock(mutex_);
-  poses_ = std::move(table);
+  placed_.emplace();
   return keyframes;
 }
 
@@ -99,25 +160,6 @@ void PhotoTracker::BringInOrder() {
   }
   frames_ = std::move(frames);
   features_ = std::move(features);
-}
-
-void PhotoTracker::TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,
-                           std::vector<Keyframe>& keyframes) {
-  SparseModel sparse = map.sparse;
-  for (std::size_t i = 0; i < map.photos.size(); ++i) {
-    const Frame& frame = frames_[map.photos[i].photo];
-    const Pose& T_world_cam = map.photos[i].T_world_cam;
-    const auto id = static_cast<std::int64_t>(keyframes.size());
-    keyframes.push_back(KeyframeOfPhoto(frame, id, sparse.images[i], sparse));
-    poses.push_back({id, map_id, Similarity(1, T_world_cam)});
-    trajectory_.push_back({frame.index, frame.timestamp_s, map_id, T_world_cam});
-    late_results_.push_back(
-        {frame.index, FramePose{frame.index, frame.timestamp_s, id, Pose()}, {}});
-    sparse.images[i].id = frame.index;
-    sparse.images[i].name = frame.name;
-  }
-  std::ranges::sort(sparse.images, {}, &SparseImage::id);
-  sparse_.push_back(std::move(sparse));
 }
 
 SparseModel PhotoTracker::Sparse(int map_id) const {

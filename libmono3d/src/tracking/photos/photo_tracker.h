@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "mono3d/tracking/photo_mapper.h"
 #include "tracking/photos/photo_features.h"
 #include "tracking/photos/photo_mapping.h"
+#include "tracking/positions/map_positions.h"
 
 namespace mono3d::tracking {
 
@@ -22,6 +24,10 @@ class PhotoTracker final : public Tracker {
 
   TrackingResult Track(const Frame& frame) override;
   KeyframePosesPtr Poses() const override;
+  // Places all photos; and moves those of the maps whose positions were told since.
+  void WaitForMapping() override;
+  void FollowPositions(const CameraPositions& positions) override { positions_.Set(positions); }
+  std::vector<PositionFit> PositionFits() const override { return positions_.Fits(); }
   std::vector<Keyframe> Finish() override;
   std::vector<LateResult> LateResults() const override { return late_results_; }
   std::vector<TrajectoryEntry> Trajectory() const override { return trajectory_; }
@@ -30,14 +36,17 @@ class PhotoTracker final : public Tracker {
 
  private:
   void BringInOrder();
-  void TakeMap(const PhotoMap& map, int map_id, std::vector<KeyframePose>& poses,
-               std::vector<Keyframe>& keyframes);
+  void Place();
+  bool FollowNewPositions();
+  void Publish();
 
   PhotoMapperOptions options_;
   StageTimes* times_;
   std::vector<Frame> frames_;
   std::vector<PhotoFeatures> features_;  // of each
-  mutable std::mutex mutex_;             // of poses_
+  std::optional<PhotoMaps> placed_;      // the ids of their images are those of frames
+  MapPositions positions_;
+  mutable std::mutex mutex_;  // of poses_
   KeyframePosesPtr poses_ = std::make_shared<const KeyframePoses>();
   std::vector<TrajectoryEntry> trajectory_;  // by frame
   std::vector<LateResult> late_results_;

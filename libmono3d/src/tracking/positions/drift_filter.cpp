@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "tracking/optimisation/chi2.h"
 
@@ -83,7 +84,7 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
   covariance.diagonal().head<3>().setConstant(kStart_m * kStart_m);
   covariance.diagonal().segment<3>(3).setConstant(kStartRotation_rad * kStartRotation_rad);
   covariance(6, 6) = kStartLogScale * kStartLogScale;
-  const Eigen::Index num_axes = path_.has_vertical ? 3 : 2;
+  const Eigen::Index num_measured = path_.has_vertical ? 3 : 2;
   Vector3d wander, white, correlation_s;
   for (int axis = 0; axis < 3; ++axis) {
     const PositionNoise& of_axis = axis < 2 ? noise.horizontal : noise.vertical;
@@ -97,19 +98,18 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
   constexpr double kOutlier_m = 100;
   constexpr double kOutlierShare = 0.01;
   const double log_root_two_pi = std::log(2 * std::numbers::pi) / 2;
-  const double outlier_cost =
-      static_cast<double>(num_axes) * (std::log(kOutlier_m) + log_root_two_pi) -
-      std::log(kOutlierShare);
-  const double gate = num_axes == 3 ? kChi2ThreeDofSure : kChi2TwoDofSure;
   Eigen::Matrix<double, 10, 3> gain_of;
   std::size_t next = 0;
-  double last_s = path_.positions.front().time_s;
+  std::optional<double> last_s;  // of a position of the camera
   for (std::size_t node = 0; node < steps_.size(); ++node) {
     if (node > 0) AddDrift(steps_[node], noise, state, covariance);
     for (; next < path_.positions.size() && path_.positions[next].node == node; ++next) {
-      const double step_s = path_.positions[next].time_s - last_s;
-      last_s = path_.positions[next].time_s;
-      for (Eigen::Index axis = 0; axis < num_axes; ++axis) {
+      const PathPosition& position = path_.positions[next];
+      const bool is_known_point = position.covariance_m2.has_value();
+      const Eigen::Index num_axes = is_known_point ? 3 : num_measured;
+      const double step_s = is_known_point ? 0 : position.time_s - last_s.value_or(position.time_s);
+      if (!is_known_point) last_s = position.time_s;
+      for (Eigen::Index axis = 0; !is_known_point && axis < num_axes; ++axis) {
         const double kept = correlation_s[axis] > 0 ? std::exp(-step_s / correlation_s[axis]) : 0;
         const Eigen::Index at = 7 + axis;
         state[at] *= kept;
@@ -122,11 +122,15 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
       by_state.leftCols<3>().setIdentity();
       by_state.block<3, 3>(0, 3) = -CrossOf(residual.arm_m);
       by_state.col(6) = residual.arm_m;
-      by_state.rightCols<3>().setIdentity();
+      if (!is_known_point) by_state.rightCols<3>().setIdentity();
       Vector3d innovation = residual.r_m - by_state * state;
       const Eigen::Matrix<double, 10, 3> mixed = covariance * by_state.transpose();
       Matrix3d expected = by_state * mixed;
-      expected.diagonal() += white;
+      if (is_known_point) {
+        expected += *position.covariance_m2;
+      } else {
+        expected.diagonal() += white;
+      }
       if (num_axes == 2) {  // z says nothing
         expected.row(2).setZero();
         expected.col(2).setZero();
@@ -137,9 +141,12 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
       const Vector3d whitened = root.matrixL().solve(innovation);
       const double chi2 = whitened.squaredNorm();
       const Matrix3d lower = root.matrixL();
+      const double gate = num_axes == 3 ? kChi2ThreeDofSure : kChi2TwoDofSure;
       if (!(chi2 <= gate) || is_left_out_[next] != 0) {
         result.is_outlier[next] = 1;
-        result.log_likelihood -= outlier_cost;
+        result.log_likelihood +=
+            std::log(kOutlierShare) -
+            static_cast<double>(num_axes) * (std::log(kOutlier_m) + log_root_two_pi);
         continue;
       }
       result.log_likelihood -= chi2 / 2 + lower.diagonal().array().log().sum() +

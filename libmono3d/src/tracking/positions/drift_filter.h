@@ -18,10 +18,10 @@ struct DriftLikelihood {
 
 // A Kalman filter along the path. Its state is by how much a keyframe is off (a small similarity of
 // the world about the middle of the path), which each edge to the next keyframe makes less certain,
-// and by how much the positions are off, which wanders. Whatever the size of the drift, the start
-// is unknown. A position that no plausible state explains is an outlier, of which one in a
-// hundred is expected anywhere. Only the edges from each keyframe to the next count: O(path +
-// positions).
+// and by how much the positions are off, which wanders. Known points have no part of that. Whatever
+// the size of the drift, the start is unknown. A position that no plausible state explains is an
+// outlier, of which one in a hundred is expected anywhere. Only the edges from each keyframe to the
+// next count: O(path + positions).
 class DriftFilter {
  public:
   // Linearises at the path as it is; the path must outlive it.

@@ -4,6 +4,7 @@
 #include "tracking/positions/path_fit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -22,6 +23,16 @@ double FarthestMove(const std::vector<Similarity>& before, const std::vector<Sim
   return farthest_m;
 }
 
+// What the best of the positions or known points is off by.
+double SmallestError(const PositionedPath& path) {
+  double smallest_m = path.typical_horizontal_m;
+  for (const PathPosition& position : path.positions) {
+    if (!position.covariance_m2) continue;
+    smallest_m = std::min(smallest_m, std::sqrt(position.covariance_m2->diagonal().minCoeff()));
+  }
+  return smallest_m;
+}
+
 }  // namespace
 
 PathFit FitPath(PositionedPath& path) {
@@ -35,7 +46,7 @@ PathFit FitPath(PositionedPath& path) {
     const std::vector<Similarity> before = path.S_metric_kf;
     if (!OptimisePath(estimate.noise, estimate.is_outlier, path)) return fit;
     fit = {estimate.noise, std::move(estimate.is_outlier), true};
-    if (FarthestMove(before, path.S_metric_kf) < kSettled * path.typical_horizontal_m) break;
+    if (FarthestMove(before, path.S_metric_kf) < kSettled * SmallestError(path)) break;
   }
   return fit;
 }

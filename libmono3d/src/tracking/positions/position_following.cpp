@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "mono3d/core/statistics.h"
+#include "mono3d/geometry/sight_lines.h"
 #include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/map_constraints.h"
 #include "tracking/positions/path_fit.h"
@@ -75,6 +77,12 @@ class MapPath {
     if (keyframes_.empty()) return;
     AddEdges();
     AddPositions(frames, positions);
+    for (const KnownPoint& point : positions.points) {
+      AddKnownPoint(frames, point, positions.S_metric_map);
+    }
+    std::ranges::stable_sort(path_.positions, {}, [](const PathPosition& position) {
+      return std::pair(position.node, position.time_s);
+    });
   }
 
   PositionedPath& path() { return path_; }
@@ -103,16 +111,71 @@ class MapPath {
     path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
   }
 
+  double TimeOf(std::size_t node) const {
+    return map_.keyframe(keyframes_[node]).view.frame.timestamp_s;
+  }
+
+  // The node that is nearest in time.
+  std::size_t NodeAt(double time_s) const {
+    std::size_t nearest = 0;
+    for (std::size_t node = 1; node < keyframes_.size(); ++node) {
+      if (std::abs(TimeOf(node) - time_s) < std::abs(TimeOf(nearest) - time_s)) nearest = node;
+    }
+    return nearest;
+  }
+
+  // One for each time that the path comes past the point: where the lines of sight meet that are of
+  // about the same time, so that no drift is between them.
+  void AddKnownPoint(std::span<const TrajectoryEntry> frames, const KnownPoint& point,
+                     const Similarity& S_metric_map) {
+    std::vector<std::pair<std::size_t, SightLine>> sights;  // with their node
+    for (const PointSight& sight : point.sights) {
+      const auto frame =
+          std::ranges::find(frames, sight.frame_index, &TrajectoryEntry::frame_index);
+      if (frame == frames.end()) continue;
+      sights.emplace_back(NodeAt(frame->timestamp_s),
+                          SightLine{frame->T_world_cam, sight.ray_cam, sight.sigma});
+    }
+    std::ranges::stable_sort(sights, {}, [](const auto& sight) { return sight.first; });
+    for (std::size_t first = 0; first < sights.size();) {
+      std::size_t last = first + 1;
+      while (last < sights.size() && sights[last].first < sights[last - 1].first + kMinReturnGap) {
+        ++last;
+      }
+      AddPassing(std::span(sights).subspan(first, last - first), point, S_metric_map);
+      first = last;
+    }
+  }
+
+  void AddPassing(std::span<const std::pair<std::size_t, SightLine>> sights,
+                  const KnownPoint& point, const Similarity& S_metric_map) {
+    constexpr double kLeastParallax_rad = 1.5 * std::numbers::pi / 180;
+    constexpr double kFar = 5;  // standard deviations
+    std::vector<SightLine> lines;
+    for (const auto& [node, line] : sights) lines.push_back(line);
+    const SightLineResult result = MeetSightLines(lines, kLeastParallax_rad, kFar);
+    if (!result.meeting) return;
+    const std::size_t node = sights[sights.size() / 2].first;
+    const Eigen::Matrix3d R = S_metric_map.pose().rotation().toRotationMatrix();
+    Eigen::Matrix3d covariance_m2 = S_metric_map.scale() * S_metric_map.scale() * R *
+                                    result.meeting->covariance * R.transpose();
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double kUnknown_m = 1e4;
+      const double sigma_m = point.sigma_m[axis] > 0 ? point.sigma_m[axis] : kUnknown_m;
+      covariance_m2(axis, axis) += sigma_m * sigma_m;
+    }
+    path_.positions.push_back({TimeOf(node), node,
+                               map_.T_cam_world(keyframes_[node]) * result.meeting->p_world,
+                               point.p_m, covariance_m2});
+  }
+
   void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
-    const auto time_of = [&](std::size_t node) {
-      return map_.keyframe(keyframes_[node]).view.frame.timestamp_s;
-    };
     std::size_t node = 0;
     for (const CameraPosition& position : positions.positions) {
       const std::optional<Eigen::Vector3d> p_world = CentreAt(frames, position.time_s);
       if (!p_world) continue;
-      while (node + 1 < keyframes_.size() && std::abs(time_of(node + 1) - position.time_s) <=
-                                                 std::abs(time_of(node) - position.time_s)) {
+      while (node + 1 < keyframes_.size() && std::abs(TimeOf(node + 1) - position.time_s) <=
+                                                 std::abs(TimeOf(node) - position.time_s)) {
         ++node;
       }
       path_.positions.push_back(
@@ -193,8 +256,14 @@ std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryE
   positions.S_metric_map = MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, map);
   PositionFit result;
   result.map_id = map.id();
-  result.num_outliers = static_cast<std::size_t>(std::ranges::count(fit.is_outlier, 1));
-  result.num_used = path.positions.size() - result.num_outliers;
+  for (std::size_t i = 0; i < path.positions.size(); ++i) {
+    const bool is_outlier = fit.is_outlier[i] != 0;
+    if (path.positions[i].covariance_m2) {
+      ++(is_outlier ? result.num_point_outliers : result.num_points_used);
+    } else {
+      ++(is_outlier ? result.num_outliers : result.num_used);
+    }
+  }
   result.horizontal = fit.noise.horizontal;
   if (path.has_vertical) result.vertical = fit.noise.vertical;
   result.drift = fit.noise.drift;

@@ -15,11 +15,12 @@ namespace mono3d::tracking {
 
 // Moves the keyframes of the map, and the points with them, so that the path of the camera agrees
 // with the positions as far as these are better known than how the path has drifted: long waves
-// come from the positions, the local shape from the images. The first keyframe and the scale around
-// it stay. `frames`: the tracked frames of the map by time, in its world. What was moved before
-// counts as drift anew, so that it may be called again with more positions. Nothing where fewer
-// than three positions fall upon the frames, or nothing is found. Keyframes that were added
-// meanwhile move along. positions.S_metric_map is then as the map has become.
+// come from the positions and the known points, the local shape from the images. The first keyframe
+// and the scale around it stay. `frames`: the tracked frames of the map by time, in its world. What
+// was moved before counts as drift anew, so that it may be called again with more positions.
+// Nothing where fewer than three positions and known points fall upon the frames, or nothing is
+// found. Keyframes that were added meanwhile move along. positions.S_metric_map is then as the map
+// has become.
 std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
                                            CameraPositions& positions, MappingLock& lock);
 

@@ -5,6 +5,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,6 +37,25 @@ struct PositionError {
     for (std::size_t i = 0; i < 3; ++i) {
       const auto axis = static_cast<Eigen::Index>(i);
       error[i] = (p_m[axis] - scale * p[i] - wander[i]) * weight[axis];
+    }
+    return true;
+  }
+};
+
+// A known point minus where the keyframe has it, over what both may err by.
+struct KnownPointError {
+  Eigen::Vector3d p_kf;
+  Eigen::Vector3d p_m;
+  Eigen::Matrix3d weight;
+
+  template <typename T>
+  bool operator()(const T* const keyframe, T* error) const {
+    const std::array<T, 3> still = {T(0), T(0), T(0)};
+    std::array<T, 3> off;
+    const PositionError metres{p_kf, p_m, Eigen::Vector3d::Ones()};
+    metres(keyframe, still.data(), off.data());
+    for (int i = 0; i < 3; ++i) {
+      error[i] = weight(i, 0) * off[0] + weight(i, 1) * off[1] + weight(i, 2) * off[2];
     }
     return true;
   }
@@ -162,6 +182,10 @@ class PositionGraph {
     for (std::size_t i = 0; i < path_.positions.size(); ++i) {
       if (is_outlier[i] != 0) continue;
       const PathPosition& position = path_.positions[i];
+      if (position.covariance_m2) {
+        AddKnownPoint(position);
+        continue;
+      }
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PositionError, 3, 8, 3>(
               new PositionError{position.p_kf, position.p_m - middle_m_, weight}),
@@ -169,6 +193,16 @@ class PositionGraph {
       AddWander(last < path_.positions.size() ? &path_.positions[last] : nullptr, i, last);
       last = i;
     }
+  }
+
+  void AddKnownPoint(const PathPosition& position) {
+    const Eigen::Matrix3d root = position.covariance_m2->llt().matrixL();
+    const Eigen::Matrix3d weight =
+        root.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<KnownPointError, 3, 8>(
+            new KnownPointError{position.p_kf, position.p_m - middle_m_, weight}),
+        &of_known_points_, keyframes_[position.node].data());
   }
 
   void AddWander(const PathPosition* before, std::size_t i, std::size_t last) {
@@ -202,6 +236,8 @@ class PositionGraph {
   std::vector<Wander> wander_;              // of each position
   SimilarityManifold manifold_{ceres::QuaternionManifold{}, ceres::EuclideanManifold<4>{}};
   ceres::CauchyLoss loss_{std::sqrt(kChi2ThreeDof)};
+  // Wrong ones are outliers by then. To the others a path that is bent has to come from afar.
+  ceres::HuberLoss of_known_points_{std::sqrt(kChi2ThreeDof)};
   ceres::Problem problem_;  // ends first
 };
 

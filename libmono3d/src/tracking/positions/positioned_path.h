@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "mono3d/geometry/similarity.h"
@@ -13,12 +14,15 @@
 
 namespace mono3d::tracking {
 
-// A position, at a point that goes with a keyframe.
+// A position of the camera, or a known point, at a point that goes with a keyframe.
 struct PathPosition {
   double time_s = 0;
   std::size_t node = 0;
   Eigen::Vector3d p_kf = Eigen::Vector3d::Zero();  // in the camera frame of the keyframe
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+  // Of a known point: how well p_m and p_kf together are known, in square metres. A position of the
+  // camera has none, and errs as PathNoise says.
+  std::optional<Eigen::Matrix3d> covariance_m2 = {};
 };
 
 // The keyframes of a map and what is known of where they were. `S_metric_kf` has lengths of the
@@ -27,7 +31,7 @@ struct PositionedPath {
   std::vector<Similarity> S_metric_kf;  // in the order of flight, as they are now
   // What vision knows: of each keyframe and the next one first, in their order, then of others.
   std::vector<SimilarityEdge> edges;
-  std::vector<PathPosition> positions;  // by ascending time and node
+  std::vector<PathPosition> positions;  // by ascending node, then time
   bool has_vertical = true;
   double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
   double length = 1;                                                   // a typical depth
