@@ -134,16 +134,15 @@ class EarthAdjustment {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (PointBlock& point : points_)
-      options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
-    for (PointBlock& place : place_blocks_) {
-      if (problem_.HasParameterBlock(place.data())) {
-        options.linear_solver_ordering->AddElementToGroup(place.data(), 0);
-      }
-    }
-    for (CameraBlock& camera : cameras_) {
-      options.linear_solver_ordering->AddElementToGroup(camera.data(), 1);
-    }
+    // Ceres refuses an order of blocks that no residual has, as those of points that no image
+    // shows.
+    const auto add = [&](double* block, int group) {
+      if (!problem_.HasParameterBlock(block)) return;
+      options.linear_solver_ordering->AddElementToGroup(block, group);
+    };
+    for (PointBlock& point : points_) add(point.data(), 0);
+    for (PointBlock& place : place_blocks_) add(place.data(), 0);
+    for (CameraBlock& camera : cameras_) add(camera.data(), 1);
     options.max_num_iterations = 50;
     options.function_tolerance = 1e-6;
     options.num_threads = 1;  // sums in one order: same input, same bytes out
