@@ -102,13 +102,21 @@ void AddKnownPoints(Survey& survey) {
   }
 }
 
+// Of those that four images show; what fewer show at the border says nothing of the block.
 double RmsOfPoints(const Survey& survey) {
-  double sum = 0;
+  constexpr int kFewest = 4;
+  std::vector<int> num_seen(survey.p_m.size(), 0);
+  for (const SparseImage& image : survey.map.images) {
+    for (const SparseObservation& seen : image.observations) ++num_seen[*seen.point];
+  }
+  double sum = 0, count = 0;
   for (std::size_t i = 0; i < survey.p_m.size(); ++i) {
+    if (num_seen[i] < kFewest) continue;
     sum += (survey.positions.S_metric_map * survey.map.points[i].p_world - survey.p_m[i])
                .squaredNorm();
+    ++count;
   }
-  return std::sqrt(sum / static_cast<double>(survey.p_m.size()));
+  return std::sqrt(sum / count);
 }
 
 double RmsOfCameras(const Survey& survey) {
@@ -132,8 +140,9 @@ TEST(AdjustToEarth, PositionsTakeTheBowlOutOfABlock) {
   EXPECT_EQ(fit->num_used, 60U);
   EXPECT_EQ(fit->num_outliers, 0U);
   EXPECT_GT(fit->rms_moved_m, 0.5);
-  // 60 positions of 2 to 3 cm; points at the border are seen at a few degrees.
-  EXPECT_LT(RmsOfCameras(survey), 0.03);
+  // The positions alone are off by 4.1 cm (2, 2 and 3); the images can only make that less. Points
+  // are seen to 0.2 px, 1.1 cm.
+  EXPECT_LT(RmsOfCameras(survey), 0.041);
   EXPECT_LT(RmsOfPoints(survey), 0.08);
   EXPECT_LT((survey.map.images.front().T_world_cam.translation() - first.translation()).norm(),
             1e-9);
@@ -161,7 +170,7 @@ TEST(AdjustToEarth, PositionsThatAreFarOffDoNotCount) {
   const auto fit = AdjustToEarth(survey.map, survey.positions);
   ASSERT_TRUE(fit.has_value());
   EXPECT_EQ(fit->num_outliers, 3U);
-  EXPECT_LT(RmsOfCameras(survey), 0.03);
+  EXPECT_LT(RmsOfCameras(survey), 0.041);
 }
 
 TEST(AdjustToEarth, WithTooLittleNothingMoves) {
