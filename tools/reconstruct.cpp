@@ -103,10 +103,10 @@ std::unique_ptr<FrameSource> OpenFrames(const Arguments& arguments,
   return arguments.live->Frames(cameras.cameras.front(), arguments.source, &StopRequested());
 }
 
-// Do the images of the folder not go on from one to the next?
-bool LookLikePhotos(const Arguments& arguments) {
+// How the images of the folder go on from one to the next.
+Footage FootageOfFolder(const Arguments& arguments) {
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(arguments.input, ignored)) return false;  // a video
+  if (std::filesystem::is_regular_file(arguments.input, ignored)) return Footage::kVideo;
   CameraModel as_taken = FindPrior(arguments.input, arguments.camera).camera;
   as_taken.distortion = {};
   as_taken.lens = LensModel::kBrown;
@@ -118,11 +118,11 @@ bool LookLikePhotos(const Arguments& arguments) {
     return OpenFrameSource(arguments.input, as_taken, part);
   };
   const std::int64_t num_images = open(0, 0)->num_frames().value_or(0);
-  return ArePhotos(num_images, [&](int start) { return open(start, 2); });
+  return JudgeFootage(num_images, [&](int start) { return open(start, 2); });
 }
 
 // Says on stdout what was found out.
-bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
+Footage FindFootage(const Arguments& arguments, StageTimes& times) {
   const char* unlike = arguments.pipeline.is_live    ? "--live"
                        : !arguments.map.empty()      ? "--map"
                        : !arguments.save_map.empty() ? "--save-map"
@@ -130,19 +130,27 @@ bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
   if (unlike != nullptr && arguments.photos > 0) {
     throw UsageError(std::string("photographs in any order have no ") + unlike);
   }
-  if (unlike != nullptr || arguments.photos != 0) return arguments.photos > 0;
+  if (unlike != nullptr || arguments.photos != 0) {
+    return arguments.photos > 0 ? Footage::kPhotographs : Footage::kVideo;
+  }
   const ScopedStageTimer timer(&times, "photo_detection");
   if (AreOfSeveralCameras(arguments.input)) {
     std::printf(
         "the images are of several cameras, zooms or sizes: they are taken for photographs in any "
         "order (--video: for a video of one camera)\n");
-    return true;
+    return Footage::kPhotographs;
   }
-  if (!LookLikePhotos(arguments)) return false;
-  std::printf(
-      "the images do not go on from one to the next: they are taken for photographs in any "
-      "order (--video: for a video)\n");
-  return true;
+  const Footage footage = FootageOfFolder(arguments);
+  if (footage == Footage::kPhotographs) {
+    std::printf(
+        "the images do not go on from one to the next: they are taken for photographs in any "
+        "order (--video: for a video)\n");
+  } else if (footage == Footage::kSparseVideo) {
+    std::printf(
+        "neighbouring images share less than half of what they show: they are placed together at "
+        "the end, not tracked from one to the next (--video: tracked)\n");
+  }
+  return footage;
 }
 
 // Says on stdout what the photographs say of their cameras.
@@ -305,7 +313,11 @@ Result RunWithKnownCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
   Result result;
   PipelineOptions options = arguments.pipeline;
-  options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
+  const Footage footage = FindFootage(arguments, run.times);
+  run.record.are_photos = footage == Footage::kPhotographs;
+  run.record.is_sparse_video = footage == Footage::kSparseVideo;
+  options.are_photos = footage != Footage::kVideo;
+  options.photos.are_frames = footage == Footage::kSparseVideo;
   // A map of an earlier run keeps its shape as well as its axes.
   if (arguments.map.empty()) options.positions = PositionsFor(run.place);
   result.cameras = FindCamera(arguments, run.writer, run.times, run.record);

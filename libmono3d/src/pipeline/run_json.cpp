@@ -439,6 +439,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   }
   json.Set("input", record.input);
   json.Set("photos", record.are_photos);
+  json.Set("sparse_video", record.is_sparse_video);
   json.Set("camera", record.camera);
   if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
   if (!record.cameras.empty()) json.Set("cameras", CamerasJson(record.cameras));

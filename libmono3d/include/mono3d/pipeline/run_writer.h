@@ -55,7 +55,8 @@ struct RunRecord {
   // Of photos of several cameras, each: in place of `calibration`.
   std::vector<CameraOfRun> cameras;
   std::vector<CameraOfFiles> cameras_of_files;
-  bool are_photos = false;  // in any order, and no video
+  bool are_photos = false;       // in any order, and no video
+  bool is_sparse_video = false;  // placed together, as photographs are
   DeviceInfo device;
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
