@@ -173,15 +173,15 @@ CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<Camera
 }
 
 // Says on stdout what the images say of their camera.
-CamerasOfImages FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
-                           RunRecord& record) {
+// `photos`: null where they are tracked one after the other.
+CamerasOfImages FindCamera(const Arguments& arguments, const PhotoMapperOptions* photos,
+                           const RunWriter& writer, StageTimes& times, RunRecord& record) {
   if (record.are_photos) {
     const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
     if (groups.size() > 1) return FindCameras(arguments, groups, writer, times, record);
   }
   const ScopedStageTimer timer(&times, "calibration");
-  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera,
-                                     record.are_photos ? &arguments.pipeline.photos : nullptr);
+  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera, photos);
   if (choice.calibration) {
     const std::string line = CameraLine(*choice.calibration);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -320,7 +320,8 @@ Result RunWithKnownCamera(const Run& run) {
   options.photos.are_frames = footage == Footage::kSparseVideo;
   // A map of an earlier run keeps its shape as well as its axes.
   if (arguments.map.empty()) options.positions = PositionsFor(run.place);
-  result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
+  result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.writer,
+                              run.times, run.record);
   std::unique_ptr<FrameSource> source =
       run.view.Watched(WithNotes(OpenFrames(arguments, result.cameras), run.notes));
   CatchStopSignals();

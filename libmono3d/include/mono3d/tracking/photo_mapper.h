@@ -26,8 +26,9 @@ struct PhotoMapperOptions {
   double min_parallax_deg = 1.5;  // of a scene point, between two of the photos that show it
   int max_starts = 6;             // pairs of photos that are tried as the start of a map
   int seed = 1;                   // of RANSAC
-  // The photos are frames of one video, if far apart: with a rolling shutter their times tell how
-  // each of them moved. Else shutters count as global. Not among the listed options.
+  // The photos are frames of one video, if far apart: their times tell how each of them moved,
+  // which a rolling shutter is followed by, and learned by. Else shutters count as global. Not
+  // among the listed options.
   bool are_frames = false;
 
   void Visit(OptionVisitor& visit);

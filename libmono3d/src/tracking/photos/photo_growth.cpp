@@ -131,7 +131,11 @@ class PhotoGrowth {
     Settle(kGrowingMinGain);
     while (PlaceNext()) Settle(kGrowingMinGain);
     Complete();
-    if (has_shutter_ && FollowShutters()) Complete();
+    if (has_shutter_) {
+      if (FollowShutters()) Complete();
+    } else if (!times_.empty()) {
+      scene_.FollowShutters(times_);  // moves nothing, but who calibrates asks how they moved
+    }
     return static_cast<int>(scene_.posed().size());
   }
 

@@ -65,7 +65,8 @@ SparseModel SparseOfScene(const PhotoScene& scene, const std::vector<std::size_t
     SparseImage& image = model.images.emplace_back();
     image.id = static_cast<std::int64_t>(photo);
     image.T_world_cam = scene.T_cam_world(photo)->Inverse();
-    if (!scene.shutter(photo).IsStill()) image.velocity = scene.shutter(photo).velocity();
+    const CameraVelocity& velocity = scene.shutter(photo).velocity();
+    if (!(velocity == CameraVelocity())) image.velocity = velocity;
   }
   for (const PhotoTrack& track : scene.tracks()) {
     if (!track.p_world) continue;

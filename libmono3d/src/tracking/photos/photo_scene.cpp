@@ -122,7 +122,6 @@ void PhotoScene::FollowShutters(std::span<const PhotoTime> times) {
   std::vector<ShutterMotion> found(photos_.size());
   for (std::size_t i = 0; i < in_time.size(); ++i) {
     const std::size_t photo = in_time[i];
-    if (times[photo].sensor.shutter.IsGlobal()) continue;
     MotionModel motion;
     const std::size_t first = i - std::min(i, kOnSide);
     const std::size_t last = std::min(i + kOnSide, in_time.size() - 1);

@@ -55,7 +55,7 @@ class PhotoScene {
   void FollowShutters(std::span<const PhotoTime> times);
   // All lines of each photo as read at once.
   void ForgetShutters();
-  // How the photo moved; still where it is not known.
+  // How the photo moved, also where its shutter is a global one; zero where it is not known.
   const ShutterMotion& shutter(std::size_t photo) const { return shutters_[photo]; }
   void RemovePose(std::size_t photo);
 
