@@ -16,16 +16,16 @@
 namespace mono3d::fuzz {
 namespace {
 
-constexpr int kNumFrames = 14;
+constexpr int kNumFrames = 24;
 constexpr const char* kWhere = "input";
 
 CameraModel SmallCamera() {
-  return {.width = 160, .height = 120, .fx = 140, .fy = 140, .cx = 79.5, .cy = 59.5};
+  return {.width = 320, .height = 240, .fx = 280, .fy = 280, .cx = 159.5, .cy = 119.5};
 }
 
 // A camera that flies sideways over ground with walls on it, all of it noise.
 cv::Mat ImageOfGround(std::int64_t frame_index) {
-  constexpr double kStep_su = 0.12, kGround_su = 4, kWall_su = 3, kCell_su = 0.08;
+  constexpr double kStep_su = 0.08, kGround_su = 4, kWall_su = 3, kCell_su = 0.2;
   const CameraModel camera = SmallCamera();
   static const cv::Mat texture = [] {
     cv::Mat noise(256, 256, CV_8UC3);
@@ -61,7 +61,7 @@ Frame FrameOfGround(std::int64_t index) {
 
 std::unique_ptr<Tracker> SmallTracker() {
   TrackerOptions options;
-  options.features.num_features = 200;
+  options.features.num_features = 400;
   return CreateTracker(options);
 }
 
