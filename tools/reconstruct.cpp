@@ -322,13 +322,15 @@ Result RunWithKnownCamera(const Run& run) {
   if (arguments.map.empty()) options.positions = PositionsFor(run.place);
   result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.writer,
                               run.times, run.record);
-  std::unique_ptr<FrameSource> source =
-      run.view.Watched(WithNotes(OpenFrames(arguments, result.cameras), run.notes));
+  RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
+  InputDigest input;
+  std::unique_ptr<FrameSource> frames = OpenFrames(arguments, result.cameras);
+  if (journal != nullptr) frames = WithDigest(std::move(frames), input);
+  std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
   CatchStopSignals();
   ProgressLine progress_line(source->num_frames());
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
-  RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
   const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
   std::optional<WorldAxes> saved_axes;
   if (!arguments.map.empty()) {
@@ -338,7 +340,7 @@ Result RunWithKnownCamera(const Run& run) {
   }
   const std::shared_ptr<AdoptedFiles::Run> files_of_run = files.BeginRun();
   Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files_of_run), options);
-  const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times};
+  const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times, input};
   if (resumes) {
     run.earlier = Resume(*journal, *source, journaled);
     run.record.resumed_after = run.earlier.last_frames;

@@ -177,6 +177,22 @@ TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
 }
 
+// Whatever their names: a folder of a run that came from elsewhere may be a link to anywhere.
+TEST_F(RunWriterTest, LeavesFilesBehindLinkedFoldersAlone) {
+  const std::filesystem::path photos = folder_ / "photos", out = folder_ / "out";
+  std::filesystem::create_directories(photos);
+  std::filesystem::create_directories(out / "products/nerfstudio");
+  std::ofstream(photos / "holidays.jpg") << "mine";
+  std::ofstream(photos / "000007.depth.pfm") << "mine";
+  std::ofstream(out / "model.ply") << "earlier";
+  std::filesystem::create_directory_symlink(photos, out / "products/nerfstudio/images");
+  std::filesystem::create_directory_symlink(photos, out / "depth");
+  (void)RunWriter(out);
+  EXPECT_FALSE(std::filesystem::exists(out / "model.ply"));
+  EXPECT_TRUE(std::filesystem::exists(photos / "holidays.jpg"));
+  EXPECT_TRUE(std::filesystem::exists(photos / "000007.depth.pfm"));
+}
+
 TEST_F(RunWriterTest, WritesNoDepthMapsWhereNoneAreWanted) {
   const RunWriter writer(folder_, {DepthFileForm::kNone});
   writer.WriteDepthMap(MakeDepthMap(7));

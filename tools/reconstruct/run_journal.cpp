@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/state_json.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -62,7 +63,7 @@ nlohmann::json RunJournal::ReadState() {
   nlohmann::json state;
   try {
     const std::string bytes = states_.Get(kToolPart);
-    state = nlohmann::json::from_cbor(bytes);
+    state = StateFromCbor(bytes);
     const nlohmann::json& saved = state.at("identity");
     for (const auto& [name, value] : identity_.items()) {
       if (saved.contains(name) && saved.at(name) == value) continue;

@@ -103,10 +103,22 @@ bool IsFolder(const std::filesystem::path& path) {
   return std::filesystem::is_directory(std::filesystem::symlink_status(path, ignored));
 }
 
+// Is a folder on the way to `folder` / `below` a link? What lies behind it is the user's own.
+bool IsBehindLink(const std::filesystem::path& folder, const std::filesystem::path& below) {
+  std::error_code ignored;
+  std::filesystem::path way = folder;
+  for (const std::filesystem::path& name : below) {
+    way /= name;
+    if (std::filesystem::is_symlink(way, ignored)) return true;
+  }
+  return false;
+}
+
 // Adds the files of `folder` / `below` whose names match.
 void AddMatching(const std::filesystem::path& folder, const std::filesystem::path& below,
                  bool (*matches)(std::string_view), std::vector<std::filesystem::path>& files) {
   std::error_code ignored;
+  if (IsBehindLink(folder, below)) return;
   for (const auto& entry : std::filesystem::directory_iterator(folder / below, ignored)) {
     const std::string name = entry.path().filename().string();
     const bool is_match = matches(WithoutEnding(name, ".partial").value_or(name));
