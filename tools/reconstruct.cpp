@@ -3,6 +3,7 @@
 
 // mono3d-reconstruct: from an image folder, a glob, a video or a camera to a coloured surfel model.
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -103,6 +104,12 @@ std::unique_ptr<FrameSource> OpenFrames(const Arguments& arguments,
   return arguments.live->Frames(cameras.cameras.front(), arguments.source, &StopRequested());
 }
 
+// How many frames will come, where that is known.
+std::optional<std::int64_t> NumFrames(const FrameSource& source, const Arguments& arguments) {
+  if (arguments.source.stride == kStrideByMotion) return std::nullopt;
+  return source.num_frames();
+}
+
 // How the images of the folder go on from one to the next.
 Footage FootageOfFolder(const Arguments& arguments) {
   std::error_code ignored;
@@ -113,6 +120,7 @@ Footage FootageOfFolder(const Arguments& arguments) {
   as_taken.shutter = {};
   const auto open = [&](int start, int max_frames) {
     FrameSourceOptions part = arguments.source;
+    part.stride = std::max(1, part.stride);
     part.start += start * part.stride;
     if (max_frames > 0) part.max_frames = max_frames;
     return OpenFrameSource(arguments.input, as_taken, part);
@@ -328,7 +336,7 @@ Result RunWithKnownCamera(const Run& run) {
   if (journal != nullptr) frames = WithDigest(std::move(frames), input);
   std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
   CatchStopSignals();
-  ProgressLine progress_line(source->num_frames());
+  ProgressLine progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
   const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
@@ -346,7 +354,7 @@ Result RunWithKnownCamera(const Run& run) {
     run.record.resumed_after = run.earlier.last_frames;
     std::printf("resumed after frame %lld\n", static_cast<long long>(journal->last_frame()));
   }
-  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
@@ -424,7 +432,7 @@ Result RunWhileLearningCamera(const Run& run) {
   std::unique_ptr<FrameSource> source =
       run.view.Watched(WithNotes(OpenFrames(arguments, {{as_taken}}), run.notes));
   CatchStopSignals();
-  std::optional<ProgressLine> progress_line(source->num_frames());
+  std::optional<ProgressLine> progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
   SelfCalibrationSetup setup;
   setup.prior = prior.Resized(source->camera().width, source->camera().height);
@@ -444,7 +452,7 @@ Result RunWhileLearningCamera(const Run& run) {
   PipelineOptions options = arguments.pipeline;
   options.positions = PositionsFor(run.place);
   SelfCalibratingPipeline pipeline(std::move(setup), options, arguments.self_calibration);
-  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
@@ -567,6 +575,13 @@ void PrepareForLive(Arguments& arguments) {
   arguments.written.images = ImagePlacing::kNone;
 }
 
+// Live, no image is waited for and none is dear: the tracker takes what it has time for.
+void TakeEveryImageLive(FrameSourceOptions& source) {
+  if (source.stride != kStrideByMotion) return;
+  std::printf("--stride auto is for recordings that are not played live: every image is taken\n");
+  source.stride = 1;
+}
+
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   PrepareForLive(arguments);
   arguments.pipeline.Validate();
@@ -581,6 +596,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   }
   // What is wrong with the input is said before anything is done or written.
   arguments.source.Validate();
+  if (arguments.pipeline.is_live) TakeEveryImageLive(arguments.source);
   arguments.live_input.Validate();
   arguments.live = ConnectWhereLive(arguments.input, arguments.live_input);
   const CameraModel camera =
@@ -598,6 +614,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   record.camera = arguments.camera.file;
   record.device = Info(*device);
   record.options = ListAll(arguments);
+  if (arguments.source.stride == kStrideByMotion) record.num_passed_over_images = 0;
   OutputFolder output(arguments.output, arguments.resumes);
   return KeepingOnFailure(output,
                           [&] { return ReconstructInto(output, arguments, device, record); });

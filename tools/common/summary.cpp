@@ -57,6 +57,11 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
       std::printf("\n");
     }
   }
+  if (record.num_passed_over_images) {
+    std::printf("images taken %lld, left out with next to no motion %lld (--stride auto)\n",
+                static_cast<long long>(counts.num_frames),
+                static_cast<long long>(*record.num_passed_over_images));
+  }
   if (record.num_skipped_images > 0) {
     std::printf("unreadable images skipped %lld\n",
                 static_cast<long long>(record.num_skipped_images));

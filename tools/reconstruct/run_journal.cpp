@@ -39,7 +39,9 @@ nlohmann::json IdentityOf(const RunRecord& record) {
   nlohmann::json identity = {
       {"version of mono3d", Version()}, {"input", record.input}, {"camera", record.camera}};
   for (const OptionField& option : record.options) {
-    std::visit([&](const auto* value) { identity["--" + option.name] = *value; }, option.value);
+    nlohmann::json& value = identity["--" + option.name];
+    std::visit([&](const auto* of_option) { value = *of_option; }, option.value);
+    if (const auto word = WordOf(option)) value = *word;
   }
   return identity;
 }

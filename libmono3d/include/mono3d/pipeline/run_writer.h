@@ -61,6 +61,8 @@ struct RunRecord {
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
   std::int64_t num_skipped_images = 0;
+  // With kStrideByMotion: the images that show next to no motion.
+  std::optional<std::int64_t> num_passed_over_images;
   // Of a run that was broken off and resumed: the last frame before each time.
   std::vector<std::int64_t> resumed_after;
   std::optional<LiveInputReport> live_input;  // where a camera sent the images
