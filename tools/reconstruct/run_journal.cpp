@@ -33,11 +33,12 @@ constexpr const char* kManifest = "manifest";
 
 double JournalClock_s() { return 1e-3 * WallClockMs(); }
 
-// By what the result of a run is determined.
+// By what the result of a run is determined. Where its surfels are makes no difference.
 nlohmann::json IdentityOf(const RunRecord& record) {
   nlohmann::json identity = {
       {"version of mono3d", Version()}, {"input", record.input}, {"camera", record.camera}};
   for (const OptionField& option : record.options) {
+    if (option.name.starts_with("fusion.storage.")) continue;
     std::visit([&](const auto* value) { identity["--" + option.name] = *value; }, option.value);
   }
   return identity;
