@@ -508,6 +508,8 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   const RunWriter writer = resumes ? RunWriter::OfRunToResume(output.of_run(), depth_files)
                                    : RunWriter(output.of_run(), depth_files);
   if (!journal && arguments.with_journal) journal.emplace(output.of_run(), record);
+  SurfelStorageOptions& surfels = arguments.pipeline.fusion.storage;
+  if (surfels.folder.empty()) surfels.folder = output.of_run().string();
   StageTimes times;
   FramesSoFar frames;
   WriteFailures failures;
@@ -672,6 +674,7 @@ int main(int argc, char** argv) {
                       "waits for depth, what there is no time for is dropped and counted; a camera "
                       "that is not known, or not held by --camera-fixed, is learned meanwhile");
   AddPresets(tool, arguments.pipeline);
+  AddMemoryLimit(tool, arguments.pipeline);
   tool.ShowInHelp(ShownOptions(), kReconstructExamples);
   arguments.view.AddOptions(tool.app());
   tool.AddOptions(mono3d::ListOptions(arguments.source));

@@ -34,11 +34,12 @@ constexpr const char* kManifest = "manifest";
 
 double JournalClock_s() { return 1e-3 * WallClockMs(); }
 
-// By what the result of a run is determined.
+// By what the result of a run is determined. Where its surfels are makes no difference.
 nlohmann::json IdentityOf(const RunRecord& record) {
   nlohmann::json identity = {
       {"version of mono3d", Version()}, {"input", record.input}, {"camera", record.camera}};
   for (const OptionField& option : record.options) {
+    if (option.name.starts_with("fusion.storage.")) continue;
     nlohmann::json& value = identity["--" + option.name];
     std::visit([&](const auto* of_option) { value = *of_option; }, option.value);
     if (const auto word = WordOf(option)) value = *word;
