@@ -7,6 +7,7 @@
 
 #include "fuzz/fuzz_targets.h"
 #include "fuzz/input_folder.h"
+#include "mono3d/geo/ground_control_file.h"
 #include "mono3d/geo/position_file.h"
 
 namespace mono3d::fuzz {
@@ -19,12 +20,24 @@ bool IsPlace(const PositionFix& fix) {
          std::isfinite(fix.sigma_horizontal_m + fix.sigma_vertical_m);
 }
 
+bool IsSurveyed(const SurveyedPoint& point) {
+  return !point.name.empty() && !point.marks.empty() &&
+         std::isfinite(point.x + point.y + point.z.value_or(0)) &&
+         std::ranges::all_of(point.marks, [](const ControlMark& mark) {
+           return mark.pixel.allFinite() && !mark.image.empty();
+         });
+}
+
 }  // namespace
 
 // The content decides on the form.
 void Positions(std::string_view input) {
   static const InputFolder folder("positions");
   const auto file = folder.Write("positions.txt", input);
+  const auto control = ReadOrRefuse([&] { return ReadGroundControlFile(file); });
+  if (control && !std::ranges::all_of(control->points, IsSurveyed)) {
+    throw std::logic_error("ground control points that are none");
+  }
   const auto track = ReadOrRefuse([&] { return ReadPositionFile(file); });
   if (!track) return;
   if (track->fixes.empty() || !std::ranges::all_of(track->fixes, IsPlace) ||

@@ -65,6 +65,7 @@ class SequenceWriter {
     WriteTrajectory(folder_ / "groundtruth.txt", truth);
     WriteFileAtomically(folder_ / "timestamps.txt", TimestampsText(track().timestamps_s));
     WriteFileAtomically(folder_ / "gps.txt", GpsText(gps_, sequence_.options().gps));
+    WriteControlPoints();
     WriteDepthScale(folder_ / "depth", depth_form_);
   }
 
@@ -144,6 +145,17 @@ class SequenceWriter {
  private:
   const synthetic::FrameTrack& track() const { return sequence_.track(); }
   double VoxelSize() const { return sequence_.options().cloud_voxel * survey_.mean_depth_m; }
+
+  void WriteControlPoints() const {
+    // Six to be used and two to check by; where the flight has fewer places for them, fewer.
+    constexpr int kNumPoints = 8;
+    const std::vector<synthetic::TrueControlPoint> points = sequence_.ControlPoints(kNumPoints);
+    if (points.empty()) return;
+    WriteFileAtomically(folder_ / "gcp.txt",
+                        ControlPointsText(points, sequence_.options().gps, [this](int frame) {
+                          return ImagePath(frame).filename().string();
+                        }));
+  }
 
   bool is_video() const { return file_options_.video.IsOn(); }
 

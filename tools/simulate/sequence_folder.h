@@ -20,9 +20,10 @@ struct SequenceRun {
 };
 
 // Writes the folder of a sequence: images/, camera.yaml, timestamps.txt, groundtruth.txt, depth/,
-// cloud.ply, gps.txt, exposures.txt and sequence.json; on request video.mp4 and uncalibrated/.
-// Files that are there from an earlier run with the same options stay, and the outcome is the same
-// to the byte. Throws Error when the folder holds another sequence or cannot be written.
+// cloud.ply, gps.txt, gcp.txt, exposures.txt and sequence.json; on request video.mp4 and
+// uncalibrated/. Files that are there from an earlier run with the same options stay, and the
+// outcome is the same to the byte. Throws Error when the folder holds another sequence or cannot be
+// written.
 SequenceRun WriteSequence(const synthetic::SequenceOptions& options,
                           const SequenceFileOptions& file_options,
                           const std::filesystem::path& folder, const FrameObserver& observer);

@@ -150,6 +150,26 @@ std::string GpsText(const std::vector<synthetic::GpsFix>& track,
   return text.str();
 }
 
+std::string ControlPointsText(const std::vector<synthetic::TrueControlPoint>& points,
+                              const synthetic::GpsOptions& options,
+                              const std::function<std::string(int)>& image_of_frame) {
+  std::ostringstream text;
+  text << "EPSG:4326\n# longitude latitude altitude pixel_x pixel_y image name: true places, and "
+          "where the images show them\n"
+       << std::fixed;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Geodetic place = ToGeodetic(points[i].p_world_m, options.Origin());
+    for (const synthetic::TrueMark& mark : points[i].marks) {
+      // A tenth of a millimetre, a thousandth of a pixel.
+      text << std::setprecision(9) << place.longitude_deg << ' ' << place.latitude_deg << ' '
+           << std::setprecision(4) << place.altitude_m << ' ' << std::setprecision(3)
+           << mark.pixel.x() << ' ' << mark.pixel.y() << ' ' << image_of_frame(mark.frame) << " gcp"
+           << i + 1 << '\n';
+    }
+  }
+  return text.str();
+}
+
 std::string TimestampsText(const std::vector<double>& timestamps_s) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(6);

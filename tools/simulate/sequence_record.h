@@ -4,12 +4,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "mono3d/core/options.h"
+#include "synthetic/control_points.h"
 #include "synthetic/flight_statistics.h"
 #include "synthetic/gps.h"
 #include "synthetic/sequence.h"
@@ -50,6 +52,11 @@ SequenceRecord ToJson(const CameraModel& camera, const synthetic::SensorOptions&
 // Heights, speeds and rates of the flight of a complete sequence, from its files.
 synthetic::FlightSamples ReadSamples(const std::filesystem::path& folder,
                                      const SequenceRecord& record);
+
+// gcp.txt: longitude and latitude on WGS 84, so that no program has to project them.
+std::string ControlPointsText(const std::vector<synthetic::TrueControlPoint>& points,
+                              const synthetic::GpsOptions& options,
+                              const std::function<std::string(int)>& image_of_frame);
 
 // The text of gps.txt: "timestamp east north up", and above it origin and noise as comments.
 std::string GpsText(const std::vector<synthetic::GpsFix>& track,

@@ -3,7 +3,6 @@
 
 #include "mono3d/geo/georeference.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -23,27 +22,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFewestFixes = 3;
-
-// The direction in which the cameras spread most, in the axes of the placement.
-Vector3d MainDirection(const std::vector<PositionPair>& pairs, const MapPlacement& placement) {
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const PositionPair& pair : pairs) {
-    const Vector3d p = pair.p_map - placement.centre_map;
-    spread += p * p.transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
-  return placement.rotation * axes.eigenvectors().col(2);
-}
-
-// Turned about `axis` so that `up_map` points up as far as that goes.
-MapPlacement RolledUpright(MapPlacement placement, const Vector3d& axis, const Vector3d& up_map) {
-  const Vector3d up = placement.rotation * up_map;
-  const Vector3d up_across = up - up.dot(axis) * axis;
-  const Vector3d z_across = Vector3d::UnitZ() - axis.z() * axis;
-  const double angle = std::atan2(axis.dot(up_across.cross(z_across)), up_across.dot(z_across));
-  placement.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)) * placement.rotation;
-  return placement;
-}
 
 double RobustSigma(std::vector<double> values) {
   constexpr double kSigmaOfMad = 1.4826;  // of a normal distribution
@@ -210,11 +188,8 @@ class GeoreferenceEstimate {
 
   // Of cameras along a line the roll is what `up` tells; of others that changes little.
   void RollUpright() {
-    const Vector3d axis = MainDirection(pairs_, placement_);
-    const MapPlacement rolled = RolledUpright(placement_, axis, priors_.up->up_map);
-    const double distance_m = MeanDistance(pairs_, placement_, priors_.has_vertical);
-    const double rolled_m = MeanDistance(pairs_, rolled, priors_.has_vertical);
-    if (rolled_m < 1.5 * distance_m + priors_.horizontal_m) placement_ = rolled;
+    placement_ = RolledUpright(pairs_, placement_, priors_.up->up_map, priors_.horizontal_m,
+                               priors_.has_vertical);
   }
 
   void FindUsed() {

@@ -249,6 +249,27 @@ PositionNoise Scaled(const PositionNoise& unit, double sigma_m) {
   return {sigma_m * unit.wander_m, unit.correlation_s, sigma_m * unit.white_m};
 }
 
+// The direction in which the cameras spread most, in the axes of the placement.
+Vector3d MainDirection(const std::vector<PositionPair>& pairs, const MapPlacement& placement) {
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const PositionPair& pair : pairs) {
+    const Vector3d p = pair.p_map - placement.centre_map;
+    spread += p * p.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+  return placement.rotation * axes.eigenvectors().col(2);
+}
+
+// Turned about `axis` so that `up_map` points up as far as that goes.
+MapPlacement TurnedUpright(MapPlacement placement, const Vector3d& axis, const Vector3d& up_map) {
+  const Vector3d up = placement.rotation * up_map;
+  const Vector3d up_across = up - up.dot(axis) * axis;
+  const Vector3d z_across = Vector3d::UnitZ() - axis.z() * axis;
+  const double angle = std::atan2(axis.dot(up_across.cross(z_across)), up_across.dot(z_across));
+  placement.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)) * placement.rotation;
+  return placement;
+}
+
 }  // namespace
 
 void MapPlacement::Add(const Increment& increment) {
@@ -284,6 +305,14 @@ MapPlacement FitRobustly(const std::vector<PositionPair>& pairs, double typical_
     placement = FitWeighted(pairs, weights);
   }
   return placement;
+}
+
+MapPlacement RolledUpright(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
+                           const Vector3d& up_map, double typical_m, bool has_vertical) {
+  const MapPlacement turned = TurnedUpright(placement, MainDirection(pairs, placement), up_map);
+  const double distance_m = MeanDistance(pairs, placement, has_vertical);
+  const double turned_m = MeanDistance(pairs, turned, has_vertical);
+  return turned_m < 1.5 * distance_m + typical_m ? turned : placement;
 }
 
 double MeanDistance(const std::vector<PositionPair>& pairs, const MapPlacement& placement,

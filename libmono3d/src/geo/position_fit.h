@@ -49,6 +49,13 @@ struct PlacementPriors {
 // fixes that are far off. Where the cameras are on a line the rotation about it is arbitrary.
 MapPlacement FitRobustly(const std::vector<PositionPair>& pairs, double typical_m);
 
+// The placement, turned about the direction in which the cameras spread most so that `up_map`
+// points up as far as that goes: of cameras along a line that is the roll, of others it changes
+// little. Where it would put the pairs farther apart, beyond what they err by anyway, nothing is
+// turned.
+MapPlacement RolledUpright(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
+                           const Eigen::Vector3d& up_map, double typical_m, bool has_vertical);
+
 // Mean distance between fixes and cameras of a placement.
 double MeanDistance(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
                     bool has_vertical);

@@ -3,6 +3,7 @@
 
 #include "mono3d/geometry/distortion.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -67,6 +68,41 @@ std::optional<double> FisheyeAngles::At(double radius) const {
     theta = std::clamp(theta, least, most);
   }
   return theta;
+}
+
+std::optional<Eigen::Vector3d> UnprojectDistorted(const CameraModel& camera,
+                                                  const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d straight = camera.Unproject(pixel);
+  if (camera.lens == LensModel::kFisheye) {
+    const double radius = straight.head<2>().norm();
+    const std::optional<double> angle = FisheyeAngles(camera.distortion).At(radius);
+    // At z = 1 there is nothing that looks sideways.
+    constexpr double kMostAngle_rad = 89 * std::numbers::pi / 180;
+    if (!angle || *angle > kMostAngle_rad) return std::nullopt;
+    const double scale = radius > 0 ? std::tan(*angle) / radius : 1;
+    return Eigen::Vector3d(scale * straight.x(), scale * straight.y(), 1);
+  }
+  // Newton's method with differences: what a lens does to a pixel is smooth over a thousandth.
+  constexpr int kRounds = 30;
+  constexpr double kStep = 1e-6;
+  constexpr double kSettled_px = 1e-6;
+  Eigen::Vector3d ray = straight;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::Vector2d error = pixel - ProjectDistorted(camera, ray);
+    if (error.norm() < kSettled_px) return ray;
+    Eigen::Matrix2d by_ray;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      by_ray.col(k) =
+          (ProjectDistorted(camera, ray + step) - ProjectDistorted(camera, ray - step)) /
+          (2 * kStep);
+    }
+    const double determinant = by_ray.determinant();
+    if (!std::isfinite(determinant) || determinant <= 0) return std::nullopt;  // it folds back
+    ray.head<2>() += by_ray.inverse() * error;
+    if (!ray.allFinite()) return std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace mono3d

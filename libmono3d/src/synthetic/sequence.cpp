@@ -209,6 +209,17 @@ Rendering Sequence::RenderFrame(int frame) {
   return Render(scene_, camera_, shot, render);
 }
 
+std::vector<TrueControlPoint> Sequence::ControlPoints(int count) const {
+  FilmedFlight filmed;
+  filmed.camera = camera_;
+  filmed.camera.shutter = ShutterOf(options_.render.sensor);
+  filmed.num_frames = num_frames();
+  filmed.T_world_cam_at = [this](int frame, double late_s) {
+    return flight_.PoseAt(track_.timestamps_s.at(static_cast<std::size_t>(frame)) + late_s);
+  };
+  return ControlPointsOf(scene_, filmed, count);
+}
+
 const Scene& Sequence::SceneAt(int frame) {
   const double t_s = track_.timestamps_s.at(static_cast<std::size_t>(frame));
   scene_.SetTimeSpan(t_s, t_s);

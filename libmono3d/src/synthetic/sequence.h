@@ -9,6 +9,7 @@
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "synthetic/control_points.h"
 #include "synthetic/flight.h"
 #include "synthetic/flight_statistics.h"
 #include "synthetic/gps.h"
@@ -97,6 +98,8 @@ class Sequence {
   // Throws Error when the camera never sees a surface.
   SequenceSurvey Survey() const;
   Rendering RenderFrame(int frame);
+  // Points on the ground and where the images show them.
+  std::vector<TrueControlPoint> ControlPoints(int count) const;
   // The scene as it is in the middle of the frame's exposure.
   const Scene& SceneAt(int frame);
 

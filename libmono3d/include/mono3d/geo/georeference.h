@@ -55,6 +55,21 @@ struct PositionResidual {
   bool is_outlier = false;                          // it was not used
 };
 
+// What became of a ground control point.
+struct ControlResidual {
+  std::string name;
+  bool is_check = false;
+  bool is_used = false;
+  bool is_seen = false;       // the map has it, by two marks or more; without, what follows is 0
+  bool has_height = true;     // surveyed
+  std::string why_unused;     // in words; empty: it was used, or is a check point
+  std::size_t num_marks = 0;  // in images of the run
+  std::size_t num_marks_used = 0;
+  std::vector<std::string> contradicting_images;    // whose marks do not agree with the others
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  // map - survey
+  double rms_px = 0;  // of its used marks from where the map shows the surveyed place
+};
+
 // Where a map is on the earth.
 struct Georeference {
   Geodetic origin;               // of the axes x east, y north, z up: the first fix that was used
@@ -75,6 +90,10 @@ struct Georeference {
   std::size_t num_used = 0;
   double rms_horizontal_m = 0;  // of the used ones: root of the mean squared distance
   double rms_vertical_m = 0;
+  // By ground control points, and not by the positions of the cameras: then all of these are 0.
+  bool is_by_control = false;
+  std::string why_no_control;            // where there are ground control points, but it is not
+  std::vector<ControlResidual> control;  // in the order of GroundControl::points
 };
 
 // Either a georeference, or the reason why there is none.

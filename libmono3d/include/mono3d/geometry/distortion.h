@@ -21,6 +21,11 @@ namespace MONO3D_EXPORT mono3d {
 //   the ray and the axis. Any point but the camera's own centre and those straight behind it.
 Eigen::Vector2d ProjectDistorted(const CameraModel& camera, const Eigen::Vector3d& p_cam);
 
+// Its inverse: the ray at z = 1 that a lens shows at a pixel, also outside its image; nothing where
+// none is found, as the distortion folds back there, or looks sideways.
+std::optional<Eigen::Vector3d> UnprojectDistorted(const CameraModel& camera,
+                                                  const Eigen::Vector2d& pixel);
+
 // Of a ray at the angle theta (rad) to the axis of a fisheye lens, in focal lengths from the
 // principal point: theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
 double FisheyeRadius(const std::array<double, 5>& distortion, double theta);
