@@ -44,6 +44,7 @@
 #include "reconstruct/run_journal.h"
 #include "reconstruct/run_view.h"
 #include "reconstruct/write_failures.h"
+#include "run_report/next_views_kml.h"
 #include "run_report/next_views_report.h"
 #include "run_report/run_report.h"
 
@@ -479,7 +480,10 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
   try {
     NextViews next;
     if (!reconstruction.maps.empty()) next = ProposeNextViews(reconstruction.maps.front());
-    if (next.surface_su2 > 0) WriteNextViews(folder, next);
+    if (next.surface_su2 > 0) {
+      WriteNextViews(folder, next);
+      WriteNextViewsKml(folder, reconstruction.maps.front(), next, !run.record.are_photos);
+    }
     WriteRunReport(folder, {.reconstruction = reconstruction,
                             .record = run.record,
                             .notes = run.notes,
