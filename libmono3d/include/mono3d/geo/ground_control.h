@@ -78,7 +78,8 @@ std::vector<ControlResidual> ControlResidualsOf(std::span<const FrameInMap> fram
                                                 const GroundControl& control,
                                                 const Georeference& georeference);
 
-// The points that were used for `georeference`, with the marks that were, in its axes. `with_contradicted`: also those that contradict the others.
+// The points that were used for `georeference`, with the marks that were, in its axes.
+// `with_contradicted`: also those that contradict the others.
 std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
                                       const Georeference& georeference, bool with_contradicted);
 
