@@ -10,7 +10,8 @@
 #                                     learned
 # What it learns stays in build/fuzz/corpus/TARGET and is where the next run begins; an input that
 # ends a reader lies in build/fuzz/crashes/TARGET, and a minimised one beside it. Ends with a table,
-# and with 1 when anything was found.
+# and with 1 when anything was found. MONO3D_FUZZ_TIMEOUT: seconds that an input may take (10); more
+# on a machine that does much else.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
@@ -46,7 +47,7 @@ export UBSAN_OPTIONS=print_stacktrace=1
 # for at once is a limit below.
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_stack_use_after_return=1:quarantine_size_mb=16
 # What a reader prints is none of its results.
-limits="-timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=16384 -close_fd_mask=3"
+limits="-timeout=${MONO3D_FUZZ_TIMEOUT:-10} -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=16384 -close_fd_mask=3"
 
 # fuzz_one TARGET: runs until the time is over or an input is found, and then minimises that.
 fuzz_one() {

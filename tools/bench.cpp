@@ -105,6 +105,7 @@ int main(int argc, char** argv) {
   AddSuiteArguments(suite, arguments);
   const DepthCommand depth(tool.app());
   const FusionCommand fusion(tool.app());
+  const FlightCommand flight(tool.app());
   const PlaceCommand places(tool.app());
   CLI::App& ablation =
       *tool.app().add_subcommand("ablation", "the depth stage without each of its parts in turn");
@@ -120,6 +121,7 @@ int main(int argc, char** argv) {
   return tool.Run(argc, argv, [&] {
     if (depth.is_asked_for()) return depth.Run();
     if (fusion.is_asked_for()) return fusion.Run();
+    if (flight.is_asked_for()) return flight.Run();
     if (places.is_asked_for()) return places.Run();
     if (ablation.parsed()) return RunAblation(ablation_arguments);
     if (fusion_ablation.parsed()) return RunFusionAblation(fusion_ablation_arguments);

@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     const auto chosen = ChooseProducts(names);
     const FinishedRun run = ReadFinishedRun(folder);
     const std::filesystem::path target =
-        output.empty() ? std::filesystem::path(folder) / "products" : std::filesystem::path(output);
+        output.empty() ? ProductFolderOf(folder) : std::filesystem::path(output);
     return WriteProducts(chosen, run, target) == 0 ? 0 : 1;
   });
 }

@@ -3,6 +3,7 @@
 
 // mono3d-reconstruct: from an image folder, a glob, a video or a camera to a coloured surfel model.
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -44,6 +45,7 @@
 #include "reconstruct/run_journal.h"
 #include "reconstruct/run_view.h"
 #include "reconstruct/write_failures.h"
+#include "run_report/next_views_kml.h"
 #include "run_report/next_views_report.h"
 #include "run_report/run_report.h"
 
@@ -106,26 +108,33 @@ std::unique_ptr<FrameSource> OpenFrames(const Arguments& arguments,
   return arguments.live->Frames(cameras.cameras.front(), arguments.source, &StopRequested());
 }
 
-// Do the images of the folder not go on from one to the next?
-bool LookLikePhotos(const Arguments& arguments) {
+// How many frames will come, where that is known.
+std::optional<std::int64_t> NumFrames(const FrameSource& source, const Arguments& arguments) {
+  if (arguments.source.stride == kStrideByMotion) return std::nullopt;
+  return source.num_frames();
+}
+
+// How the images of the folder go on from one to the next.
+Footage FootageOfFolder(const Arguments& arguments) {
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(arguments.input, ignored)) return false;  // a video
+  if (std::filesystem::is_regular_file(arguments.input, ignored)) return Footage::kVideo;
   CameraModel as_taken = FindPrior(arguments.input, arguments.camera).camera;
   as_taken.distortion = {};
   as_taken.lens = LensModel::kBrown;
   as_taken.shutter = {};
   const auto open = [&](int start, int max_frames) {
     FrameSourceOptions part = arguments.source;
+    part.stride = std::max(1, part.stride);
     part.start += start * part.stride;
     if (max_frames > 0) part.max_frames = max_frames;
     return OpenFrameSource(arguments.input, as_taken, part);
   };
   const std::int64_t num_images = open(0, 0)->num_frames().value_or(0);
-  return ArePhotos(num_images, [&](int start) { return open(start, 2); });
+  return JudgeFootage(num_images, [&](int start) { return open(start, 2); });
 }
 
 // Says on stdout what was found out.
-bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
+Footage FindFootage(const Arguments& arguments, StageTimes& times) {
   const char* unlike = arguments.pipeline.is_live    ? "--live"
                        : !arguments.map.empty()      ? "--map"
                        : !arguments.save_map.empty() ? "--save-map"
@@ -133,19 +142,27 @@ bool TakesPhotos(const Arguments& arguments, StageTimes& times) {
   if (unlike != nullptr && arguments.photos > 0) {
     throw UsageError(std::string("photographs in any order have no ") + unlike);
   }
-  if (unlike != nullptr || arguments.photos != 0) return arguments.photos > 0;
+  if (unlike != nullptr || arguments.photos != 0) {
+    return arguments.photos > 0 ? Footage::kPhotographs : Footage::kVideo;
+  }
   const ScopedStageTimer timer(&times, "photo_detection");
   if (AreOfSeveralCameras(arguments.input)) {
     std::printf(
         "the images are of several cameras, zooms or sizes: they are taken for photographs in any "
         "order (--video: for a video of one camera)\n");
-    return true;
+    return Footage::kPhotographs;
   }
-  if (!LookLikePhotos(arguments)) return false;
-  std::printf(
-      "the images do not go on from one to the next: they are taken for photographs in any "
-      "order (--video: for a video)\n");
-  return true;
+  const Footage footage = FootageOfFolder(arguments);
+  if (footage == Footage::kPhotographs) {
+    std::printf(
+        "the images do not go on from one to the next: they are taken for photographs in any "
+        "order (--video: for a video)\n");
+  } else if (footage == Footage::kSparseVideo) {
+    std::printf(
+        "neighbouring images share less than half of what they show: they are placed together at "
+        "the end, not tracked from one to the next (--video: tracked)\n");
+  }
+  return footage;
 }
 
 // Says on stdout what the photographs say of their cameras.
@@ -168,15 +185,15 @@ CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<Camera
 }
 
 // Says on stdout what the images say of their camera.
-CamerasOfImages FindCamera(const Arguments& arguments, const RunWriter& writer, StageTimes& times,
-                           RunRecord& record) {
+// `photos`: null where they are tracked one after the other.
+CamerasOfImages FindCamera(const Arguments& arguments, const PhotoMapperOptions* photos,
+                           const RunWriter& writer, StageTimes& times, RunRecord& record) {
   if (record.are_photos) {
     const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
     if (groups.size() > 1) return FindCameras(arguments, groups, writer, times, record);
   }
   const ScopedStageTimer timer(&times, "calibration");
-  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera,
-                                     record.are_photos ? &arguments.pipeline.photos : nullptr);
+  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera, photos);
   if (choice.calibration) {
     const std::string line = CameraLine(*choice.calibration);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -308,19 +325,26 @@ Result RunWithKnownCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
   Result result;
   PipelineOptions options = arguments.pipeline;
-  options.are_photos = run.record.are_photos = TakesPhotos(arguments, run.times);
-  result.cameras = FindCamera(arguments, run.writer, run.times, run.record);
+  const Footage footage = FindFootage(arguments, run.times);
+  run.record.are_photos = footage == Footage::kPhotographs;
+  run.record.is_sparse_video = footage == Footage::kSparseVideo;
+  options.are_photos = footage != Footage::kVideo;
+  options.photos.are_frames = footage == Footage::kSparseVideo;
+  result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.writer,
+                              run.times, run.record);
   PlaceOfRun place = run.place;
   if (place.control) FindSights(arguments.input, result.cameras, *place.control);
   // A map of an earlier run keeps its shape as well as its axes.
   if (arguments.map.empty()) options.positions = PositionsFor(place);
-  std::unique_ptr<FrameSource> source =
-      run.view.Watched(WithNotes(OpenFrames(arguments, result.cameras), run.notes));
+  RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
+  InputDigest input;
+  std::unique_ptr<FrameSource> frames = OpenFrames(arguments, result.cameras);
+  if (journal != nullptr) frames = WithDigest(std::move(frames), input);
+  std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
   CatchStopSignals();
-  ProgressLine progress_line(source->num_frames());
+  ProgressLine progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
-  RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
   const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
   std::optional<WorldAxes> saved_axes;
   if (!arguments.map.empty()) {
@@ -330,13 +354,13 @@ Result RunWithKnownCamera(const Run& run) {
   }
   const std::shared_ptr<AdoptedFiles::Run> files_of_run = files.BeginRun();
   Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files_of_run), options);
-  const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times};
+  const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times, input};
   if (resumes) {
     run.earlier = Resume(*journal, *source, journaled);
     run.record.resumed_after = run.earlier.last_frames;
     std::printf("resumed after frame %lld\n", static_cast<long long>(journal->last_frame()));
   }
-  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
@@ -414,7 +438,7 @@ Result RunWhileLearningCamera(const Run& run) {
   std::unique_ptr<FrameSource> source =
       run.view.Watched(WithNotes(OpenFrames(arguments, {{as_taken}}), run.notes));
   CatchStopSignals();
-  std::optional<ProgressLine> progress_line(source->num_frames());
+  std::optional<ProgressLine> progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
   SelfCalibrationSetup setup;
   setup.prior = prior.Resized(source->camera().width, source->camera().height);
@@ -434,7 +458,7 @@ Result RunWhileLearningCamera(const Run& run) {
   PipelineOptions options = arguments.pipeline;
   options.positions = PositionsFor(run.place);
   SelfCalibratingPipeline pipeline(std::move(setup), options, arguments.self_calibration);
-  RunView::Watch watch(run.view, pipeline, source->num_frames());
+  RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
     InterimWriter interim(run.writer, run.frames, run.record,
                           [&](std::uint64_t since) { return pipeline.Snapshot(since); });
@@ -461,7 +485,10 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
   try {
     NextViews next;
     if (!reconstruction.maps.empty()) next = ProposeNextViews(reconstruction.maps.front());
-    if (next.surface_su2 > 0) WriteNextViews(folder, next);
+    if (next.surface_su2 > 0) {
+      WriteNextViews(folder, next);
+      WriteNextViewsKml(folder, reconstruction.maps.front(), next, !run.record.are_photos);
+    }
     WriteRunReport(folder, {.reconstruction = reconstruction,
                             .record = run.record,
                             .notes = run.notes,
@@ -491,6 +518,8 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   const RunWriter writer = resumes ? RunWriter::OfRunToResume(output.of_run(), depth_files)
                                    : RunWriter(output.of_run(), depth_files);
   if (!journal && arguments.with_journal) journal.emplace(output.of_run(), record);
+  SurfelStorageOptions& surfels = arguments.pipeline.fusion.storage;
+  if (surfels.folder.empty()) surfels.folder = output.of_run().string();
   StageTimes times;
   FramesSoFar frames;
   WriteFailures failures;
@@ -560,6 +589,13 @@ void PrepareForLive(Arguments& arguments) {
   arguments.written.images = ImagePlacing::kNone;
 }
 
+// Live, no image is waited for and none is dear: the tracker takes what it has time for.
+void TakeEveryImageLive(FrameSourceOptions& source) {
+  if (source.stride != kStrideByMotion) return;
+  std::printf("--stride auto is for recordings that are not played live: every image is taken\n");
+  source.stride = 1;
+}
+
 int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   PrepareForLive(arguments);
   arguments.pipeline.Validate();
@@ -581,6 +617,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   // What is wrong with the input is said before anything is done or written.
   std::optional<GroundControl> control = ReadGroundControl(arguments.control);
   arguments.source.Validate();
+  if (arguments.pipeline.is_live) TakeEveryImageLive(arguments.source);
   arguments.live_input.Validate();
   arguments.live = ConnectWhereLive(arguments.input, arguments.live_input);
   const CameraModel camera =
@@ -598,6 +635,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   record.camera = arguments.camera.file;
   record.device = Info(*device);
   record.options = ListAll(arguments);
+  if (arguments.source.stride == kStrideByMotion) record.num_passed_over_images = 0;
   OutputFolder output(arguments.output, arguments.resumes);
   return KeepingOnFailure(output, [&] {
     return ReconstructInto(output, arguments, device, std::move(control), record);
@@ -657,6 +695,7 @@ int main(int argc, char** argv) {
                       "waits for depth, what there is no time for is dropped and counted; a camera "
                       "that is not known, or not held by --camera-fixed, is learned meanwhile");
   AddPresets(tool, arguments.pipeline);
+  AddMemoryLimit(tool, arguments.pipeline);
   tool.ShowInHelp(ShownOptions(), kReconstructExamples);
   arguments.view.AddOptions(tool.app());
   tool.AddOptions(mono3d::ListOptions(arguments.source));

@@ -15,7 +15,7 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer images;  // padded images, in words
-layout(binding = 1, std430) writeonly buffer Census {  // texels of four words, fine_census.glsl
+layout(binding = 1, std430) writeonly buffer Census {  // pairs of texels, fine_census.glsl
   uvec4 census[];
 };
 
@@ -24,9 +24,9 @@ layout(binding = 1, std430) writeonly buffer Census {  // texels of four words, 
 #include "depth/fine_census.glsl"
 #include "depth/three_words.glsl"
 
-// Of the four pixels in the middle of seven rows of three words; `texel` is that of the first
-// pixel.
-void StoreCensus(uvec3 r0, uvec3 r1, uvec3 r2, uvec3 r3, uvec3 r4, uvec3 r5, uvec3 r6, int texel) {
+// Of the four pixels in the middle of seven rows of three words; `pair` is that of the first two
+// pixels' texels.
+void StoreCensus(uvec3 r0, uvec3 r1, uvec3 r2, uvec3 r3, uvec3 r4, uvec3 r5, uvec3 r6, int pair) {
   const uint centre = r3.y;
   uint before, here, after;
   uint b0 = 0u, b1 = 0u, b2 = 0u, b3 = 0u;
@@ -46,9 +46,9 @@ void StoreCensus(uvec3 r0, uvec3 r1, uvec3 r2, uvec3 r3, uvec3 r4, uvec3 r5, uve
   PUT(b3, before); PUT(b3, LEFT(2)); PUT(b3, here); PUT(b3, RIGHT(2)); PUT(b3, after);
   const uvec4 words = uvec4(WORD(b0, b1, b2, b3, 0), WORD(b0, b1, b2, b3, 1),
                             WORD(b0, b1, b2, b3, 2), WORD(b0, b1, b2, b3, 3));
-  census[texel - 1].zw = words.xy;
-  census[texel] = words;
-  census[texel + 1].xy = words.zw;
+  census[pair - 1].w = words.x;
+  census[pair] = words.xyyz;
+  census[pair + 1].xyz = words.zww;
 }
 
 void main() {
@@ -69,11 +69,11 @@ void main() {
   const uvec3 r5 = ThreeWords(first + 5 * words_per_row);
   const uvec3 r6 = ThreeWords(first + 6 * words_per_row);
   const int stride = FineCensusTexelsPerRow(params.width_px);
-  const int texel = image * FineCensusTexels(params.width_px, params.height_px) +
-                    kFirstFineCensusTexel + row * stride + 2 * group;
-  StoreCensus(r0, r1, r2, r3, r4, r5, r6, texel);
+  const int pair = (image * FineCensusTexels(params.width_px, params.height_px) +
+                    kFirstFineCensusTexel + row * stride) / 2 + 2 * group;
+  StoreCensus(r0, r1, r2, r3, r4, r5, r6, pair);
   if (row + 1 < height) {
     const uvec3 r7 = ThreeWords(first + 7 * words_per_row);
-    StoreCensus(r1, r2, r3, r4, r5, r6, r7, texel + stride);
+    StoreCensus(r1, r2, r3, r4, r5, r6, r7, pair + stride / 2);
   }
 }

@@ -5,7 +5,8 @@
 //   L(p, d) = min(255, C(p, d) + min(L'(q, d'), L'(q, d' +- 1) + P1, P2)),  q = p - step,
 // where d' is the plane of q on p's surface (SGM^sn) and L' = L - min L. From planes that q was not
 // matched on, the only way is a jump, P2. One invocation a scanline; the path is held as bytes, so
-// that a change of range is a shift of bytes. Diagonal scanlines wrap around at the left and right
+// that a change of range is a shift of bytes. The last direction does not store its path but finds
+// the winner of each pixel by the sum over all. Diagonal scanlines wrap around at the left and right
 // border and start anew there, so that all take the same number of steps.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -14,18 +15,29 @@
 #include "depth/fine_sgm.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const int kPathsBefore = 0;   // of the last direction: 3 or 7, else 0
+layout(constant_id = 1) const bool kSubPlane = true;  // fine_winner.glsl
 
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer costs;  // fine_sweep.comp
 layout(binding = 1, rg32ui) uniform readonly uimageBuffer ranges;   // prior.comp
-layout(binding = 2, rgba32ui) uniform readonly uimageBuffer p2;  // by difference of grey values, 256
-// L as bytes, a texel of 16 a pixel as the costs; the volumes of directions one after the other.
-layout(binding = 3, std430) writeonly buffer Paths {
+// Of the last direction: the paths of the first four directions and of the other four.
+layout(binding = 2, rgba32ui) uniform readonly uimageBuffer first_paths;
+layout(binding = 3, rgba32ui) uniform readonly uimageBuffer more_paths;
+// Of the others: L as bytes, a texel of 16 a pixel as the costs; the volumes of directions one
+// after the other.
+layout(binding = 4, std430) writeonly buffer Paths {
   uvec4 paths[];
 };
+// Of the last direction, in rows without padding.
+layout(binding = 5, std430) writeonly buffer InverseDepth {  // 1/su; 0 or less: no estimate
+  float inverse_depth[];
+};
+layout(binding = 6, std430) writeonly buffer Uniqueness {  // 0 to 1
+  float uniqueness[];
+};
 
-#define WORDS p2
 #include "depth/fine_volume.glsl"
-#include "depth/three_words.glsl"
+#include "depth/fine_winner.glsl"
 
 const uint kNone = 0xffffffffu;  // four planes that the pixel before was not matched on
 
@@ -53,6 +65,13 @@ void ShiftBytes(uvec4 path, int first, out uint v[5]) {
   }
 }
 
+// P2 between pixels whose grey values differ by so much; what is added keeps quotients that are
+// whole numbers from being rounded to one less: others are 1/510 or more below one.
+uint JumpPenalty(int difference) {
+  const float falling = params.p2_times_gradient / (params.gradient + float(difference)) + 5e-4;
+  return max(uint(falling), params.min_p2);
+}
+
 void main() {
   const int width = int(params.width_px);
   const int height = int(params.height_px);
@@ -61,6 +80,7 @@ void main() {
   const uint p1 = params.p1;
   const int jump_shift = 4 * int(params.direction);
   const int first_texel = int(params.first_texel);
+  const int volume = FinePixel((width + 7) & ~7, 0, height);  // of a direction
   const int scanline = int(gl_GlobalInvocationID.x);
   const bool is_row = step_y == 0;
   if (scanline >= (is_row ? height : width)) return;
@@ -78,9 +98,7 @@ void main() {
     const int range = range_and_jumps.x;
     const int jump = bitfieldExtract(range_and_jumps.y, jump_shift, 4);
     const int difference = abs(((range >> 16) & 0xff) - ((range_before >> 16) & 0xff));
-    const int entry = starts ? 0 : difference;
-    // A word of a texel: a load of the word alone would be a gather, which nothing overtakes.
-    const uint penalty = CutWord(imageLoad(p2, entry >> 2), entry);
+    const uint penalty = JumpPenalty(starts ? 0 : difference);
     const int moved = (range & 0xffff) - (range_before & 0xffff) - jump;
     range_before = range;
     uint shifted[5];
@@ -103,7 +121,19 @@ void main() {
       }
       result[w] = packed;
     }
-    paths[first_texel + pixel] = result;
+    if (kPathsBefore == 0) {
+      paths[first_texel + pixel] = result;
+    } else {
+      PathSums sums = PathSums(uvec4(0), uvec4(0));
+      AddPath(sums, result);
+      [[unroll]] for (int i = 0; i < kPathsBefore; ++i) {
+        const int texel = (i & 3) * volume + pixel;
+        AddPath(sums, i < 4 ? imageLoad(first_paths, texel) : imageLoad(more_paths, texel));
+      }
+      const vec2 winner = WinnerOf(sums, cost, uint(range & 0xffff));
+      inverse_depth[y * width + x] = winner.x;
+      uniqueness[y * width + x] = winner.y;
+    }
     path = result - uvec4(least * 0x01010101u);
 
     x += step_x;

@@ -11,12 +11,13 @@
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_vote : require
 
 #include "depth/fine_sweep.params.h"
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, rgba32ui) uniform readonly uimageBuffer census;  // fine_census.comp
+layout(binding = 0, rg32ui) uniform readonly uimageBuffer census;  // fine_census.comp
 layout(binding = 1, rgba32f) uniform readonly imageBuffer projections;
 layout(binding = 2, rg32ui) uniform readonly uimageBuffer ranges;  // prior.comp
 // 16 bytes of each pixel, in the order of fine_volume.glsl, the farthest plane first.
@@ -72,25 +73,16 @@ struct Side {
   uint num_visible;
 };
 
-// Of the bits of each byte.
-uvec4 ByteSums(uvec4 bits) {
-  const uvec4 pairs = bits - ((bits >> 1) & 0x55555555u);
-  const uvec4 nibbles = (pairs & 0x33333333u) + ((pairs >> 2) & 0x33333333u);
-  return (nibbles + (nibbles >> 4)) & 0x0f0f0f0fu;
-}
-
 void AddSource(inout Side side, int source, vec2 at, uvec4 reference) {
   const vec4 limits = bounds[source];
   const bool visible =
       at.x >= limits.x && at.y >= limits.y && at.x < limits.z && at.y < limits.w;
   const ivec2 corner = visible ? ivec2(at) : ivec2(0);
   const int texel = kFirstFineCensusTexel + (source + 1) * image_texels +
-                    corner.y * texels_per_row + (corner.x >> 1);
-  const uvec4 above = imageLoad(census, texel);
-  const uvec4 below = imageLoad(census, texel + texels_per_row);
+                    corner.y * texels_per_row + corner.x;
   const uvec4 words =
-      (corner.x & 1) != 0 ? uvec4(above.yz, below.yz) : uvec4(above.xy, below.xy);
-  const uvec4 distances = ByteSums(words ^ reference);
+      uvec4(imageLoad(census, texel).xy, imageLoad(census, texel + texels_per_row).xy);
+  const uvec4 distances = uvec4(bitCount(words ^ reference));
   side.sums += visible ? distances : uvec4(0);
   side.num_visible += visible ? 1u : 0u;
 }
@@ -98,8 +90,8 @@ void AddSource(inout Side side, int source, vec2 at, uvec4 reference) {
 uvec4 SideCosts(Side side) {
   const uvec4 costs =
       kSourcesPerSide <= 2
-          ? (side.sums * (side.num_visible == 2u ? 0x02020202u : 0x04040404u)) >> 24
-          : uvec4(vec4((side.sums * 0x01010101u) >> 24) * (4.0 / float(max(side.num_visible, 1u))) + 0.5);
+          ? side.sums << (side.num_visible == 2u ? 1 : 2)
+          : uvec4(vec4(side.sums) * (4.0 / float(max(side.num_visible, 1u))) + 0.5);
   return side.num_visible > 0u ? costs : uvec4(kInvalidCost);
 }
 
@@ -122,7 +114,7 @@ void StoreCosts(uvec4 words, bool narrow, int x, int y) {
 }
 
 void MatchBlock(Source sources[kMaxSources], int x, int y, float row) {
-  const int texel = kFirstFineCensusTexel + y * texels_per_row + (x >> 1);
+  const int texel = kFirstFineCensusTexel + y * texels_per_row + x;
   const int texel_below = texel + (y + 1 < int(params.height_px) ? texels_per_row : 0);
   const uvec4 reference = uvec4(imageLoad(census, texel).xy, imageLoad(census, texel_below).xy);
   const uint range = imageLoad(ranges, FinePixel(x, y, int(params.height_px))).x;
@@ -136,11 +128,18 @@ void MatchBlock(Source sources[kMaxSources], int x, int y, float row) {
     lines[s] = LineOf(sources[s], row, first, last, shown);
   }
   uvec4 words[4] = uvec4[](uvec4(0), uvec4(0), uvec4(0), uvec4(0));  // of each pixel
-  const int num_words = narrow ? 2 : 4;
-  for (int word = 0; word < num_words; ++word) {
+  // As many for all lanes, since the software driver keeps what is used after a loop only of lanes
+  // that leave it together. And the test is at the end: what comes after a test at the start is
+  // run once more there, for no lane.
+  const int num_words = subgroupAny(!narrow) ? 4 : 2;
+  for (int word = 0;;) {
     uvec4 bytes = uvec4(0);
     [[unroll]] for (int i = 0; i < 4; ++i) bytes |= NextCosts(lines, reference) << (8 * i);
-    [[unroll]] for (int i = 0; i < 4; ++i) words[i] = uvec4(words[i].yzw, bytes[i]);
+    const bool wanted = word < 2 || !narrow;
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      words[i] = wanted ? uvec4(words[i].yzw, bytes[i]) : words[i];
+    }
+    if (++word >= num_words) break;
   }
   StoreCosts(words[0], narrow, x, y);
   StoreCosts(words[1], narrow, x + 1, y);
@@ -162,7 +161,9 @@ void main() {
     bounds[s] = sources[s].bounds;
   }
   const int num_rows = min(2 * kBlocksPerInvocation, height - first_row);
-  for (int row = 0; row < num_rows; row += 2) {
+  for (int row = 0;;) {
     MatchBlock(sources, x, first_row + row, float(row));
+    row += 2;
+    if (row >= num_rows) break;
   }
 }

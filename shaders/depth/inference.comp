@@ -6,7 +6,7 @@
 // distance and likeness of grey values. It is believed where planes that won the sweep, though not
 // clearly enough to be an estimate, are near: that of the second nearest of five pixels around
 // counts; and where enough sources see it. Confidence falls with the distance from it, and is never above kMostConfidence. No
-// estimate elsewhere, and in the sky. One pixel an invocation.
+// estimate elsewhere, and in the sky. One pixel an invocation; a quarter of a tile is a workgroup.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,19 +17,22 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, r32f) uniform readonly imageBuffer depth;       // su; 0: was not matched
-layout(binding = 1, r32f) uniform readonly imageBuffer winners;     // fine_winner.comp
+layout(binding = 1, r32f) uniform readonly imageBuffer winners;     // fine_winner.glsl
 layout(binding = 2, rgba32f) uniform readonly imageBuffer state;    // half resolution
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer image;  // padded, full resolution
 layout(binding = 4, r32ui) uniform readonly uimageBuffer sky;       // not 0: sky
 layout(binding = 5, rgba32f) uniform readonly imageBuffer projections;  // projections.glsl
-layout(binding = 6, std430) writeonly buffer InverseDepth {  // 1/su, also where it was matched
+layout(binding = 6, r32ui) uniform readonly uimageBuffer tiles;  // inference_tiles.glsl
+// Only what is inferred is written.
+layout(binding = 7, std430) writeonly buffer InverseDepth {  // 1/su
   float inverse_depth[];
 };
-layout(binding = 7, std430) writeonly buffer Confidence {  // 0 where nothing is inferred
+layout(binding = 8, std430) writeonly buffer Confidence {
   float confidence[];
 };
 
 #include "depth/inference.glsl"
+#include "depth/inference_tiles.glsl"
 #include "depth/projections.glsl"
 #include "depth/sources.glsl"
 #define WORDS image
@@ -74,8 +77,10 @@ float NumViews(int x, int y, float w) {
 }
 
 void main() {
-  const int x = int(gl_GlobalInvocationID.x);
-  const int y = int(gl_GlobalInvocationID.y);
+  const ivec2 corner = TileCorner(params.width_px);
+  const int local = int(gl_LocalInvocationID.x);
+  const int x = corner.x + (local & (kTileWidth - 1));
+  const int y = corner.y + 2 * int(gl_WorkGroupID.z) + local / kTileWidth;
   if (x >= int(params.width_px) || y >= int(params.height_px)) return;
   const int pixel = y * int(params.width_px) + x;
   const int half_width = int(params.width_px + 1u) / 2;
@@ -101,8 +106,8 @@ void main() {
                         difference <= params.max_difference &&
                         NumViews(x, y, w) >= params.min_views &&
                         imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
-  inverse_depth[pixel] = matched > 0.0 ? 1.0 / matched : (inferred ? w : 0.0);
-  confidence[pixel] = inferred ? clamp(sums.y / sums.z / (1.0 + difference * difference),
-                                       kLeastConfidence, kMostConfidence)
-                               : 0.0;
+  if (!inferred) return;
+  inverse_depth[pixel] = w;
+  confidence[pixel] = clamp(sums.y / sums.z / (1.0 + difference * difference), kLeastConfidence,
+                            kMostConfidence);
 }

@@ -23,6 +23,10 @@ layout(binding = 4, r32ui) uniform readonly uimageBuffer sky;          // not 0:
 layout(binding = 5, std430) writeonly buffer Data {
   vec4 data[];
 };
+// At full resolution: the inverse depth of what was matched, before anything is inferred.
+layout(binding = 6, std430) writeonly buffer Whole {
+  float whole[];
+};
 
 #include "depth/inference.glsl"
 #define WORDS image
@@ -47,7 +51,9 @@ void main() {
     const int pixel = inside ? row * int(params.width_px) + column : 0;
     const float w = imageLoad(inverse_depth, pixel).x;
     const float sure = imageLoad(confidence, pixel).x;
-    const bool textured = imageLoad(depth, pixel).x > 0.0;
+    const float matched = imageLoad(depth, pixel).x;
+    const bool textured = matched > 0.0;
+    if (inside) whole[pixel] = textured ? 1.0 / matched : 0.0;
     const float weight = textured ? kMatchedWeight + kConfidenceWeight * sure : kUntexturedWeight;
     if (inside && w > 0.0) {
       sums += weight * vec3(1.0, w, textured ? sure : kUntexturedConfidence * sure);

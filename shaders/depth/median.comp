@@ -12,15 +12,16 @@
 #include "depth/median.params.h"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool kWithConfidence = true;  // else it is 0
+layout(constant_id = 0) const bool kWithConfidence = true;  // else it is not written
+layout(constant_id = 1) const bool kWholeTexels = true;     // rows are whole texels
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
 layout(binding = 1, rgba32f) uniform readonly imageBuffer confidence;     // 0 to 1
 layout(binding = 2, std430) writeonly buffer MedianDepth {                // as inverse_depth
-  float median_depth[];
+  vec4 median_depth[];
 };
 layout(binding = 3, std430) writeonly buffer MedianConfidence {  // as confidence
-  float median_confidence[];
+  vec4 median_confidence[];
 };
 
 #include "depth/map_row.glsl"
@@ -78,8 +79,8 @@ void main() {
       RepeatBorder(4 * group - 4, width, confidences[dy]);
     }
   }
+  vec4 medians, means;
   [[unroll]] for (int p = 0; p < 4; ++p) {
-    const int x = 4 * group + p;
     // Pixels without estimate become plus and minus infinity in turn, so that the middle of all 25
     // is the middle of the rest.
     int value[25];
@@ -101,10 +102,9 @@ void main() {
       if (kWithConfidence) sum += agrees ? confidences[i / 5][p + 2 + i % 5] : 0.0;
     }
     const bool valid = middle > 0 && middle < kInfinity && support >= params.min_support;
-    if (x < width) {
-      const int pixel = y * width + x;
-      median_depth[pixel] = valid ? median : 0.0;
-      median_confidence[pixel] = valid ? sum / 25.0 : 0.0;
-    }
+    medians[p] = valid ? median : 0.0;
+    means[p] = valid ? sum / 25.0 : 0.0;
   }
+  STORE_FOUR(median_depth, width, 4 * group, y, medians)
+  if (kWithConfidence) STORE_FOUR(median_confidence, width, 4 * group, y, means)
 }

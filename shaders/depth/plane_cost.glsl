@@ -30,43 +30,31 @@ View ViewOf(bool visible, int index) {
   return View(visible, imageLoad(census, visible ? index : 0).xy ^ reference);
 }
 
-// Sums of the bits of each pair, then of each four.
-uint PairSums(uint bits) { return bits - ((bits >> 1) & 0x55555555u); }
-uint NibbleSums(uint pairs) { return (pairs & 0x33333333u) + ((pairs >> 2) & 0x33333333u); }
-
-// The set bits of four words, in four bytes of at most 32.
-uint ByteSums(uvec2 first, uvec2 second) {
-  // Three of the four words as sum and carry: a full adder in each bit.
-  const uint sum = first.x ^ first.y ^ second.x;
-  const uint carry = (first.x & first.y) | (second.x & (first.x ^ first.y));
-  const uint ones = NibbleSums(PairSums(sum)) + NibbleSums(PairSums(second.y));  // up to 8
-  const uint twos = NibbleSums(PairSums(carry));
-  return (ones & 0x0f0f0f0fu) + ((ones >> 4) & 0x0f0f0f0fu) +
-         2u * ((twos & 0x0f0f0f0fu) + ((twos >> 4) & 0x0f0f0f0fu));
+uint NumBits(uvec2 words) {
+  const ivec2 bits = bitCount(words);
+  return uint(bits.x + bits.y);
 }
-
-uint SumOfBytes(uint bytes) { return (bytes * 0x01010101u) >> 24; }
 
 // Of one or two sources: the sum of their Hamming distances, or twice that of the one that sees the
 // point.
 uint CostOfTwo(View a, View b) {
   const uvec2 first = a.visible ? a.difference : b.difference;
   const uvec2 second = b.visible ? b.difference : a.difference;
-  return a.visible || b.visible ? SumOfBytes(ByteSums(first, second)) : kInvalidCost;
+  return a.visible || b.visible ? NumBits(first) + NumBits(second) : kInvalidCost;
 }
 
 // Of three or four: twice the mean of those that see the point, rounded. At most 4 * 62 bits.
 uint CostOfMore(View a, View b, View c, View d) {
   const uvec2 none = uvec2(0);
-  const uint bytes =
-      ByteSums(a.visible ? a.difference : none, b.visible ? b.difference : none) +
-      ByteSums(c.visible ? c.difference : none, d.visible ? d.difference : none);
+  const uint sum =
+      NumBits(a.visible ? a.difference : none) + NumBits(b.visible ? b.difference : none) +
+      NumBits(c.visible ? c.difference : none) + NumBits(d.visible ? d.difference : none);
   const int num_visible = int(a.visible) + int(b.visible) + int(c.visible) + int(d.visible);
   const float doubled_share = num_visible == 4   ? 0.5
                               : num_visible == 3 ? 2.0 / 3.0
                               : num_visible == 2 ? 1.0
                                                  : 2.0;
-  const uint cost = uint(float(SumOfBytes(bytes)) * doubled_share + 0.5);
+  const uint cost = uint(float(sum) * doubled_share + 0.5);
   return num_visible > 0 ? cost : kInvalidCost;
 }
 

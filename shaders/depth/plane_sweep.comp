@@ -70,17 +70,19 @@ void main() {
   const uint num_chunks = params.padded_planes / 16u;
   const uint first = (uint(y) * params.width_px + uint(x)) * num_chunks;
   float k = 0.0;  // plane
-  for (uint chunk = 0u; chunk < num_chunks; ++chunk) {
+  for (uint chunk = 0u;;) {
     uvec4 words;
-    for (uint i = 0u; i < 4u; ++i) {
+    for (uint i = 0u;;) {
       uint word = 0u;
-      for (uint j = 0u; j < 4u; ++j) {
+      [[unroll]] for (uint j = 0u; j < 4u; ++j) {
         const uint cost = Cost(first_inverse_depth + k * inverse_depth_step);
         word = (word >> 8) | ((k < num_planes ? cost : kInvalidCost) << 24);
         k += 1.0;
       }
       words = uvec4(words.yzw, word);
+      if (++i == 4u) break;
     }
     costs[first + chunk] = words;
+    if (++chunk >= num_chunks) break;
   }
 }

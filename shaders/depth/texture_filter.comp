@@ -10,17 +10,20 @@
 #include "depth/texture_filter.params.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kWholeTexels = true;  // rows of the maps are whole texels
 
 // dog.comp: rows of whole texels of four pixels.
 layout(binding = 0, rgba32ui) uniform readonly uimageBuffer response;
-layout(binding = 1, r32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
-layout(binding = 2, r32f) uniform readonly imageBuffer confidence;     // 0 to 1
-layout(binding = 3, std430) writeonly buffer Depth {                   // su; 0: no estimate
-  float depth[];
+layout(binding = 1, rgba32f) uniform readonly imageBuffer inverse_depth;  // 1/su; 0: no estimate
+layout(binding = 2, rgba32f) uniform readonly imageBuffer confidence;     // 0 to 1
+layout(binding = 3, std430) writeonly buffer Depth {                      // su; 0: no estimate
+  vec4 depth[];
 };
 layout(binding = 4, std430) writeonly buffer Filtered {  // confidence, 0 where there is no depth
-  float filtered_confidence[];
+  vec4 filtered_confidence[];
 };
+
+#include "depth/map_row.glsl"
 
 void main() {
   const int width = int(params.width_px);
@@ -34,7 +37,7 @@ void main() {
   uint columns[12];
   [[unroll]] for (int i = 0; i < 12; ++i) columns[i] = 0u;
   uint last_column = 0u;
-  for (int dy = -3; dy <= 3; ++dy) {
+  [[unroll]] for (int dy = -3; dy <= 3; ++dy) {
     const int row = groups_per_row * clamp(y + dy, 0, height - 1);
     [[unroll]] for (int g = 0; g < 3; ++g) {
       const uvec4 texel = imageLoad(response, row + clamp(group + g - 1, 0, groups_per_row - 1));
@@ -48,16 +51,17 @@ void main() {
   [[unroll]] for (int i = 4; i < 12; ++i) {
     columns[i] = 4 * group - 4 + i > last ? last_column : columns[i];
   }
+  float w[12], sure[12];
+  LOAD_MAP_ROW(inverse_depth, width, height, group, y, w)
+  LOAD_MAP_ROW(confidence, width, height, group, y, sure)
+  vec4 depths, confidences;
   [[unroll]] for (int i = 0; i < 4; ++i) {
-    const int x = 4 * group + i;
     uint sum = 0u;
     [[unroll]] for (int dx = 0; dx <= 8; ++dx) sum += columns[i + dx];
-    const int pixel = y * width + x;
-    if (x <= last) {
-      const float w = imageLoad(inverse_depth, pixel).x;
-      const bool valid = w > 0.0 && sum >= params.min_response_sum;
-      depth[pixel] = valid ? 1.0 / w : 0.0;
-      filtered_confidence[pixel] = valid ? imageLoad(confidence, pixel).x : 0.0;
-    }
+    const bool valid = w[4 + i] > 0.0 && sum >= params.min_response_sum;
+    depths[i] = valid ? 1.0 / w[4 + i] : 0.0;
+    confidences[i] = valid ? sure[4 + i] : 0.0;
   }
+  STORE_FOUR(depth, width, 4 * group, y, depths)
+  STORE_FOUR(filtered_confidence, width, 4 * group, y, confidences)
 }

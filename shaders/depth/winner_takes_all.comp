@@ -49,22 +49,24 @@ void main() {
   const int first_texel = pixel * num_texels;
 
   uint best_key = 0xffffffffu;
-  for (int t = 0; t < num_texels; ++t) {
+  for (int t = 0;;) {
     const uvec4 texel = imageLoad(sums, first_texel + t);
     [[unroll]] for (int i = 0; i < 4; ++i) {
       const uint plane = uint(8 * t + 2 * i);
       best_key = min(best_key, min(Key(texel[i] & 0xffffu, plane), Key(texel[i] >> 16, plane + 1u)));
     }
+    if (++t >= num_texels) break;  // at the end: see fine_sweep.comp
   }
   const uint best = best_key & 0xffffu;
   uint second_key = 0xffffffffu;
-  for (int t = 0; t < num_texels; ++t) {
+  for (int t = 0;;) {
     const uvec4 texel = imageLoad(sums, first_texel + t);
     [[unroll]] for (int i = 0; i < 4; ++i) {
       const uint plane = uint(8 * t + 2 * i);
       second_key = min(second_key, min(FarKey(texel[i] & 0xffffu, plane, best),
                                        FarKey(texel[i] >> 16, plane + 1u, best)));
     }
+    if (++t >= num_texels) break;
   }
 
   const uint cost_word = imageLoad(costs, pixel * 2 * num_texels + int(best >> 2)).x;

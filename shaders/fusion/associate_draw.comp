@@ -24,5 +24,5 @@ void main() {
   if (Says(said, kSeenThrough)) return;
   const uint cell = IndexCellOf(placed.p_cam, placed.n_cam);
   if (cell == kNoCell) return;
-  atomicMin(index_map[cell], (uint64_t(floatBitsToUint(placed.p_cam.z)) << 32) | uint64_t(i));
+  atomicMin(index_map[cell], (uint64_t(floatBitsToUint(placed.p_cam.z)) << 32) | uint64_t(ItemIndex()));
 }

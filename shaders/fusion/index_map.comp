@@ -6,7 +6,8 @@
 #extension GL_EXT_shader_atomic_int64 : require
 
 // The index map in one pass: depth and number of the surfel in one 64-bit word, the smallest wins.
-// Of two surfels at one depth that is the one with the smaller number, in whatever order they come.
+// Of two surfels at one depth that is the one that comes first in the list of blocks, in whatever
+// order they come.
 #include "fusion/index_map.glsl"
 
 // Per cell; all bits set: empty.
@@ -18,5 +19,5 @@ void main() {
   uint depth_bits;
   const uint cell = IndexCell(i, depth_bits);
   if (cell == kNoCell) return;
-  atomicMin(index_map[cell], (uint64_t(depth_bits) << 32) | uint64_t(i));
+  atomicMin(index_map[cell], (uint64_t(depth_bits) << 32) | uint64_t(ItemIndex()));
 }

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Turns the selected pixels into surfels, behind those that are there, in the order of the pixels.
+// Turns the selected pixels into surfels, in the listed blocks, in the order of the pixels.
 // The depth map is their anchor: they lie in its camera's frame. The last block is filled up with
 // slots that count as removed.
 #include "fusion/surfel.glsl"
@@ -13,15 +13,16 @@ layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x w
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
 layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
 layout(binding = 3, r32ui) uniform readonly uimageBuffer new_pixels;  // in their order
-layout(binding = 4, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
-layout(binding = 5, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
-layout(binding = 6, std430) writeonly buffer History { uvec4 history[]; };
+layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to fill
+layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
+layout(binding = 6, std430) writeonly buffer NormalWeight { vec4 normal_weight[]; };
+layout(binding = 7, std430) writeonly buffer History { uvec4 history[]; };
 
 void main() {
-  const uint slot = params.num_surfels + ItemIndex();
+  const uint num_blocks = (params.num_new + kSurfelsPerBlock - 1u) / kSurfelsPerBlock;
+  if (WorkGroupIndex() >= num_blocks) return;
+  const uint slot = SurfelOfBlock(imageLoad(blocks, int(WorkGroupIndex())).x);
   if (ItemIndex() >= params.num_new) {
-    const uint num_blocks = (params.num_new + kSurfelsPerBlock - 1u) / kSurfelsPerBlock;
-    if (ItemIndex() >= num_blocks * kSurfelsPerBlock) return;
     position_radius[slot] = normal_weight[slot] = vec4(0.0);
     history[slot] = uvec4(0u, 0u, 0u, params.map_index);
     return;

@@ -12,14 +12,15 @@
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
 layout(binding = 2, rgba32ui) uniform readonly uimageBuffer history;        // per surfel
-layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
+layout(binding = 3, r32ui) uniform readonly uimageBuffer index_map;  // per cell: place in the list, depth
 layout(binding = 4, r32ui) uniform readonly uimageBuffer candidates;  // surfels to work on
-// Per anchor the end of the surfels of other parts that are older.
+// Per anchor the end of the surfels of other parts that are older, in the list.
 layout(binding = 5, r32ui) uniform readonly uimageBuffer end_of_older;
 layout(binding = 6, r32ui) uniform readonly uimageBuffer num_candidates;  // one
 layout(binding = 7, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
-layout(binding = 8, std430) writeonly buffer Target { uint target[]; };  // kNoSurfel before
-layout(binding = 9, std430) writeonly buffer Marked { uint is_marked[]; };  // per block; 0 before
+layout(binding = 8, r32ui) uniform readonly uimageBuffer blocks;  // drawn in index_map
+layout(binding = 9, std430) writeonly buffer Target { uint target[]; };  // kNoSurfel before
+layout(binding = 10, std430) writeonly buffer Marked { uint is_marked[]; };  // per block; 0 before
 
 // Footprints of pixels lie apart by this share of a surfel's radius.
 const float kFootprintPerRadius = 0.7071;
@@ -79,8 +80,15 @@ bool IsSamePlace(Seen seen, vec3 other_p_cam, float other_radius) {
   return length(along_surface) <= kFootprintPerRadius * min(seen.radius, other_radius);
 }
 
+// The surfel in a cell.
+uint SurfelIn(uint cell) {
+  const uint listed = imageLoad(index_map, int(2u * cell)).x;
+  const uint block = imageLoad(blocks, int(listed / kSurfelsPerBlock)).x;
+  return block * kSurfelsPerBlock + listed % kSurfelsPerBlock;
+}
+
 bool IsSameSurface(Seen seen, uint cell) {
-  const uint j = imageLoad(index_map, int(2u * cell)).x;
+  const uint j = SurfelIn(cell);
   const float inverse_depth = 1.0 / uintBitsToFloat(imageLoad(index_map, int(2u * cell + 1u)).x);
   const vec4 other_normal = imageLoad(normal_weight, int(j));
   const vec4 other_position = imageLoad(position_radius, int(j));
@@ -110,7 +118,7 @@ uint FindTarget(uint i) {
                          SurfelSigma(inverse_depth, WeightToCamera(surfel_normal.w)));
   const uint cell = NearestCell(imageLoad(end_of_older, anchor).x, p_cam, seen);
   if (cell == kNoSurfel || !IsSameSurface(seen, cell)) return kNoSurfel;
-  return imageLoad(index_map, int(2u * cell)).x;
+  return SurfelIn(cell);
 }
 
 void main() {

@@ -12,12 +12,13 @@
 
 layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
-layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;  // per cell: number, depth
+layout(binding = 2, r32ui) uniform readonly uimageBuffer index_map;  // per cell: place in the list, depth
 layout(binding = 3, rgba32f) uniform readonly imageBuffer normal_weight;  // per surfel
 layout(binding = 4, r32ui) uniform readonly uimageBuffer anchor_of_block;
 layout(binding = 5, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
 layout(binding = 6, r32ui) uniform readonly uimageBuffer blocks;  // of pixels, to work on
-layout(binding = 7, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
+layout(binding = 7, r32ui) uniform readonly uimageBuffer surfel_blocks;  // drawn in index_map
+layout(binding = 8, std430) buffer Selected { uint selected[]; };  // 32 pixels a word; zero before
 
 const uint kNoSurfel = 0xFFFFFFFFu;
 
@@ -119,7 +120,9 @@ bool Covered(ivec2 pixel, vec3 n_cam, float measured) {
     LookFarther(search, first, margin, size);
   }
   if (search.cell == kNoSurfel) return false;
-  const uint surfel = imageLoad(index_map, int(2u * search.cell)).x;
+  const uint listed = imageLoad(index_map, int(2u * search.cell)).x;
+  const uint block = imageLoad(surfel_blocks, int(listed / kSurfelsPerBlock)).x;
+  const uint surfel = block * kSurfelsPerBlock + listed % kSurfelsPerBlock;
   return SameSurface(surfel, search.inverse_depth, search.difference, measured, n_cam);
 }
 

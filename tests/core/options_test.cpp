@@ -43,6 +43,26 @@ TEST(ListOptions, RefersToTheVariablesThemselves) {
   EXPECT_EQ(options.ratio, 0.25);
 }
 
+struct WithWord {
+  int stride = 1;
+  double ratio = -1;
+  void Visit(OptionVisitor& visit) {
+    visit("stride", stride, "every n-th, or auto", {{"auto", -1}, {"none", 0}});
+    visit("ratio", ratio, "a share");
+  }
+};
+
+TEST(WordOf, IsThatOfTheValueWhereThereIsOne) {
+  WithWord options;
+  const std::vector<OptionField> fields = ListOptions(options);
+  EXPECT_FALSE(WordOf(fields[0]).has_value());
+  options.stride = -1;
+  EXPECT_EQ(WordOf(fields[0]), "auto");
+  options.stride = 0;
+  EXPECT_EQ(WordOf(fields[0]), "none");
+  EXPECT_FALSE(WordOf(fields[1]).has_value());  // has no words
+}
+
 TEST(RequireOption, NamesTheOptionAndBothValues) {
   RequireOption(true, "depth.sgm.p1", "more than 0", -3);
   try {

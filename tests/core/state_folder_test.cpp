@@ -209,6 +209,17 @@ TEST_F(StateFolderTest, DamageIsOneLineThatNamesTheFile) {
   }
 }
 
+// Of a file with a hole, of which nothing is on the disk.
+TEST_F(StateFolderTest, AManifestThatIsTooLongIsNotReadIntoMemory) {
+  {
+    StateFolder folder(State());
+    folder.Put("a", "one");
+    (void)folder.Commit();
+  }
+  std::filesystem::resize_file(State() / "manifest", std::uintmax_t{1} << 40U);
+  EXPECT_NE(MessageOf([&] { (void)StateFolder(State()); }).find("too long"), std::string::npos);
+}
+
 TEST_F(StateFolderTest, WhatCannotBeWrittenIsToldAndTheStateStays) {
   StateFolder folder(State());
   folder.Put("a", "one");

@@ -55,7 +55,7 @@ TEST(FineCensus, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSizes) {
     const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
-    const Buffer census = MakeBuffer<std::uint32_t>(4 * 2 * NumFineCensusTexels(size));
+    const Buffer census = MakeBuffer<std::uint32_t>(2 * 2 * NumFineCensusTexels(size));
     Recorder recorder(TestDevice());
     TestKernels().FineCensus(recorder, ImagesToBuffer(images), size, 2, census);
     recorder.Submit();

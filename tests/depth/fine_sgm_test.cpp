@@ -19,8 +19,13 @@ std::vector<FineVolume> PathsOnDevice(const FineVolume& costs, const std::vector
   const Buffer paths = MakeBuffer<std::uint8_t>(bytes);
   const Buffer more_paths = MakeBuffer<std::uint8_t>(bytes);
   Recorder recorder(TestDevice());
-  TestKernels().FineSgm(recorder, size, UploadPenalties(TestDevice(), options), kNumPaths,
-                        {FineToBuffer(ranges, size), FineToBuffer(costs, size), paths, more_paths});
+  const SgmPenalties penalties = UploadPenalties(TestDevice(), options);
+  const Buffer range_buffer = FineToBuffer(ranges, size);
+  const Buffer cost_buffer = FineToBuffer(costs, size);
+  for (std::uint32_t path = 0; path < kNumPaths; ++path) {
+    TestKernels().FinePath(recorder, size, penalties, path,
+                           {range_buffer, cost_buffer, paths, more_paths});
+  }
   recorder.Submit();
   std::vector<FineVolume> result;
   for (std::size_t i = 0; i < kNumPaths; ++i) {
@@ -37,21 +42,31 @@ std::array<std::uint8_t, 16> OnlyGood(int plane, int first_plane) {
   return costs;
 }
 
+void ExpectPathsEqualReference(LevelSize size, const SgmOptions& options, std::mt19937& random) {
+  const FineVolume costs = RandomFineVolume(size, 255, random);
+  const auto ranges = RandomFineRanges(size, random);
+  const auto found = PathsOnDevice(costs, ranges, size, options);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i],
+              reference::FinePath(costs, ranges, static_cast<int>(size.width_px),
+                                  static_cast<int>(i), options.p1, JumpPenalties(options)))
+        << size.width_px << "x" << size.height_px << ", direction " << i;
+  }
+}
+
 // SGM^sn (paper, section 3.2): jumps that follow the normals of the level above are free.
 TEST(FineSgm, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
-  const SgmOptions options;
+  // The kernel divides with floats what the reference divides with whole numbers.
+  const SgmOptions other_penalties[] = {{.p1 = 5, .p2 = 130, .min_p2 = 5, .gradient = 1},
+                                        {.p1 = 5, .p2 = 126, .min_p2 = 6, .gradient = 7},
+                                        {.p1 = 5, .p2 = 129, .min_p2 = 7, .gradient = 255}};
+  for (const SgmOptions& options : other_penalties) {
+    ExpectPathsEqualReference({17, 33}, options, random);
+  }
   for (const LevelSize size :
        {LevelSize{1, 1}, LevelSize{17, 33}, LevelSize{70, 9}, LevelSize{1, 40}}) {
-    const FineVolume costs = RandomFineVolume(size, 255, random);
-    const auto ranges = RandomFineRanges(size, random);
-    const auto found = PathsOnDevice(costs, ranges, size, options);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      EXPECT_EQ(found[i],
-                reference::FinePath(costs, ranges, static_cast<int>(size.width_px),
-                                    static_cast<int>(i), options.p1, JumpPenalties(options)))
-          << size.width_px << "x" << size.height_px << ", direction " << i;
-    }
+    ExpectPathsEqualReference(size, {}, random);
   }
 }
 
@@ -92,14 +107,11 @@ void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, bool s
                                  std::mt19937& random) {
   const FineVolume costs = RandomFineVolume(size, 124, random);
   const auto ranges = RandomFineRanges(size, random);
+  const SgmOptions options;
   std::vector<FineVolume> paths;
-  std::vector<std::uint8_t> halves[2] = {{}, std::vector<std::uint8_t>(16)};  // never empty
-  for (std::size_t i = 0; i < num_paths; ++i) {
-    paths.push_back(RandomFineVolume(size, 255, random));
-    const auto bytes = FineToBuffer(paths.back(), size).Download<std::uint8_t>();
-    auto& half = halves[i / 4];
-    if (i % 4 == 0) half.clear();
-    half.insert(half.end(), bytes.begin(), bytes.end());
+  for (std::uint32_t i = 0; i < num_paths; ++i) {
+    paths.push_back(reference::FinePath(costs, ranges, static_cast<int>(size.width_px),
+                                        static_cast<int>(i), options.p1, JumpPenalties(options)));
   }
   const FineWinnerParams params{.width_px = size.width_px,
                                 .height_px = size.height_px,
@@ -110,10 +122,12 @@ void ExpectWinnersEqualReference(LevelSize size, std::uint32_t num_paths, bool s
   const Buffer inverse_depth = MakeBuffer<float>(size.num_pixels());
   const Buffer uniqueness = MakeBuffer<float>(size.num_pixels());
   Recorder recorder(TestDevice());
-  TestKernels().FineWinner(recorder, num_paths, sub_plane, params,
-                           {FineToBuffer(ranges, size), FineToBuffer(costs, size),
-                            ToBuffer(halves[0]), ToBuffer(halves[1])},
-                           {inverse_depth, uniqueness});
+  const std::size_t bytes = 4 * kFinePlanes * NumFinePixels(size);
+  TestKernels().FineSgm(recorder, UploadPenalties(TestDevice(), options), num_paths, sub_plane,
+                        params,
+                        {FineToBuffer(ranges, size), FineToBuffer(costs, size),
+                         MakeBuffer<std::uint8_t>(bytes), MakeBuffer<std::uint8_t>(bytes)},
+                        {inverse_depth, uniqueness});
   recorder.Submit();
   const auto expected = reference::FineWinners(paths, costs, ranges, params);
   const auto depth = FirstOf<float>(inverse_depth, size.num_pixels());

@@ -40,18 +40,18 @@ namespace {
 std::size_t FineCensusWord(LevelSize size, std::size_t image, std::size_t pixel) {
   const std::size_t x = pixel % size.width_px;
   const std::size_t y = pixel / size.width_px;
-  return 4 * (image * NumFineCensusTexels(size) + 1 + y * 2 * size.groups_per_row() + x / 2);
+  return 2 * (image * NumFineCensusTexels(size) + 2 + y * 4 * size.groups_per_row() + x);
 }
 
 }  // namespace
 
 Buffer FineToBuffer(const FineCensus& census, LevelSize size) {
-  std::vector<std::uint32_t> words(4 * NumFineCensusTexels(size) * census.size(), 0);
+  std::vector<std::uint32_t> words(2 * NumFineCensusTexels(size) * census.size(), 0);
   for (std::size_t i = 0; i < census.size(); ++i) {
     for (std::size_t pixel = 0; pixel < census[i].size(); ++pixel) {
-      const std::size_t at = FineCensusWord(size, i, pixel) + pixel % size.width_px % 2;
+      const std::size_t at = FineCensusWord(size, i, pixel);
       words[at] = census[i][pixel];
-      words[at - 2] = census[i][pixel];  // of the texel before
+      words[at - 1] = census[i][pixel];  // of the texel before
     }
   }
   return ToBuffer(words);
@@ -63,9 +63,9 @@ FineCensus FineCensusOf(const Buffer& buffer, LevelSize size, std::size_t num_im
   for (std::size_t i = 0; i < num_images; ++i) {
     for (std::size_t pixel = 0; pixel < size.num_pixels(); ++pixel) {
       const std::size_t x = pixel % size.width_px;
-      const std::size_t at = FineCensusWord(size, i, pixel) + x % 2;
-      // Pixels from the third of a row on lie in two texels.
-      EXPECT_TRUE(x < 2 || words[at] == words[at - 2]);
+      const std::size_t at = FineCensusWord(size, i, pixel);
+      // Pixels from the second of a row on lie in two texels.
+      EXPECT_TRUE(x < 1 || words[at] == words[at - 1]);
       census[i].push_back(words[at]);
     }
   }

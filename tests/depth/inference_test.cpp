@@ -3,8 +3,10 @@
 
 #include "depth/inference.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "depth/inference_tiles.h"
 #include "depth/sky.h"
 #include "depth/stage_testing.h"
 #include "reference/depth/inference_reference.h"
@@ -77,9 +79,15 @@ TEST(InferenceData, EqualsReference) {
     const auto sky = RandomSky(size, random);
     const Buffer data = MakeBuffer<Texel>(size.Halved().num_pixels());
     Recorder recorder(TestDevice());
+    const Buffer whole = MakeBuffer<float>(n);
     TestKernels().InferenceData(recorder, size, {ToBuffer(inverse_depth), ToBuffer(confidence)},
-                                ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(sky), data);
+                                ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(sky), data,
+                                whole);
     recorder.Submit();
+    const auto inverse_of_depth = FirstOf<float>(whole, n);
+    for (std::size_t i = 0; i < n; ++i) {
+      ASSERT_NEAR(inverse_of_depth[i], depth[i] > 0 ? 1 / depth[i] : 0, kRelative * 2);
+    }
     ExpectNear(FirstOf<Texel>(data, size.Halved().num_pixels()),
                reference::InferenceData(size, depth, {inverse_depth, confidence}, halved, sky));
   }
@@ -127,6 +135,16 @@ TEST(InferenceRelax, EqualsReference) {
   }
 }
 
+std::vector<float> InverseOf(const std::vector<float>& depth) {
+  std::vector<float> inverse;
+  for (const float z : depth) inverse.push_back(z > 0 ? 1 / z : 0);
+  return inverse;
+}
+
+cv::Mat MapOf(const std::vector<float>& values, LevelSize size) {
+  return cv::Mat(values, true).reshape(1, static_cast<int>(size.height_px));
+}
+
 void ExpectStageEqualsReference(bool with_bounds, std::size_t min_per_inferred,
                                 std::mt19937& random) {
   for (const LevelSize size : kSmallSizes) {
@@ -143,13 +161,15 @@ void ExpectStageEqualsReference(bool with_bounds, std::size_t min_per_inferred,
       const InferenceMap state = RandomMap(size.Halved(), true, random);
       const cv::Mat grey = RandomImage(size, random);
       const auto sky = RandomSky(size, random);
-      const Buffer inverse_depth = MakeBuffer<float>(n);
-      const Buffer confidence = MakeBuffer<float>(n);
+      const Buffer inverse_depth = ToBuffer(InverseOf(depth));
+      const Buffer confidence = ToBuffer(std::vector<float>(n, 0));
+      const auto tiles = TilesWithoutDepth(MapOf(depth, size));
+      if (tiles.empty()) continue;  // of one pixel, which has depth
       Recorder recorder(TestDevice());
-      TestKernels().Inference(recorder, projections.size(), params, ToBuffer(depth),
-                              ToBuffer(winners), ToBuffer(state), ImagesToBuffer({grey}),
-                              ToBuffer(sky), ToBuffer(Pack(projections, size)),
-                              {inverse_depth, confidence});
+      TestKernels().Inference(
+          recorder, projections.size(), params, {ToBuffer(WordsOfTiles(tiles)), tiles.size()},
+          ToBuffer(depth), ToBuffer(winners), ToBuffer(state), ImagesToBuffer({grey}),
+          ToBuffer(sky), ToBuffer(Pack(projections, size)), {inverse_depth, confidence});
       recorder.Submit();
       const auto expected =
           reference::Inference(params, depth, winners, state, grey, sky, projections);
@@ -174,6 +194,56 @@ TEST(InferenceStage, EqualsReference) {
 TEST(InferenceStage, EqualsReferenceWithImagesThatShowAPart) {
   std::mt19937 random = SeededByTestName();
   ExpectStageEqualsReference(true, 50, random);
+}
+
+// Rounding of the normals, where the kernel's code differs a little.
+constexpr float kNormalTolerance = 1e-5F;
+
+TEST(InferenceNormals, AreThoseOfTheWholeMapInTheTiles) {
+  std::mt19937 random = SeededByTestName();
+  for (const LevelSize size : {LevelSize{70, 9}, LevelSize{96, 40}}) {
+    const std::size_t n = size.num_pixels();
+    const auto inverse_depth = RandomValues(n, 1, 1.05F, 0.1, random);
+    const NormalsParams params{size.width_px, size.height_px, 80, 80, 35, 20, 0.02F};
+    std::vector<std::uint32_t> tiles = {0, 2};
+    const Buffer whole = MakeBuffer<float>(3 * n);
+    const Buffer in_tiles = ToBuffer(std::vector<float>(3 * n, 2));
+    Recorder recorder(TestDevice());
+    TestKernels().Normals(recorder, params, ToBuffer(inverse_depth), whole);
+    TestKernels().InferenceNormals(recorder, params, {ToBuffer(WordsOfTiles(tiles)), tiles.size()},
+                                   ToBuffer(inverse_depth), in_tiles);
+    recorder.Submit();
+    const auto expected = FirstOf<float>(whole, 3 * n);
+    const auto found = FirstOf<float>(in_tiles, 3 * n);
+    const cv::Size map(static_cast<int>(size.width_px), static_cast<int>(size.height_px));
+    for (std::size_t i = 0; i < 3 * n; ++i) {
+      const cv::Point pixel(static_cast<int>(i / 3) % map.width,
+                            static_cast<int>(i / 3) / map.width);
+      const bool is_in_tile = std::any_of(tiles.begin(), tiles.end(), [&](std::uint32_t tile) {
+        return PixelsOfTile(tile, map).contains(pixel);
+      });
+      ASSERT_NEAR(found[i], is_in_tile ? expected[i] : 2, kNormalTolerance) << i;
+    }
+  }
+}
+
+TEST(InferenceTiles, AreThoseWithAPixelWithoutDepth) {
+  cv::Mat depth(17, 70, CV_32FC1, cv::Scalar(1));
+  EXPECT_TRUE(TilesWithoutDepth(depth).empty());
+  depth.at<float>(7, 31) = 0;
+  depth.at<float>(16, 69) = 0;
+  EXPECT_EQ(TilesWithoutDepth(depth), (std::vector<std::uint32_t>{0, 8}));
+  EXPECT_EQ(PixelsOfTile(8, depth.size()), cv::Rect(64, 16, 6, 1));
+}
+
+TEST(InferenceTiles, FillTheirGrid) {
+  const std::vector<std::uint32_t> tiles(kMaxTilesInARow + 1, 5);
+  const auto [columns, rows] = GridOfTiles(tiles.size());
+  const auto words = WordsOfTiles(tiles);
+  EXPECT_GE(std::size_t{columns} * rows, tiles.size());
+  ASSERT_EQ(words.size(), std::size_t{columns} * rows);
+  EXPECT_EQ(words[kMaxTilesInARow], 5U);
+  EXPECT_GT(words.back(), 1U << 20);  // none that a map has
 }
 
 constexpr LevelSize kSize{90, 61};
@@ -207,6 +277,7 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky)
   const Buffer confidence_buffer = ToBuffer(confidence);
   const Buffer depth_buffer = ToBuffer(depth);
   const Buffer winners = ToBuffer(plane);
+  const auto tiles = TilesWithoutDepth(MapOf(depth, kSize));
   inference.Record(recorder, {.size = kSize,
                               .images = images,
                               .halved = of_half_size,
@@ -218,7 +289,9 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky)
                               .step = 0.02,
                               .projections = SourcesToTheRight(4),
                               .min_views = 2,
-                              .sky = sky});
+                              .sky = sky,
+                              .tiles = tiles,
+                              .normals = {kSize.width_px, kSize.height_px, 80, 80, 45, 30, 0.02F}});
   recorder.Submit();
   return {FirstOf<float>(inference.inverse_depth(), plane.size()),
           FirstOf<float>(inference.confidence(), plane.size())};

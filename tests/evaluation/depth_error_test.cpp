@@ -83,7 +83,7 @@ TEST(DepthError, RefusesMapsOfAnotherSizeOrType) {
 
 TEST(DepthScale, OfAMapIsTheQuotientOfMediansOverSharedPixels) {
   // Shared: the first three. Medians 6 and 2.
-  EXPECT_DOUBLE_EQ(*MedianDepthScale(Row({1, 2, 3, 0, 9}), Row({6, 5, 7, 8, 0})), 3);
+  EXPECT_DOUBLE_EQ(*MedianDepthScale(Row({1, 2, 3, 0, 9}), Row({6, 5, 7, 8, 0})), 2.5);
   EXPECT_FALSE(MedianDepthScale(Row({1, 0}), Row({0, 1})).has_value());
   EXPECT_DOUBLE_EQ(*MedianDepthScale(Row({1, 2}), Row({6, 500}), 300), 6);
 }
@@ -95,6 +95,11 @@ TEST(DepthScale, TakesAnyUnitOfTheEstimateOut) {
     const DepthError error = CompareDepth(estimate, truth, *MedianDepthScale(estimate, truth));
     EXPECT_NEAR(error.l1_abs, 2.0 / 3, 1e-5) << unit;
   }
+}
+
+// One wrong pixel moves the median depth from the near half to the far one.
+TEST(DepthScale, IsThatOfMostPixelsWhereHalfIsNearAndHalfIsFar) {
+  EXPECT_DOUBLE_EQ(*MedianDepthScale(Row({1, 1, 9, 10, 10}), Row({2, 2, 2, 20, 20})), 2);
 }
 
 TEST(DepthScale, OfARunIsTheMedianOfItsMaps) {

@@ -2,12 +2,15 @@
 // Copyright the mono3d authors
 
 // Signals at any moment of a run. MONO3D_SIGNAL_MOMENTS: at so many moments for each signal,
-// instead of a few.
+// instead of a few; MONO3D_SIGNAL_SEED: at others.
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -34,6 +37,11 @@ double SecondsSince(Clock::time_point begin) {
 int NumMoments(int usual) {
   const char* text = std::getenv("MONO3D_SIGNAL_MOMENTS");
   return text == nullptr ? usual : std::atoi(text);
+}
+
+unsigned Seed() {
+  const char* text = std::getenv("MONO3D_SIGNAL_SEED");
+  return text == nullptr ? 20261123U : static_cast<unsigned>(std::atoi(text));
 }
 
 const std::vector<std::string> kInOrder = {"--max-frames", "16"};
@@ -135,6 +143,15 @@ class Signals : public TemporaryFolderTest {
     Print(name, num);
   }
 
+  // What a run leaves, but for that which tells when it was.
+  static std::map<std::string, std::string> ResultsIn(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> results;
+    for (const std::string& name : NamesOfFiles(folder)) {
+      if (name != "run.json" && name != "report.html") results[name] = ReadText(folder / name);
+    }
+    return results;
+  }
+
   static void Print(const std::string& name, const std::map<std::string, int>& num) {
     std::cout << "| " << name << " |";
     for (const auto& [what, count] : num) std::cout << " " << what << ": " << count << ";";
@@ -146,7 +163,7 @@ class Signals : public TemporaryFolderTest {
   std::optional<SmallReconstruction> run_;
 
  private:
-  std::mt19937 random_{20261123};
+  std::mt19937 random_{Seed()};
   double duration_s_ = 0;
   std::string model_;
 };
@@ -201,6 +218,103 @@ TEST_F(Signals, APauseOfALiveRunIsSurvived) {
     ++num[run.exit_status == 0 ? "model" : "no model"];
   }
   Print("SIGSTOP, live", num);
+}
+
+// Which of the images of a folder of its own a run has opened: in its last pass, those of the
+// frames that it has come to.
+class OpenedImages {
+ public:
+  explicit OpenedImages(const std::filesystem::path& folder)
+      : events_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
+    inotify_add_watch(events_, folder.c_str(), IN_OPEN);
+  }
+  ~OpenedImages() { close(events_); }
+  OpenedImages(const OpenedImages&) = delete;
+  OpenedImages& operator=(const OpenedImages&) = delete;
+
+  // To be called again and again: the system keeps a limited number of events.
+  void Look() {
+    alignas(inotify_event) std::array<char, 4096> bytes{};
+    ssize_t num_bytes = 0;
+    while ((num_bytes = read(events_, bytes.data(), bytes.size())) > 0) {
+      for (ssize_t at = 0; at < num_bytes;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(bytes.data() + at);
+        if (event->len > 0) Opened(std::atoi(event->name));
+        at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+      }
+    }
+  }
+  // How often they were gone through: what is beside the images is looked for first.
+  int num_passes() const { return num_passes_; }
+  int latest() const { return latest_; }  // the number in its name
+
+ private:
+  void Opened(int number) {
+    if (number < latest_) ++num_passes_;
+    latest_ = number;
+  }
+
+  int events_;
+  int num_passes_ = 1;
+  int latest_ = -1;
+};
+
+// Two images a second: 5 s of video pass between two saves, and no run is so fast that it may not
+// save as often.
+TEST_F(Signals, AKilledRunThatIsResumedComesToTheResultOfOneThatWasNot) {
+  constexpr double kRate_hz = 2;
+  const std::filesystem::path images = folder_ / "images";
+  std::filesystem::copy(std::filesystem::path(MONO3D_EXAMPLE) / "images", images);
+  const SmallReconstruction run(folder_, {"--fps", std::to_string(kRate_hz)}, images);
+  const Clock::time_point begin = Clock::now();
+  OpenedImages all_opened(images);
+  ASSERT_EQ(run.Run({}, [&](pid_t) { all_opened.Look(); }).exit_status, 0);
+  all_opened.Look();
+  const double duration_s = SecondsSince(begin);
+  const std::map<std::string, std::string> whole = ResultsIn(run.output());
+
+  std::mt19937 random(Seed());
+  std::map<std::string, int> num;
+  int num_frames_again = 0;
+  for (int i = 0; i < NumMoments(2); ++i) {
+    std::filesystem::remove_all(run.output());
+    const double moment_s = std::uniform_real_distribution<>(0, duration_s)(random);
+    const Clock::time_point start = Clock::now();
+    OpenedImages opened(images);
+    bool is_sent = false;
+    const EndedRun killed = run.Run({}, [&](pid_t process) {
+      if (is_sent) return;
+      opened.Look();
+      is_sent = SecondsSince(start) >= moment_s;
+      if (is_sent) kill(process, SIGKILL);
+    });
+    opened.Look();
+    const bool had_begun = opened.num_passes() == all_opened.num_passes();
+    ASSERT_TRUE(killed.signal == SIGKILL || killed.exit_status == 0) << killed.errors;
+    if (std::filesystem::exists(run.output())) {
+      EXPECT_EQ(FaultsOfFiles(run.output(), RunState::kKilled), "");
+    }
+    // Its journal is removed once it is.
+    const bool was_whole = std::filesystem::exists(run.output() / "report.html") &&
+                           !std::filesystem::exists(run.output() / "journal/manifest");
+    const EndedRun resumed = run.Run({}, {}, {"--resume"});
+    ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+    EXPECT_EQ(FaultsOfFiles(run.output(), RunState::kWhole), "");
+    EXPECT_TRUE(ResultsIn(run.output()) == whole) << "killed after " << moment_s << " s";
+    const nlohmann::json record = nlohmann::json::parse(std::ifstream(run.output() / "run.json"));
+    const bool was_resumed = record.contains("resumed_after_frames");
+    const int saved = was_resumed ? record["resumed_after_frames"].back().get<int>() : -1;
+    if (killed.signal != SIGKILL) {
+      ++num["ended before"];
+    } else if (was_whole) {
+      ++num["was whole"];
+    } else {
+      ++num[was_resumed ? "resumed" : had_begun ? "nothing saved yet" : "before the first frame"];
+      if (had_begun) num_frames_again = std::max(num_frames_again, opened.latest() - saved);
+    }
+  }
+  Print("SIGKILL, then --resume", num);
+  std::cout << "at most " << num_frames_again / kRate_hz << " s of video done again" << std::endl;
 }
 
 // At each place where the new run takes the place of the earlier one.

@@ -84,7 +84,7 @@ std::vector<std::uint32_t> Visible(const Surfels& surfels, const std::vector<Vie
   BlockList visible;
   BlockCuller(TestDevice())
       .FindVisible(recorder, ModelViews(views), margin_px, storage, visible, nullptr);
-  EXPECT_EQ(storage.num_bounded(), surfels.size());
+  EXPECT_TRUE(storage.Unbounded().empty());
   return Numbers(visible);
 }
 
@@ -151,8 +151,8 @@ TEST(Blocks, FollowSurfelsThatAreAddedOrMove) {
   recorder.Submit();
   block.Upload(std::span<const Surfels::Float4>(normals));
   recorder.Copy(block, 0, storage.normal_weight(), kEnd_bytes, block.size_bytes());
-  storage.BeginInsert(0, 1);
-  storage.EndInsert(0, 1, 0);
+  EXPECT_EQ(storage.BeginInsert(0, 1), std::vector<std::uint32_t>{2});
+  storage.EndInsert(1, 0);
   EXPECT_EQ(storage.num_surfels(), 129U);
   culler.FindVisible(recorder, ModelViews(views), 1, storage, visible, nullptr);
   EXPECT_EQ(Numbers(visible), std::vector<std::uint32_t>{2});
@@ -170,15 +170,17 @@ TEST(SurfelStorage, GivesEachAnchorBlocksOfItsOwn) {
   SurfelStorage storage(TestDevice(), 100'000);
   storage.Upload(closed);
   EXPECT_EQ(storage.num_surfels(), 135U);
-  EXPECT_EQ(storage.anchors(), (std::vector<std::uint32_t>{3, 3, 5}));
-  EXPECT_EQ(storage.FirstSlotOf(0), 0U);
-  EXPECT_EQ(storage.FirstSlotOf(4), 128U);
-  EXPECT_EQ(storage.FirstSlotOf(6), 192U);
+  EXPECT_EQ(storage.num_slots(), 192U);
+  EXPECT_EQ(storage.NumSlotsOf(0), 0U);
+  EXPECT_EQ(storage.NumSlotsOf(3), 128U);
+  EXPECT_EQ(storage.NumSlotsOf(5), 64U);
+  EXPECT_EQ(storage.NumSlotsOf(6), 0U);
+  EXPECT_EQ(storage.Download(5).history, Surfels(storage.DownloadSlots(128, 192)).history);
   EXPECT_EQ(closed.position_radius[89][0], 99);
   EXPECT_EQ(closed.position_radius[128][0], 101);
   storage.RemoveAnchoredFrom(4);
   EXPECT_EQ(storage.num_surfels(), 90U);
-  EXPECT_EQ(storage.size(), 128U);
+  EXPECT_EQ(storage.num_slots(), 128U);
 }
 
 TEST(Blocks, GoOnAlongYWhereTheyAreMany) {

@@ -135,7 +135,7 @@ void StageScene::RunIndexMap() {
 
 void StageScene::RunSelectNew() {
   RunIndexMap();
-  kernels.SelectNew(recorder, view, anchor_table, buffers, buffers.index_map, storage);
+  kernels.SelectNew(recorder, view, anchor_table, buffers, buffers.index_map, storage, all_blocks);
   recorder.Submit();
 }
 

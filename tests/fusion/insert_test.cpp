@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/fusion_scene.h"
+#include "gpu/test_device.h"
 
 namespace mono3d {
 namespace {
@@ -14,11 +15,14 @@ Surfels RunInsert(StageScene& scene) {
   const std::vector<std::uint32_t> pixels = ListSelected(scene.DeviceSelected());
   scene.buffers.new_pixels.Upload(std::span<const std::uint32_t>(pixels));
   scene.view.num_new = static_cast<std::uint32_t>(pixels.size());
-  const std::uint32_t end = scene.storage.size() + scene.view.num_new;
-  scene.storage.Reserve(scene.recorder, scene.storage.size() + WholeBlocks(scene.view.num_new));
-  scene.kernels.Insert(scene.recorder, scene.view, scene.buffers, scene.storage);
+  const std::uint32_t first = WholeBlocks(scene.storage.size());
+  const std::uint32_t end = first + scene.view.num_new;
+  scene.storage.Reserve(first + WholeBlocks(scene.view.num_new));
+  BlockList added;
+  added.SetRange(TestDevice(), first, end);
+  scene.kernels.Insert(scene.recorder, scene.view, scene.buffers, scene.storage, added);
   scene.recorder.Submit();
-  return scene.storage.Download(0, end);
+  return scene.storage.DownloadSlots(first, end);
 }
 
 TEST(Insert, MakesASurfelOfAPixel) {
@@ -52,7 +56,7 @@ TEST(Insert, FillsUpTheLastBlockWithSlotsThatCountAsRemoved) {
   scene.storage.Upload(rubbish);
   scene.storage.Upload({});
   ASSERT_EQ(RunInsert(scene).size(), 45U);
-  const Surfels block = scene.storage.Download(0, 64);
+  const Surfels block = scene.storage.DownloadSlots(0, 64);
   for (std::size_t i = 0; i < 64; ++i) {
     EXPECT_EQ(IsRemoved(block, i), i >= 45);
     EXPECT_EQ(AnchorOf(block, i), 3U);
@@ -64,7 +68,7 @@ TEST(Insert, EqualsReferenceInTheOrderOfThePixels) {
   for (const auto& [width, height] : {std::pair{1, 1}, {17, 33}, {96, 56}}) {
     StageScene scene(width, height, 9);
     const Surfels found = RunInsert(scene);
-    Surfels expected = scene.surfels;
+    Surfels expected;
     reference::Insert(scene.view, scene.packed, scene.DeviceCandidates(), scene.DeviceSelected(),
                       expected);
     ASSERT_EQ(found.size(), expected.size());

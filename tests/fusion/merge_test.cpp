@@ -74,7 +74,7 @@ TEST(Merge, CountsPerBlockWhatIsConfirmed) {
   StageScene scene(48, 32, 6);
   RunMerge(scene);
   const std::vector<std::uint32_t> association = scene.DeviceAssociation();
-  std::vector<std::uint32_t> expected(scene.storage.anchors().size());
+  std::vector<std::uint32_t> expected(scene.all_blocks.size());
   for (std::size_t i = 0; i < association.size(); ++i) {
     expected[i / kSurfelsPerBlock] += IsPixel(association[i]) ? 1 : 0;
   }

@@ -50,6 +50,12 @@ TEST(SurfelMapOptions, NamesTheOptionThatIsOutOfRange) {
   options.num_reviews = -1;
   ExpectRefused(options, "num_reviews");
   options = {};
+  options.storage.max_device_mb = -1;
+  ExpectRefused(options, "storage.max_device_mb");
+  options = {};
+  options.storage.max_host_mb = -1;
+  ExpectRefused(options, "storage.max_host_mb");
+  options = {};
   options.max_surfels = 0;
   ExpectRefused(options, "max_surfels");
 }
@@ -71,7 +77,8 @@ TEST(SurfelMapOptions, ListsEveryField) {
           "retry.max_waiting", "retry.max_attempts", "retry.num_recent", "health.num_registrations",
           "health.min_registrations", "health.min_accepted_share", "health.good_accepted_share",
           "health.max_moved_share", "health.max_depth_residual", "health.max_scale_drift",
-          "with_confidence", "num_reviews", "max_surfels"));
+          "storage.max_device_mb", "storage.max_host_mb", "storage.folder", "with_confidence",
+          "num_reviews", "max_surfels"));
 }
 
 }  // namespace

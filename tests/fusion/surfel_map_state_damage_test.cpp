@@ -117,8 +117,9 @@ TEST_F(SurfelMapStateDamageTest, WrongNumbersAreRefusedOrHarmless) {
   (void)folder.Commit();
   std::mt19937 random(7);
   int num_refused = 0;
-  for (const char* part : {"model/rest/0", "model/surfels/sizes", "model/surfels/anchors/0",
-                           "model/retry", "model/recent/0", "model/vignetting/0/0"}) {
+  for (const char* part :
+       {"model/rest/0", "model/surfels/sizes", "model/surfels/slots/0", "model/surfels/1/blocks",
+        "model/retry", "model/recent/0", "model/vignetting/0/0"}) {
     const std::string bytes = folder.Get(part);
     for (int i = 0; i < 3; ++i) {
       std::string wrong = bytes;

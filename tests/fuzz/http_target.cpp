@@ -7,8 +7,9 @@
 #include <unistd.h>
 
 #include <array>
-#include <stdexcept>
+#include <cerrno>
 #include <string>
+#include <system_error>
 
 #include "fuzz/fuzz_targets.h"
 #include "view/view_server.h"
@@ -32,19 +33,28 @@ class View {
   tools::ViewServer server_{tools::ViewArguments{}, store_};
 };
 
+// libFuzzer's alarm may interrupt it: then once more.
+int ConnectTo(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  while (true) {
+    const int connection = socket(AF_INET, SOCK_STREAM, 0);
+    if (connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+      return connection;
+    }
+    const int failure = errno;
+    close(connection);
+    if (failure != EINTR) throw std::system_error(failure, std::generic_category(), "connect");
+  }
+}
+
 }  // namespace
 
 void Http(std::string_view input) {
   static const View view;
-  const int connection = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(view.port()));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    close(connection);
-    throw std::runtime_error("the server does not answer");
-  }
+  const int connection = ConnectTo(view.port());
   // Of a request that is refused, the rest is not read.
   while (!input.empty()) {
     const ssize_t num = send(connection, input.data(), input.size(), MSG_NOSIGNAL);

@@ -266,7 +266,7 @@ TEST_F(FrameSourceTest, RefusesBadOptions) {
   WriteImages(1);
   const std::pair<FrameSourceOptions, const char*> cases[] = {
       {{.fps = -1}, "--fps: option out of range (expected 0 or more, found -1)"},
-      {{.stride = 0}, "--stride: option out of range (expected 1 or more, found 0)"},
+      {{.stride = 0}, "--stride: option out of range (expected 1 or more, or auto, found 0)"},
       {{.start = -1}, "--start: option out of range"},
       {{.max_frames = -1}, "--max-frames: option out of range"},
       {{.resize = "640"}, "--resize: bad size (expected WIDTHxHEIGHT or calibration, found 640)"},

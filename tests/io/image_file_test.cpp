@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "io/image_metadata.h"
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
 
@@ -151,6 +152,47 @@ TEST_F(ImageFile, OfAnyFormThatSaysItIsHugeIsRefused) {
     EXPECT_THAT([&] { Read(bytes); },
                 ThrowsMessage<Error>(HasSubstr("the image is too large (expected at most")));
   }
+}
+
+// A decoder that takes other bytes between two numbers, or between two segments, would find one.
+TEST_F(ImageFile, ThatDoesNotSayItsSizeIsRefused) {
+  EXPECT_THAT([&] { Read("P6 30000\x96\x33\x30\x30\x30\x30 255\n"); },
+              ThrowsMessage<Error>(HasSubstr("the image is too large")));
+  EXPECT_THAT([&] { Read("P6 x 30000 255\n"); },
+              ThrowsMessage<Error>(HasSubstr("the image does not say its size")));
+  std::string jpeg = Encode(".jpg", Noise(CV_8UC3));
+  const std::size_t frame = jpeg.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  jpeg.replace(frame + 5, 4, "\x75\x30\x75\x30");  // 30000
+  jpeg.insert(frame, "odd bytes");
+  EXPECT_THAT([&] { Read(jpeg); }, ThrowsMessage<Error>(HasSubstr("the image is too large")));
+}
+
+TEST_F(ImageFile, OfEachFormSaysItsSize) {
+  for (const char* extension : {".jpg", ".png", ".bmp", ".tiff", ".webp", ".ppm"}) {
+    const cv::Mat image(30, 500, CV_8UC3, cv::Scalar(10, 200, 90));
+    WriteText("image", Encode(extension, image));
+    EXPECT_NO_THROW(RequireDecodableSize(folder_ / "image")) << extension;
+    EXPECT_EQ(ReadImage(folder_ / "image").size(), image.size()) << extension;
+  }
+  const cv::Mat image(30, 500, CV_8UC3, cv::Scalar(10, 200, 90));
+  WriteText("image", Encode(".webp", image, {cv::IMWRITE_WEBP_QUALITY, 101}));  // without loss
+  EXPECT_EQ(ReadImageMetadata(folder_ / "image").width, 500);
+  EXPECT_EQ(ReadImageMetadata(folder_ / "image").height, 30);
+}
+
+TEST_F(ImageFile, IsReadAtAnEighthOfItsSize) {
+  for (const char* extension : {".jpg", ".png"}) {
+    WriteText("image", Encode(extension, cv::Mat(80, 161, CV_8UC3, cv::Scalar(10, 200, 90))));
+    const cv::Mat small = ReadSmallImage(folder_ / "image");
+    EXPECT_EQ(small.rows, 10) << extension;
+    EXPECT_NEAR(small.cols, 20, 1) << extension;
+    EXPECT_EQ(small.type(), CV_8UC3);
+  }
+  WriteText("image", "P6 30000 30000 255\n");
+  EXPECT_THROW(ReadSmallImage(folder_ / "image"), Error);
+  WriteText("image", Encode(".hdr", Noise(CV_8UC3)));
+  EXPECT_THROW(ReadSmallImage(folder_ / "image"), Error);
 }
 
 TEST_F(ImageFile, OfAFormThatNobodyAskedForIsNotDecoded) {

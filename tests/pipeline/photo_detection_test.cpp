@@ -37,8 +37,8 @@ class ImagesInMemory final : public FrameSource {
   CameraModel camera_;
 };
 
-bool ArePhotos(const std::vector<cv::Mat>& images) {
-  return mono3d::ArePhotos(static_cast<std::int64_t>(images.size()), [&](int start) {
+Footage JudgeFootage(const std::vector<cv::Mat>& images) {
+  return mono3d::JudgeFootage(static_cast<std::int64_t>(images.size()), [&](int start) {
     return std::make_unique<ImagesInMemory>(images, start);
   });
 }
@@ -51,7 +51,9 @@ std::vector<cv::Mat> FilmHouses(int num_images) {
   return images;
 }
 
-TEST(PhotoDetection, AVideoGoesOnFromFrameToFrame) { EXPECT_FALSE(ArePhotos(FilmHouses(12))); }
+TEST(PhotoDetection, AVideoGoesOnFromFrameToFrame) {
+  EXPECT_EQ(JudgeFootage(FilmHouses(12)), Footage::kVideo);
+}
 
 // Three frames a second of the same flight, in another order.
 TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
@@ -60,14 +62,22 @@ TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
   for (const std::size_t i : {20U, 0U, 32U, 8U, 36U, 12U, 28U, 4U, 24U, 39U}) {
     photos.push_back(film[i]);
   }
-  EXPECT_TRUE(ArePhotos(photos));
+  EXPECT_EQ(JudgeFootage(photos), Footage::kPhotographs);
+}
+
+// A frame and a half a second.
+TEST(PhotoDetection, ASparseVideoSharesLittleFromFrameToFrame) {
+  const std::vector<cv::Mat> film = FilmHouses(60);
+  std::vector<cv::Mat> sparse;
+  for (std::size_t i = 0; i < film.size(); i += 6) sparse.push_back(film[i]);
+  EXPECT_EQ(JudgeFootage(sparse), Footage::kSparseVideo);
 }
 
 TEST(PhotoDetection, WhatShowsNothingIsTakenForAVideo) {
-  EXPECT_FALSE(ArePhotos(std::vector<cv::Mat>(12, tracking::BlackFrame(0).bgr)));
-  EXPECT_FALSE(ArePhotos(FilmHouses(2)));
-  EXPECT_FALSE(mono3d::ArePhotos(
-      12, [](int) -> std::unique_ptr<FrameSource> { throw Error("cannot be read"); }));
+  EXPECT_EQ(JudgeFootage(std::vector<cv::Mat>(12, tracking::BlackFrame(0).bgr)), Footage::kVideo);
+  EXPECT_EQ(JudgeFootage(FilmHouses(2)), Footage::kVideo);
+  const auto cannot = [](int) -> std::unique_ptr<FrameSource> { throw Error("cannot be read"); };
+  EXPECT_EQ(mono3d::JudgeFootage(12, cannot), Footage::kVideo);
 }
 
 }  // namespace

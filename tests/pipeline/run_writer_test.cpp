@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -160,6 +161,8 @@ TEST_F(RunWriterTest, SaysWhichFilesAreOfWhichCamera) {
 }
 
 TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
+  constexpr std::array kOfTheEarlierModel = {"report.html", "next_views.json", "next_views.kml",
+                                             "evaluation.json", "model_errors.ply"};
   {
     const RunWriter earlier(folder_);
     earlier.WriteDepthMap(MakeDepthMap(7));
@@ -168,13 +171,33 @@ TEST_F(RunWriterTest, ClearsWhatAnEarlierRunLeftAndNothingElse) {
     earlier.WriteReconstruction(reconstruction);
     std::ofstream(folder_ / "notes.txt") << "mine";
     std::ofstream(folder_ / "depth/mine.pfm") << "mine";
+    for (const char* name : kOfTheEarlierModel) std::ofstream(folder_ / name) << "of this model";
   }
   const RunWriter writer(folder_);
   EXPECT_FALSE(std::filesystem::exists(writer.model_path()));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "trajectory.txt"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "depth/000007.depth.pfm"));
+  for (const char* name : kOfTheEarlierModel) {
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  }
   EXPECT_TRUE(std::filesystem::exists(folder_ / "notes.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "depth/mine.pfm"));
+}
+
+// Whatever their names: a folder of a run that came from elsewhere may be a link to anywhere.
+TEST_F(RunWriterTest, LeavesFilesBehindLinkedFoldersAlone) {
+  const std::filesystem::path photos = folder_ / "photos", out = folder_ / "out";
+  std::filesystem::create_directories(photos);
+  std::filesystem::create_directories(out / "products/nerfstudio");
+  std::ofstream(photos / "holidays.jpg") << "mine";
+  std::ofstream(photos / "000007.depth.pfm") << "mine";
+  std::ofstream(out / "model.ply") << "earlier";
+  std::filesystem::create_directory_symlink(photos, out / "products/nerfstudio/images");
+  std::filesystem::create_directory_symlink(photos, out / "depth");
+  (void)RunWriter(out);
+  EXPECT_FALSE(std::filesystem::exists(out / "model.ply"));
+  EXPECT_TRUE(std::filesystem::exists(photos / "holidays.jpg"));
+  EXPECT_TRUE(std::filesystem::exists(photos / "000007.depth.pfm"));
 }
 
 TEST_F(RunWriterTest, WritesNoDepthMapsWhereNoneAreWanted) {

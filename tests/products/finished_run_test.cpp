@@ -4,6 +4,7 @@
 #include "mono3d/products/finished_run.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
@@ -60,6 +61,31 @@ TEST_F(FinishedRunTest, HasWhatThereIs) {
   EXPECT_TRUE(run.images.empty());
   EXPECT_FALSE(run.origin);
   EXPECT_EQ(run.depth_unit, 1);
+}
+
+// Products are written under these names.
+TEST_F(FinishedRunTest, LeavesOutImagesWhoseNamesLeadElsewhere) {
+  WriteRun();
+  for (const char* name : {"../000012.jpg", "/tmp/000012.jpg", "below/000012.jpg", "..", "."}) {
+    WriteText("sparse/images.txt", std::string("1 1 0 0 0 0 0 0 1 ") + name + "\n\n");
+    EXPECT_TRUE(ReadFinishedRun(folder_).images.empty()) << name;
+    EXPECT_TRUE(ReadFinishedRun(folder_).sparse.images.empty()) << name;
+  }
+}
+
+TEST_F(FinishedRunTest, HasNoUnitAndNoOriginThatCannotBe) {
+  WriteRun();
+  WriteText("run.json", R"({"maps": [{"axes": {"scale": -2}, "georeference": {
+            "origin": {"latitude_deg": 490, "longitude_deg": 8, "altitude_m": 1}}}]})");
+  EXPECT_EQ(ReadFinishedRun(folder_).depth_unit, 1);
+  EXPECT_FALSE(ReadFinishedRun(folder_).origin);
+}
+
+TEST_F(FinishedRunTest, DoesNotWaitForAPipe) {
+  WriteRun();
+  std::filesystem::remove(folder_ / "run.json");
+  ASSERT_EQ(mkfifo((folder_ / "run.json").c_str(), 0600), 0);
+  EXPECT_EQ(ReadFinishedRun(folder_).depth_unit, 1);
 }
 
 TEST_F(FinishedRunTest, IsRefusedWithoutAModel) { EXPECT_THROW(ReadFinishedRun(folder_), Error); }

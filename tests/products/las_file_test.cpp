@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
+#include <limits>
 
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
@@ -146,6 +148,23 @@ TEST_F(ModelFileTest, RefusesAnEmptyModel) {
   WritePly(folder_ / "model.ply", {});
   const MapAxes axes;
   EXPECT_THROW(MapSurfels(folder_ / "model.ply", axes), Error);
+}
+
+// What is no number would be a place anywhere.
+TEST_F(ModelFileTest, SurfelsThatAreNoneAreRefused) {
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t what = 0; what < 4; ++what) {
+    WritePly(folder_ / "model.ply", ThreeSurfels());
+    std::string bytes = ReadText(folder_ / "model.ply");
+    // Of the second surfel: y, ny, radius, confidence.
+    constexpr std::array<std::size_t, 4> kPlaces = {4, 16, 27, 31};
+    const std::size_t values = bytes.find("end_header\n") + std::strlen("end_header\n");
+    const std::size_t surfel = values + (bytes.size() - values) / 3;
+    bytes.replace(surfel + kPlaces.at(what), sizeof none, reinterpret_cast<const char*>(&none),
+                  sizeof none);
+    WriteText("model.ply", bytes);
+    EXPECT_THROW(MapSurfels(folder_ / "model.ply", MapAxes()), Error) << what;
+  }
 }
 
 }  // namespace

@@ -78,5 +78,14 @@ TEST_F(NerfstudioFileTest, NeedsImages) {
   EXPECT_THROW(WriteNerfstudio(folder_ / "nerfstudio", run), Error);
 }
 
+TEST_F(NerfstudioFileTest, TakesNamesThatAreNotUtf8) {
+  FinishedRun run = RunWithALens(folder_);
+  const std::filesystem::path file = folder_ / "images" / "\xE4.png";
+  std::filesystem::rename(run.images[0].file, file);
+  run.images[0].file = file;
+  WriteNerfstudio(folder_ / "nerfstudio", run);
+  EXPECT_EQ(Record()["frames"].size(), 2u);
+}
+
 }  // namespace
 }  // namespace mono3d

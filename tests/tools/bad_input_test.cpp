@@ -199,6 +199,22 @@ TEST_F(BadInput, PipesAndDevicesAreRefusedAtOnce) {
   }
 }
 
+// By what its head says, also where images are only looked at.
+TEST_F(BadInput, AnImageThatSaysItIsHugeIsNotDecoded) {
+  for (const char* name : {"0.png", "1.png"}) {
+    std::string bytes = ReadText(images() / name);
+    bytes.replace(16, 8, std::string("\0\0\x7D\0\0\0\x7D\0", 8));  // 32000x32000
+    WriteText(images() / name, bytes);
+  }
+  // A decoded one would not fit.
+  const CommandResult result = RunCommand(
+      "ulimit -v 3000000; " + std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images().string() +
+          " --camera " + camera().string() + " -o " + (folder_ / "out").string(),
+      folder_);
+  EXPECT_EQ(result.errors.find("memory"), std::string::npos) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("the image is too large"));
+}
+
 TEST_F(BadInput, TooLittleMemoryIsSaid) {
   for (const char* limit_kb : {"700000", "1000000"}) {
     const CommandResult result =

@@ -6,11 +6,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <map>
+#include <new>
 #include <string>
+#include <vector>
 
+#include "export/product_list.h"
 #include "io/temporary_folder.h"
+#include "mono3d/core/error.h"
 #include "tools/command.h"
 
 namespace mono3d {
@@ -65,6 +70,37 @@ TEST_F(ProductsOfRun, OneThatIsNotKnownIsRefusedBeforeAnythingIsWritten) {
   EXPECT_EQ(run.exit_status, kWrongUsage);
   EXPECT_THAT(run.errors, AllOf(HasSubstr("dxf"), HasSubstr("orthophoto")));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(ProductsOfRun, AreNotWrittenThroughLinks) {
+  const std::filesystem::path elsewhere = folder_ / "elsewhere", products = folder_ / "products";
+  std::filesystem::create_directories(elsewhere);
+  std::filesystem::create_directories(products / "dense");
+  std::filesystem::create_directory_symlink(elsewhere, products / "dense/images");
+  EXPECT_THROW((void)tools::ProductFolderOf(folder_), Error);
+  std::filesystem::remove(products / "dense/images");
+  EXPECT_EQ(tools::ProductFolderOf(folder_), products);
+  std::filesystem::create_directories(folder_ / "other");
+  std::filesystem::create_directory_symlink(elsewhere, folder_ / "other/products");
+  EXPECT_THROW((void)tools::ProductFolderOf(folder_ / "other"), Error);
+}
+
+// Whatever it fails by: what a library below throws, too.
+TEST_F(ProductsOfRun, AreMadeWhereAnotherOneFails) {
+  const tools::Product failing{"a", "", {}, [](const auto&, const auto&) {
+                                 throw std::bad_alloc();
+                                 return std::vector<std::filesystem::path>();
+                               }};
+  bool is_made = false;
+  const tools::Product other{"b", "", {}, [&](const auto&, const auto&) {
+                               is_made = true;
+                               return std::vector<std::filesystem::path>();
+                             }};
+  const std::array products = {&failing, &other};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(tools::WriteProducts(products, {}, folder_ / "products"), 1);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "a: not enough memory on this machine\n");
+  EXPECT_TRUE(is_made);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ class Resume : public TemporaryFolderTest {
   // On small images; a frame a second, so that every fifth one the state is saved. Of the camera
   // of the flight, which is held: nothing is calibrated.
   std::string Command(const std::string& output, const std::string& extra = "") const {
-    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + kOrbit.string() + " --camera " +
+    return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + input_.string() + " --camera " +
            (kOrbit / "camera.yaml").string() + " --camera-fixed -o " + (folder_ / output).string() +
            " --fps 1 --resize 384x224 --tracking.features.num_features 600" +
            (extra.find("--max-frames") == std::string::npos ? " --max-frames 40" : "") + extra;
@@ -75,6 +75,8 @@ class Resume : public TemporaryFolderTest {
     }
     return files;
   }
+  std::filesystem::path input_ = kOrbit;
+
   nlohmann::json Record(const std::string& output) const {
     return nlohmann::json::parse(std::ifstream(folder_ / output / "run.json"));
   }
@@ -128,6 +130,33 @@ TEST_F(Resume, RefusesOtherOptionsAndADamagedJournal) {
   const CommandResult damaged = Reconstruct("out", " --resume");
   EXPECT_EQ(damaged.exit_status, kFailure);
   EXPECT_THAT(damaged.errors, HasSubstr("manifest"));
+}
+
+// An image more, others under the same names, one that is gone: all that was read is the same.
+TEST_F(Resume, RefusesImagesThatHaveChanged) {
+  const std::filesystem::path images = folder_ / "images";
+  std::filesystem::copy(kOrbit / "images", images);
+  input_ = images;
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGKILL));
+  const auto before = Results("out");
+  const auto expect_refusal = [&](const char* what) {
+    const CommandResult result = Reconstruct("out", " --resume");
+    EXPECT_EQ(result.exit_status, kFailure) << what;
+    EXPECT_THAT(result.errors, HasSubstr("the images have changed")) << what;
+    EXPECT_TRUE(Results("out") == before) << what;
+  };
+  std::filesystem::copy(images / "000030.jpg", images / "000002a.jpg");
+  expect_refusal("one more");
+  std::filesystem::remove(images / "000002a.jpg");
+  std::filesystem::rename(images / "000003.jpg", images / "000002b.jpg");
+  expect_refusal("another name");
+  std::filesystem::rename(images / "000002b.jpg", images / "000003.jpg");
+  std::filesystem::copy(kOrbit / "images/000004.jpg", images / "000003.jpg",
+                        std::filesystem::copy_options::overwrite_existing);
+  expect_refusal("another one");
+  std::filesystem::copy(kOrbit / "images/000003.jpg", images / "000003.jpg",
+                        std::filesystem::copy_options::overwrite_existing);
+  EXPECT_EQ(Reconstruct("out", " --resume").exit_status, 0);
 }
 
 TEST_F(Resume, WithoutAJournalTheRunStartsFromItsBeginning) {

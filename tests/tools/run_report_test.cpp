@@ -5,21 +5,27 @@
 
 #include "run_report/run_report.h"
 
+#include <expat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "mono3d/geometry/geodetic.h"
 #include "run_report/even_sample.h"
 #include "run_report/lost_frames.h"
 #include "run_report/model_drawing.h"
 #include "run_report/model_view.h"
+#include "run_report/next_views_kml.h"
 #include "run_report/next_views_report.h"
 #include "run_report/overlap.h"
+#include "run_report/timeline.h"
 #include "tools/command.h"
 
 namespace mono3d::tools {
@@ -209,6 +215,107 @@ TEST(NextViewsReport, ListsThemAndWritesTheirFile) {
   EXPECT_EQ(first["gains_su2"]["hidden"], 1);
 }
 
+bool IsWellFormed(const std::string& xml) {
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
+      XML_ParserCreate(nullptr), &XML_ParserFree);
+  return XML_Parse(parser.get(), xml.data(), static_cast<int>(xml.size()), 1) == XML_STATUS_OK;
+}
+
+// What stands between the first <name> and </name> from `from` on.
+std::string TextOfElement(const std::string& xml, const std::string& name, std::size_t from = 0) {
+  const std::size_t begin = xml.find("<" + name + ">", from) + name.size() + 2;
+  return xml.substr(begin, xml.find("</" + name + ">", from) - begin);
+}
+
+// The places of a list of coordinates, "longitude,latitude,altitude" each.
+std::vector<Geodetic> PlacesOf(const std::string& coordinates) {
+  std::vector<Geodetic> places;
+  std::istringstream words(coordinates);
+  Geodetic place;
+  char comma = 0;
+  while (words >> place.longitude_deg >> comma >> place.latitude_deg >> comma >> place.altitude_m) {
+    places.push_back(place);
+  }
+  return places;
+}
+
+// A camera at `p` that looks along `ahead`, its image upright towards `up`.
+Pose Looking(const Eigen::Vector3d& p, const Eigen::Vector3d& ahead, const Eigen::Vector3d& up) {
+  Eigen::Matrix3d R;
+  R.col(2) = ahead;
+  R.col(0) = ahead.cross(up);
+  R.col(1) = R.col(2).cross(R.col(0));
+  return Pose(Eigen::Quaterniond(R), p);
+}
+
+// On the earth, above a hill: the views are where they are in the model, seen from its origin.
+TEST(NextViewsKml, HasTheViewsAndTheFlightOnTheEarth) {
+  constexpr double kRounding_m = 0.01;  // of heights; the others have eight decimals
+  MapReconstruction map;
+  Georeference& georeference = map.georeference.emplace();
+  georeference.origin = {.latitude_deg = -33.5, .longitude_deg = 151.25, .altitude_m = 160};
+  georeference.has_altitude = true;
+  georeference.position_sigma_m = {3, 4, 9};
+  for (int i = 0; i < 5000; ++i) map.trajectory.push_back({.frame_index = i, .T_world_cam = {}});
+  map.trajectory.back().T_world_cam = Pose(Eigen::Quaterniond::Identity(), {800, -300, 45});
+  NextViews next;
+  next.surface_su2 = 20;
+  next.views.resize(2);
+  next.views[0].T_world_cam = Looking({300, 40, 50}, {1, 0, 0}, {0, 0, 1});
+  next.views[0].target_world = {350, 40, 50};
+  next.views[0].gain_su2 = {{ViewNeed::kThin, 5}};
+  // Straight down, with the south at the top of the image.
+  next.views[1].T_world_cam = Looking({0, 0, 60}, {0, 0, -1}, {0, -1, 0});
+
+  const std::string kml = NextViewsKml(map, next, /*is_path=*/true);
+  ASSERT_TRUE(IsWellFormed(kml));
+  EXPECT_THAT(kml, HasSubstr("a standard deviation of 5.0 m"));
+  EXPECT_THAT(kml, Not(HasSubstr("relativeToGround")));
+  const std::size_t first = kml.find("<name>1</name>"), second = kml.find("<name>2</name>");
+  const std::vector<Geodetic> point = PlacesOf(TextOfElement(kml, "coordinates", first));
+  ASSERT_EQ(point.size(), 1U);
+  EXPECT_LT((ToEnu(point[0], georeference.origin) - Eigen::Vector3d(300, 40, 50)).norm(),
+            kRounding_m);
+  EXPECT_EQ(TextOfElement(kml, "heading", first), "90.00") << "east";
+  EXPECT_EQ(TextOfElement(kml, "tilt", first), "90.00") << "level";
+  EXPECT_THAT(TextOfElement(kml, "description", first),
+              testing::StartsWith(std::string(Explanation(ViewNeed::kThin)) + "; gains 25.0 %"));
+  const std::vector<Geodetic> arrow =
+      PlacesOf(TextOfElement(kml, "coordinates", kml.find("<LineString>", first)));
+  ASSERT_EQ(arrow.size(), 2U);
+  EXPECT_LT((ToEnu(arrow[1], georeference.origin) - Eigen::Vector3d(350, 40, 50)).norm(),
+            kRounding_m);
+  EXPECT_EQ(TextOfElement(kml, "heading", second), "180.00") << "south";
+  EXPECT_EQ(TextOfElement(kml, "tilt", second), "0.00") << "down";
+
+  const std::size_t flight = kml.find("<name>The flight</name>");
+  const std::vector<Geodetic> path = PlacesOf(TextOfElement(kml, "coordinates", flight));
+  EXPECT_EQ(path.size(), 1667U) << "every third of 5000, so that there are 2000 at most";
+  map.trajectory.erase(map.trajectory.begin(), map.trajectory.end() - 1);
+  georeference.has_altitude = false;
+  const std::string photos = NextViewsKml(map, next, /*is_path=*/false);
+  ASSERT_TRUE(IsWellFormed(photos));
+  EXPECT_THAT(photos, Not(HasSubstr("<altitudeMode>absolute")));
+  const std::vector<Geodetic> photo =
+      PlacesOf(TextOfElement(photos, "coordinates", photos.find("<name>The photographs</name>")));
+  ASSERT_EQ(photo.size(), 1U);
+  EXPECT_LT((ToEnu(photo[0], georeference.origin) - Eigen::Vector3d(800, -300, 45)).norm(),
+            kRounding_m);
+}
+
+TEST(NextViewsKml, IsNotWrittenOfAMapThatIsNotOnTheEarth) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "mono3d_next_views_kml_test";
+  std::filesystem::create_directories(folder);
+  MapReconstruction map;
+  WriteNextViewsKml(folder, map, {}, true);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  map.georeference.emplace();
+  WriteNextViewsKml(folder, map, {}, true);
+  EXPECT_TRUE(IsWellFormed(ReadText(folder / "next_views.kml")));
+  std::filesystem::remove_all(folder);
+}
+
 TEST(ModelView, HoldsASampleOfTheSurfelsInTwelveBytesEach) {
   MapReconstruction map;
   EXPECT_EQ(ModelViewHtml(map, true), "");
@@ -249,6 +356,50 @@ TEST(RunReport, TellsWhatWasLostAndWhyAndNeedsNoNetwork) {
                           HasSubstr("id=\"view3d\"")));
   EXPECT_THAT(html, AllOf(Not(HasSubstr("http:")), Not(HasSubstr("https:")),
                           Not(HasSubstr("src=\"/")), Not(HasSubstr("<link"))));
+}
+
+TEST(RunReport, HasTheNameOfTheFlight) {
+  const RunNotes notes;
+  const Reconstruction reconstruction;
+  const auto title_of = [&](const std::string& input) {
+    RunRecord record;
+    record.input = input;
+    return RunPage({.reconstruction = reconstruction,
+                    .record = record,
+                    .notes = notes,
+                    .command = "",
+                    .no_model = ""},
+                   OverviewPicture(reconstruction, true))
+        .title;
+  };
+  EXPECT_EQ(title_of("flights/monday.mp4"), "monday.mp4");
+  EXPECT_EQ(title_of("flights/monday/"), "monday");
+  EXPECT_EQ(title_of("flights/monday/images"), "monday");
+  EXPECT_EQ(title_of("flights/monday/images/"), "monday");
+  EXPECT_EQ(title_of("images"), "images");
+}
+
+// The state of the model over the frames, in the colours of the drawing.
+TEST(RunReport, DrawsTheHealthOfTheModelOverTime) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  AddFlight(notes, reconstruction);
+  MapReconstruction& map = reconstruction.maps[0];
+  map.fusions.resize(1);
+  map.health_changes = {{.frame_index = 4, .state = HealthState::kDegraded, .reason = ""},
+                        {.frame_index = 6, .state = HealthState::kBroken, .reason = ""},
+                        {.frame_index = 8, .state = HealthState::kGood, .reason = ""}};
+  const std::string svg =
+      TimelineSvg(FrameOutcomes(notes.frames(), reconstruction), reconstruction);
+  const auto width_of = [&](const char* state) {
+    const std::size_t title = svg.find(std::string("<title>") + state + "</title>");
+    if (title == std::string::npos) return 0.0;
+    const std::size_t width = svg.rfind("width=\"", title) + 7;
+    return std::stod(svg.substr(width));
+  };
+  EXPECT_THAT(svg, HasSubstr(">Model</text>"));
+  EXPECT_NEAR(width_of("degraded"), width_of("broken"), 0.2);  // coordinates have one decimal
+  EXPECT_NEAR(width_of("good"), 2 * width_of("broken"), 0.2) << "from the first frame on";
 }
 
 TEST(RunReport, TellsHowSureItIsWhereTheModelIsOnTheEarth) {

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+#include <vector>
+
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -121,6 +124,66 @@ TEST(Map, TakesTheNewestKeyframesBackAsIfTheyHadNeverCome) {
   EXPECT_FALSE(map.IsAlive(newer));
   EXPECT_FALSE(map.IsAlive(looks_newer));
   EXPECT_EQ(map.InOrderOfFlight(), (std::vector<KeyframeId>{0, 1}));
+}
+
+// The numbers of keyframes of the images with these indices.
+Map KeyframesOf(std::initializer_list<std::int64_t> frames) {
+  Map map(0, SmallCamera(), FeatureOptions{});
+  for (const std::int64_t frame : frames) {
+    View view = MakeView(SmallCamera(), {{50, 50}, {100, 50}});
+    view.frame.index = frame;
+    map.AddKeyframe(std::move(view));
+  }
+  return map;
+}
+
+std::vector<KeyframeId> NotFinal(Map& map) {
+  const std::span<const KeyframeId> ids = map.FromFirstNotFinal();
+  return {ids.begin(), ids.end()};
+}
+
+TEST(Map, KeepsItsKeyframesInTheOrderOfFlight) {
+  const Map map = KeyframesOf({5, 9, 4, 3, 12});  // the start, backwards from there, and on
+  EXPECT_EQ(map.InOrderOfFlight(), (std::vector<KeyframeId>{3, 2, 0, 1, 4}));
+}
+
+TEST(Map, LooksNoMoreAtKeyframesBeforeTheFirstThatIsNotFinal) {
+  Map map = KeyframesOf({5, 9, 4, 12});
+  EXPECT_EQ(NotFinal(map), (std::vector<KeyframeId>{2, 0, 1, 3}));
+  map.keyframe(2).is_finalised = map.keyframe(0).is_finalised = map.keyframe(3).is_finalised = true;
+  EXPECT_EQ(NotFinal(map), (std::vector<KeyframeId>{1, 3}));
+  map.keyframe(1).is_finalised = true;
+  EXPECT_TRUE(NotFinal(map).empty());
+  View earlier = MakeView(SmallCamera(), {{50, 50}});
+  earlier.frame.index = 7;
+  map.AddKeyframe(std::move(earlier));
+  EXPECT_EQ(NotFinal(map), (std::vector<KeyframeId>{4, 1, 3}));
+  map.TakeBackKeyframes(3);
+  EXPECT_TRUE(NotFinal(map).empty());
+}
+
+TEST(Map, WatchesNewPointsAndThoseItIsToldTo) {
+  Map map = ThreeKeyframes();
+  const PointId first = AddSeen(map, 0, {0, 1});
+  const PointId gone = AddSeen(map, 1, {0, 1});
+  const PointId last = AddSeen(map, 2, {0, 1});
+  map.RemovePoint(gone);
+  EXPECT_EQ(map.TakeWatched(), (std::vector<PointId>{first, last}));
+  EXPECT_TRUE(map.TakeWatched().empty());
+  for (int i = 0; i < 2; ++i) {
+    map.Watch(last);
+    map.Watch(first);
+  }
+  EXPECT_EQ(map.TakeWatched(), (std::vector<PointId>{first, last}));
+}
+
+TEST(Map, TellsOnceWhichKeyframesWereCulled) {
+  Map map = ThreeKeyframes();
+  AddSeen(map, 0, {0, 1, 2});
+  map.RemoveKeyframe(1, 0);
+  map.RemoveKeyframe(2, 0);
+  EXPECT_EQ(map.TakeCulled(), (std::vector<KeyframeId>{1, 2}));
+  EXPECT_TRUE(map.TakeCulled().empty());
 }
 
 TEST(Map, KeepsNoMemoryForWhatIsGone) {

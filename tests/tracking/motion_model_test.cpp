@@ -110,6 +110,23 @@ TEST(MotionModel, FollowsFramesMovedAfterwards) {
   EXPECT_LT((moved.last()->Matrix() - expected.Matrix()).norm(), 1e-9);
 }
 
+// As where images of a hovering drone are left out: it drifts, then flies off within a frame.
+TEST(MotionModel, TakesNoVelocityThroughTimesOfAnotherOrder) {
+  constexpr double kFrame_s = 1.0 / 30;
+  constexpr double kDrift_su_per_s = 0.01;
+  constexpr double kFlight_su_per_s = 1;
+  const auto ahead = [](double way_su) {
+    return Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -way_su));
+  };
+  MotionModel motion;
+  for (int i = 0; i < 2; ++i) motion.Add(ahead(kDrift_su_per_s * 2), 2);
+  const double drifting = motion.Velocity(1).mean.linear_su_per_s.z();
+  for (int i = 0; i < 2; ++i) motion.Add(ahead(kFlight_su_per_s * kFrame_s), kFrame_s);
+  EXPECT_NEAR(motion.Velocity(0).mean.linear_su_per_s.norm(), kFlight_su_per_s, 1e-9);
+  // Between two drifts, with the flight behind the second one.
+  EXPECT_NEAR(motion.Velocity(3).mean.linear_su_per_s.z(), drifting, 1e-9);
+}
+
 TEST(MotionModel, TakesWhatIsExpectedUntilThereIsAMotion) {
   MotionModel motion;
   motion.Expect(Step(), 0.1);

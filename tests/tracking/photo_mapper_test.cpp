@@ -121,6 +121,55 @@ TEST(PhotoFeatures, AreWhereTheStructuresAre) {
   }
 }
 
+// Root mean square distance from the truth after alignment.
+double ErrorOfFrames(const Placed& placed, const Sequence& sequence) {
+  std::vector<Eigen::Vector3d> found;
+  std::vector<Eigen::Vector3d> truth;
+  for (const auto& [index, T_world_cam] : placed.T_world_cam) {
+    found.push_back(T_world_cam.translation());
+    truth.push_back(sequence.T_world_cam[static_cast<std::size_t>(index)].translation());
+  }
+  const Similarity fit = FitSimilarity(found, truth);
+  double sum = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) sum += (fit * found[i] - truth[i]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(found.size()));
+}
+
+TEST(PhotoMapper, FollowsTheShutterOfFramesOfAVideo) {
+  CameraModel sensor = SmallCamera();
+  sensor.shutter = {0.03, false};
+  const TexturedGround ground(true);
+  const Sequence sequence = FlyUnsteadily(ground, sensor, 40);
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < sequence.frames.size(); i += 2) frames.push_back(sequence.frames[i]);
+  PhotoMapperOptions options;
+  options.are_frames = true;
+  const Placed followed = Place(Shuffled(frames, 3), options);
+  const Placed as_photos = Place(Shuffled(frames, 3));
+  ASSERT_THAT(followed.T_world_cam, SizeIs(frames.size()));
+  ASSERT_THAT(as_photos.T_world_cam, SizeIs(frames.size()));
+  EXPECT_LT(ErrorOfFrames(followed, sequence), 0.5 * ErrorOfFrames(as_photos, sequence));
+  ASSERT_THAT(followed.keyframes, SizeIs(frames.size()));
+  for (const Keyframe& keyframe : followed.keyframes) {
+    EXPECT_FALSE(keyframe.velocity == CameraVelocity());
+    EXPECT_EQ(keyframe.sparse_pixels.size(), keyframe.sparse_depths_su.size());
+  }
+  for (const SparseImage& image : followed.sparse.images) EXPECT_TRUE(image.velocity.has_value());
+  for (const SparseImage& image : as_photos.sparse.images) EXPECT_FALSE(image.velocity.has_value());
+}
+
+TEST(PhotoMapper, AGlobalShutterIsNotFollowed) {
+  PhotoMapperOptions options;
+  options.are_frames = true;
+  const Placed placed = Place(Shuffled(Houses().frames, 5), options);
+  ASSERT_THAT(placed.T_world_cam, SizeIs(Houses().frames.size()));
+  for (const auto& [index, T_world_cam] : placed.T_world_cam) {
+    EXPECT_EQ(T_world_cam.translation(), PlacedHouses().T_world_cam.at(index).translation());
+  }
+  // Who calibrates asks how they moved.
+  for (const SparseImage& image : placed.sparse.images) EXPECT_TRUE(image.velocity.has_value());
+}
+
 TEST(PhotoMapper, PlacesPhotosInAnyOrder) {
   const Placed& placed = PlacedHouses();
   ASSERT_THAT(placed.T_world_cam, SizeIs(Houses().frames.size()));

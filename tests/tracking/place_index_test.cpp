@@ -71,6 +71,62 @@ TEST(PlaceIndex, KnowsEachPlaceAgainAmongAHundred) {
   }
 }
 
+// Descriptors that are as unlike each other as those of images are: their bits are not even.
+std::vector<Feature> UnevenFeatures(int count, std::mt19937_64& random) {
+  std::vector<Feature> features(static_cast<std::size_t>(count));
+  for (Feature& feature : features) {
+    for (std::uint64_t& word : feature.descriptor) word = random() & (random() | random());
+  }
+  return features;
+}
+
+TEST(PlaceIndex, ComparesAnImageWithNoMoreTheMorePlacesThereAre) {
+  constexpr int kNumFeatures = 200;
+  // Buckets of 64 at most, in eight tables, of which some are halves of 65.
+  constexpr std::size_t kMaxCompared = 8 * 64 * kNumFeatures;
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> place = UnevenFeatures(kNumFeatures, random);
+  PlaceIndex index;
+  index.Add(0, place);
+  std::size_t num_at_half = 0;
+  constexpr KeyframeId kNumPlaces = 3000;
+  for (KeyframeId id = 1; id < kNumPlaces; ++id) {
+    index.Add(id, UnevenFeatures(kNumFeatures, random));
+    if (id == kNumPlaces / 2) num_at_half = index.NumCompared(place);
+  }
+  EXPECT_LT(index.NumCompared(place), kMaxCompared);
+  // It goes up and down with how full the buckets are, by a factor of two at most.
+  EXPECT_LT(index.NumCompared(place), 1.5 * static_cast<double>(num_at_half));
+  // And finds it all the same: of 20 bits changed, (1 - 20/256)^19 = 21 % of the hashes stay.
+  const auto matches = index.Query(SeenAgain(place, 20, random), 2);
+  ASSERT_FALSE(matches.empty());
+  EXPECT_EQ(matches[0].keyframe, 0U);
+  EXPECT_GT(matches[0].num_votes, kNumFeatures / 2);
+}
+
+TEST(PlaceIndex, AnswersByWhatItHasAndNotByWhatItHad) {
+  std::mt19937_64 random(SeedFromTestName());
+  const std::vector<Feature> place = RandomFeatures(100, random);
+  const std::vector<Feature> query = SeenAgain(place, 25, random);
+  PlaceIndex index;
+  PlaceIndex other;
+  for (KeyframeId id = 0; id < 40; ++id) index.Add(id, SeenAgain(place, 10, random));
+  for (KeyframeId id = 40; id < 300; ++id) {  // in the same buckets
+    const std::vector<Feature> added = SeenAgain(place, 10, random);
+    index.Add(id, added);
+    if (id >= 260) other.Add(id, added);
+  }
+  for (KeyframeId id = 0; id < 260; ++id) index.Remove(id);
+  EXPECT_EQ(index.NumCompared(query), other.NumCompared(query));
+  const std::vector<PlaceMatch> matches = index.Query(query, 50);
+  const std::vector<PlaceMatch> expected = other.Query(query, 50);
+  ASSERT_EQ(matches.size(), expected.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    EXPECT_EQ(matches[i].keyframe, expected[i].keyframe);
+    EXPECT_EQ(matches[i].num_votes, expected[i].num_votes);
+  }
+}
+
 TEST(PlaceIndex, PutsThePlaceThatSharesMoreFirst) {
   std::mt19937_64 random(SeedFromTestName());
   const std::vector<Feature> features = RandomFeatures(60, random);

@@ -63,6 +63,20 @@ class PointCulling : public testing::Test {
   Map map_{0, SmallCamera(), FeatureOptions{}};
 };
 
+// What a keyframe costs must not grow with the map.
+TEST_F(PointCulling, LooksAgainOnlyAtPointsOnProbationAndAtThoseThatWereDue) {
+  for (int i = 0; i < 3; ++i) Visit(Pose(), true);
+  EXPECT_EQ(map_.TakeWatched().size(), points_.size());  // created with the third keyframe
+  for (const PointId id : map_.PointIds()) map_.Watch(id);
+  Visit(Pose(), true);
+  EXPECT_TRUE(map_.TakeWatched().empty());
+  CountShown(map_, AddKeyframe(Pose()));
+  EXPECT_TRUE(map_.TakeWatched().empty());  // nothing that it shares with others
+  Visit(Pose(), false);
+  CountShown(map_, map_.keyframes().size() - 1);
+  EXPECT_EQ(map_.TakeWatched().size(), points_.size());  // all of them were due there
+}
+
 TEST_F(PointCulling, TakesPointsThatManyKeyframesDoNotShowButNotTheOthers) {
   for (int i = 0; i < kMany; ++i) Visit(Pose(), false);
   EXPECT_FALSE(TestedIsAlive());

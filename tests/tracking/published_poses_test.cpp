@@ -70,6 +70,18 @@ TEST(PublishedPoses, HaveTheCulledKeyframesToo) {
 }
 
 // Worked by hand: the first keyframe takes twice the lengths around itself, the last one stays.
+TEST(PublishedPoses, HaveCulledKeyframesWhoseAnchorIsCulledToo) {
+  std::vector<std::unique_ptr<Map>> maps = OneMap();
+  maps[0]->RemoveKeyframe(2, 1);
+  PublishedPoses published;
+  published.Publish(maps);
+  for (KeyframeId id = 0; id < 3; ++id) {
+    EXPECT_EQ(Difference(published.Latest()->At(10 + static_cast<std::int64_t>(id)).S_world_kf,
+                         maps[0]->S_world_kf(id)),
+              0);
+  }
+}
+
 TEST(PublishedPoses, FollowACorrectionWhileAnOldSnapshotStays) {
   const std::vector<std::unique_ptr<Map>> maps = OneMap();
   PublishedPoses poses;

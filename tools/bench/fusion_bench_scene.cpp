@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 
 constexpr double kHeight_su = 10;
 constexpr double kTiltDeg = 60;  // of the line of sight below the horizon
-constexpr double kNewShare = 0.06;
 constexpr double kFocalPerWidth = 0.9;
 constexpr double kNoise_px = 0.25;
 constexpr double kBaselinePerDepth = 0.15;
@@ -56,14 +55,14 @@ double Meet(const Vector3d& origin, const Vector3d& ray) {
   return depth_su;
 }
 
-Pose FlightPose(const CameraModel& camera, int index) {
+Pose FlightPose(const CameraModel& camera, int index, double new_share) {
   const double tilt = kTiltDeg * std::numbers::pi / 180;
   const double depth_su = kHeight_su / std::sin(tilt);
   Eigen::Matrix3d R_world_cam;
   R_world_cam.col(0) = Vector3d::UnitX();
   R_world_cam.col(2) = Vector3d(0, std::cos(tilt), -std::sin(tilt));
   R_world_cam.col(1) = R_world_cam.col(2).cross(R_world_cam.col(0));
-  const double step_su = kNewShare * depth_su * camera.width / camera.fx;
+  const double step_su = new_share * depth_su * camera.width / camera.fx;
   return {R_world_cam, Vector3d(index * step_su, 0, kHeight_su)};
 }
 
@@ -79,7 +78,7 @@ std::vector<bool> Holes(const CameraModel& camera, std::mt19937& random) {
 
 }  // namespace
 
-PosedDepthMap WavyGroundMap(int width_px, int height_px, int index) {
+PosedDepthMap WavyGroundMap(int width_px, int height_px, int index, double new_share) {
   PosedDepthMap posed;
   DepthMap& map = posed.map;
   CameraModel& camera = map.camera;
@@ -88,7 +87,7 @@ PosedDepthMap WavyGroundMap(int width_px, int height_px, int index) {
   camera.fx = camera.fy = kFocalPerWidth * width_px;
   camera.cx = 0.5 * (width_px - 1);
   camera.cy = 0.5 * (height_px - 1);
-  posed.T_world_cam = FlightPose(camera, index);
+  posed.T_world_cam = FlightPose(camera, index, new_share);
   map.keyframe_id = map.frame_index = index;
   map.depth = cv::Mat::zeros(height_px, width_px, CV_32FC1);
   map.normal = cv::Mat::zeros(height_px, width_px, CV_32FC3);

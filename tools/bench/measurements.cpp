@@ -69,4 +69,38 @@ int FusionCommand::Run() const {
   return 0;
 }
 
+FlightCommand::FlightCommand(CLI::App& tool)
+    : app_(*tool.add_subcommand(
+          "flight", "what a depth map costs, and the memory, while a model grows without end")) {
+  app_.add_option("--surfels", options_.num_surfels, "of the model in the end")
+      ->capture_default_str();
+  app_.add_option("--width", options_.width_px, "of the depth maps, in pixels")
+      ->capture_default_str();
+  app_.add_option("--height", options_.height_px, "of the depth maps, in pixels")
+      ->capture_default_str();
+  app_.add_option("--new-share", options_.new_share, "of the ground, with each map")
+      ->capture_default_str();
+  app_.add_option("--row", options_.num_per_row, "maps of a row of the table")
+      ->capture_default_str();
+  app_.add_option("--again", options_.num_maps_again, "maps of the beginning, flown once more")
+      ->capture_default_str();
+  app_.add_flag("--save", options_.with_save, "save the state of the model after each row");
+  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  Tool::AddOptions(app_, ListOptions(options_.fusion), "fusion.");
+}
+
+int FlightCommand::Run() const {
+  RequireOption(options_.width_px >= 32, "width", "at least 32", options_.width_px);
+  RequireOption(options_.height_px >= 32, "height", "at least 32", options_.height_px);
+  RequireOption(options_.num_surfels >= 1, "surfels", "at least 1", options_.num_surfels);
+  RequireOption(options_.new_share > 0 && options_.new_share <= 1, "new-share", "in (0, 1]",
+                options_.new_share);
+  RequireOption(options_.num_per_row >= 1, "row", "at least 1", options_.num_per_row);
+  RequireOption(options_.num_maps_again >= 1, "again", "at least 1", options_.num_maps_again);
+  for (const Table& table : ToTables(BenchFlight(options_, device_))) {
+    std::printf("%s\n", ToText(table).c_str());
+  }
+  return 0;
+}
+
 }  // namespace mono3d::tools

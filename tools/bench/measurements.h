@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bench/depth_bench.h"
+#include "bench/flight_bench.h"
 #include "bench/fusion_bench.h"
 #include "mono3d/gpu/device.h"
 
@@ -38,6 +39,18 @@ class FusionCommand {
   FusionBenchOptions options_;
   DeviceOptions device_;
   std::string json_;
+};
+
+class FlightCommand {
+ public:
+  explicit FlightCommand(CLI::App& tool);
+  bool is_asked_for() const { return app_.parsed(); }
+  int Run() const;
+
+ private:
+  CLI::App& app_;
+  FlightBenchOptions options_;
+  DeviceOptions device_;
 };
 
 }  // namespace mono3d::tools

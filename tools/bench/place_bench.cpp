@@ -225,6 +225,8 @@ void AskOther(const PlaceBenchOptions& options, const std::string& folder, const
 
 PlaceBenchResult BenchPlaces(const PlaceBenchOptions& options) {
   options.source.Validate();
+  RequireOption(options.source.stride >= 1, "stride", "a number here: the footage is divided by it",
+                options.source.stride);
   options.tracking.Validate();
   const PlaceTruth truth = ReadPlaceTruth(options.folder);
   PlaceBenchResult result;

@@ -22,8 +22,7 @@ constexpr const char* kCommandFile = "bench.json";  // what made the results bes
 
 // Nothing when the file is not there or is no JSON object.
 Json ReadJson(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  Json json = ParseJson<Json>(file);
+  Json json = ReadJsonFile<Json>(path);
   return json.is_object() ? json : Json::object();
 }
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <ctime>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -35,8 +34,7 @@ std::string Today() {
 std::string Devices(std::span<const SequenceResult> results, const std::filesystem::path& output) {
   std::set<std::string> names;
   for (const SequenceResult& result : results) {
-    std::ifstream file(output / result.name / "run.json");
-    const Json record = ParseJson<Json>(file);
+    const Json record = ReadJsonFile<Json>(output / result.name / "run.json");
     const Json::json_pointer at("/device/name");
     if (record.is_object() && record.contains(at) && record.at(at).is_string()) {
       names.insert(record.at(at).get<std::string>());

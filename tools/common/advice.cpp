@@ -134,7 +134,7 @@ Advice AdviceOfModel(const Reconstruction& reconstruction, const RunRecord& reco
   if (map.health.state == HealthState::kGood) return {};
   if (Advice camera = AdviceOfCamera(record); !camera.cause.empty()) return camera;
   constexpr std::size_t kManyMaps = 3;
-  if (reconstruction.maps.size() >= kManyMaps && !record.are_photos) {
+  if (reconstruction.maps.size() >= kManyMaps && !record.are_photos && !record.is_sparse_video) {
     return {"tracking began again " + std::to_string(reconstruction.maps.size() - 1) +
                 " times: the images may be in the wrong order, or not of one flight",
             "check the names of the images (they are taken in natural order), or say --photos"};

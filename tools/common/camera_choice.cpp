@@ -85,7 +85,7 @@ int TellOfTurn(const std::string& input) {
 FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& source) {
   return [input, source](const CameraModel& camera, int start, int max_frames) {
     FrameSourceOptions part = source;
-    part.start += start * source.stride;
+    part.start += start * std::max(1, source.stride);
     if (max_frames > 0) {
       // Never past the frames that the run itself will see.
       const int left = source.max_frames > 0 ? source.max_frames - start : max_frames;

@@ -10,12 +10,12 @@
 #include <iterator>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <system_error>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/image_file.h"
 
 namespace mono3d::tools {
 namespace {
@@ -27,9 +27,13 @@ std::string FileBytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// An eighth of the size: enough to tell images apart, and JPEG decodes it fast.
-cv::Mat SmallGrey(const std::string& path) {
-  return cv::imread(path, cv::IMREAD_REDUCED_GRAYSCALE_8 | cv::IMREAD_IGNORE_ORIENTATION);
+// An eighth of the size: enough to tell images apart. Empty where it cannot be read.
+cv::Mat SmallImage(const std::string& path) {
+  try {
+    return ReadSmallImage(path);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 // The bytes of an image, and where they differ its pixels; each read once.
@@ -43,21 +47,21 @@ class OneImage {
       if (bytes_.empty()) bytes_ = FileBytes(path_);
       if (FileBytes(other) == bytes_) return true;
     }
-    if (!grey_) grey_ = SmallGrey(path_);
-    const cv::Mat grey = SmallGrey(other);
-    return !grey.empty() && grey.size() == grey_->size() &&
-           cv::norm(grey, *grey_, cv::NORM_INF) == 0;
+    if (!small_) small_ = SmallImage(path_);
+    const cv::Mat small = SmallImage(other);
+    return !small.empty() && small.size() == small_->size() &&
+           cv::norm(small, *small_, cv::NORM_INF) == 0;
   }
 
  private:
   std::string path_;
   std::string bytes_;
-  std::optional<cv::Mat> grey_;
+  std::optional<cv::Mat> small_;
 };
 
 // Two that differ end it.
 bool AreAllSame(const std::vector<std::string>& images) {
-  if (SmallGrey(images.front()).empty()) return false;  // unreadable: that is told elsewhere
+  if (SmallImage(images.front()).empty()) return false;  // unreadable: that is told elsewhere
   OneImage first(images.front());
   for (std::size_t i = 1; i < images.size(); ++i) {
     if (!first.IsSameAs(images[i])) return false;

@@ -11,6 +11,41 @@
 #include "mono3d/core/error.h"
 
 namespace mono3d::tools {
+namespace {
+
+// Nothing but how deep it is.
+class DepthCheck : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool key(string_t&) override { return true; }
+  bool start_object(std::size_t) override { return ++depth_ <= kMaxDepth; }
+  bool end_object() override { return --depth_ >= 0; }
+  bool start_array(std::size_t) override { return ++depth_ <= kMaxDepth; }
+  bool end_array() override { return --depth_ >= 0; }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
+    return false;
+  }
+
+ private:
+  static constexpr int kMaxDepth = 64;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+nlohmann::json StateFromCbor(const std::string& bytes) {
+  DepthCheck check;
+  if (!nlohmann::json::sax_parse(bytes, &check, nlohmann::json::input_format_t::cbor)) {
+    throw Error("the journal is damaged: a part of it is no CBOR");
+  }
+  return nlohmann::json::from_cbor(bytes);
+}
 
 nlohmann::json PoseToJson(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation();

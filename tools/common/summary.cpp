@@ -57,6 +57,11 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
       std::printf("\n");
     }
   }
+  if (record.num_passed_over_images) {
+    std::printf("images taken %lld, left out with next to no motion %lld (--stride auto)\n",
+                static_cast<long long>(counts.num_frames),
+                static_cast<long long>(*record.num_passed_over_images));
+  }
   if (record.num_skipped_images > 0) {
     std::printf("unreadable images skipped %lld\n",
                 static_cast<long long>(record.num_skipped_images));
@@ -65,16 +70,16 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("keyframes left out, images no longer kept %lld\n",
                 static_cast<long long>(counts.num_keyframes_without_image));
   }
+  const bool are_placed_together = record.are_photos || record.is_sparse_video;
+  const char* images = record.are_photos ? "photographs" : "images";
   for (const auto& [reason, times] : counts.untracked_frames) {
-    if (!record.are_photos) break;
-    std::printf("photographs without a pose %lld: %s\n", static_cast<long long>(times),
+    if (!are_placed_together) break;
+    std::printf("%s without a pose %lld: %s\n", images, static_cast<long long>(times),
                 reason.c_str());
   }
-  if (result.maps.size() > 1 && record.are_photos) {
-    std::printf(
-        "the photographs make %zu maps that have nothing in common, the largest one is the "
-        "model\n",
-        result.maps.size());
+  if (result.maps.size() > 1 && are_placed_together) {
+    std::printf("the %s make %zu maps that have nothing in common, the largest one is the model\n",
+                images, result.maps.size());
   } else if (result.maps.size() > 1) {
     std::printf("tracking was lost and started again: %zu maps, the longest one is the model\n",
                 result.maps.size());

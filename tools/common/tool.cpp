@@ -110,11 +110,20 @@ void Tool::AddOptions(CLI::App& app, const std::vector<OptionField>& fields,
     // Options of a stage are called as in the code; the input's as on any command line.
     if (dot == std::string::npos) std::replace(name.begin(), name.end(), '_', '-');
     const std::string group = dot == std::string::npos ? "Input" : "Stage " + name.substr(0, dot);
-    std::visit(
+    CLI::Option* option = std::visit(
         [&](auto* value) {
-          app.add_option("--" + name, *value, field.help)->group(group)->capture_default_str();
+          return app.add_option("--" + name, *value, field.help)
+              ->group(group)
+              ->capture_default_str();
         },
         field.value);
+    if (field.words.empty()) continue;
+    option->transform(
+        [words = field.words](const std::string& text) {
+          const auto word = std::ranges::find(words, text, &OptionWord::word);
+          return word == words.end() ? text : std::to_string(word->value);
+        },
+        "");
   }
 }
 

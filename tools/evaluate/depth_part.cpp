@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -14,6 +14,7 @@
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/depth_map_files.h"
+#include "mono3d/io/image_file.h"
 
 namespace mono3d::tools {
 namespace {
@@ -65,7 +66,8 @@ cv::Mat MatchedAlone(const DepthFiles& files, const cv::Mat& estimate) {
   if (ending == endings.end()) return {};
   path.replace(path.size() - ending->size(), ending->size(), ".inferred.png");
   if (!std::filesystem::exists(path)) return {};
-  const cv::Mat inferred = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  cv::Mat inferred;
+  cv::extractChannel(ReadImage(path), inferred, 0);  // of three that are the same
   if (inferred.size() != estimate.size()) return {};
   cv::Mat matched = estimate.clone();
   matched.setTo(0, inferred);

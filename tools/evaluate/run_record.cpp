@@ -3,8 +3,6 @@
 
 #include "evaluate/run_record.h"
 
-#include <fstream>
-
 #include "common/json_file.h"
 #include "mono3d/core/error.h"
 
@@ -99,8 +97,7 @@ Table OptionTable(const Json& record) {
 }  // namespace
 
 Json ReadRecord(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  const Json json = ParseJson<Json>(file);
+  const Json json = ReadJsonFile<Json>(path);
   if (json.is_discarded() || !json.is_object()) {
     throw Error(ErrorParts{.what = "not the record of a run",
                            .where = path.string(),

@@ -24,7 +24,7 @@ void RequireKnownProducts(const std::string& names) {
 int WriteRunProducts(const std::string& names, const std::filesystem::path& folder) {
   if (names.empty()) return 0;
   const FinishedRun run = ReadFinishedRun(folder);
-  return WriteProducts(ChooseProducts(names), run, folder / "products") == 0 ? 0 : 1;
+  return WriteProducts(ChooseProducts(names), run, ProductFolderOf(folder)) == 0 ? 0 : 1;
 }
 
 }  // namespace mono3d::tools

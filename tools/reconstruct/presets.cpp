@@ -25,6 +25,23 @@ void AddPresets(Tool& tool, PipelineOptions& options) {
   fast->excludes(best);
 }
 
+void AddMemoryLimit(Tool& tool, PipelineOptions& options) {
+  constexpr int kLeast_mb = 16;
+  constexpr int kMost_mb = 1 << 24;
+  tool.app()
+      .add_option_function<int>(
+          "--max-memory",
+          [&options](const int& mb) {
+            SurfelStorageOptions& storage = options.fusion.storage;
+            storage.max_device_mb = mb - mb / 4;
+            storage.max_host_mb = mb / 4;
+          },
+          "MB of memory for the surfels of the model, of any length of the flight: those that are "
+          "out of view beyond it are in a file in the output folder until the run ends (default: "
+          "three eighths of the memory)")
+      ->check(CLI::Range(kLeast_mb, kMost_mb));
+}
+
 std::vector<std::string> ShownOptions() {
   return {"help", "help-all", "version", "output", "camera",   "photos",    "live",   "view",
           "fast", "best",     "resize",  "stride", "products", "positions", "device", "config"};

@@ -20,6 +20,9 @@ void SetBest(PipelineOptions& options);
 
 void AddPresets(Tool& tool, PipelineOptions& options);
 
+// --max-memory: of the surfels, three quarters of it on the device, the rest beside it.
+void AddMemoryLimit(Tool& tool, PipelineOptions& options);
+
 // Of --help: the long names of the dozen options that matter.
 std::vector<std::string> ShownOptions();
 

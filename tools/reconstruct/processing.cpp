@@ -17,6 +17,11 @@ namespace {
 // An end that fails is tried again: it leaves out the stage that failed.
 constexpr int kMaxEnds = 3;
 
+void NoteImagesLeftOut(const FrameSource& source, RunRecord& record) {
+  record.num_skipped_images = source.num_skipped();
+  if (record.num_passed_over_images) record.num_passed_over_images = source.num_passed_over();
+}
+
 // `process_next` until it has no more frames.
 template <typename ProcessNext>
 void ProcessAll(RunRecord& record, const ProcessNext& process_next) {
@@ -43,7 +48,7 @@ void PushAll(std::unique_ptr<FrameSource> source, Pace pace, AnyPipeline& pipeli
     if (frame) push(*std::move(frame));
     return frame.has_value() || StopRequested();
   });
-  record.num_skipped_images = source->num_skipped();
+  NoteImagesLeftOut(*source, record);
 }
 
 // `stop`, and again after an error; an empty result where it fails each time.
@@ -83,7 +88,7 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
     after_frame(index, timestamp_s);
     return true;
   });
-  record.num_skipped_images = source.num_skipped();
+  NoteImagesLeftOut(source, record);
 }
 
 void PushFrames(std::unique_ptr<FrameSource> source, Pace pace, Pipeline& pipeline,

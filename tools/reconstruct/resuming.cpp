@@ -3,11 +3,14 @@
 
 #include "reconstruct/resuming.h"
 
+#include <bit>
+#include <functional>
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,6 +19,31 @@
 
 namespace mono3d::tools {
 namespace {
+
+std::uint64_t Hashed(std::uint64_t before, std::string_view bytes) {
+  const std::uint64_t hash = std::hash<std::string_view>{}(bytes);
+  constexpr std::uint64_t kOddFactor = 0x9E3779B97F4A7C15U;  // the golden ratio's: mixes all bits
+  return (std::rotl(before, 23) ^ hash) * kOddFactor;
+}
+
+class DigestedSource : public FrameSource {
+ public:
+  DigestedSource(std::unique_ptr<FrameSource> source, InputDigest& digest)
+      : source_(std::move(source)), digest_(digest) {}
+
+  std::optional<Frame> Next() override {
+    std::optional<Frame> frame = source_->Next();
+    if (frame) digest_.Add(*frame);
+    return frame;
+  }
+  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
+  std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  const CameraModel& camera() const override { return source_->camera(); }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  InputDigest& digest_;
+};
 
 // The images of those frames, of all up to `last_frame`.
 std::map<std::int64_t, cv::Mat> ReadUpTo(std::int64_t last_frame,
@@ -42,6 +70,18 @@ std::map<std::int64_t, cv::Mat> ReadUpTo(std::int64_t last_frame,
 
 }  // namespace
 
+void InputDigest::Add(const Frame& frame) {
+  value_ = Hashed(value_ ^ static_cast<std::uint64_t>(frame.index), frame.name);
+  const std::size_t row_size = static_cast<std::size_t>(frame.bgr.cols) * frame.bgr.elemSize();
+  for (int row = 0; row < frame.bgr.rows; ++row) {
+    value_ = Hashed(value_, {frame.bgr.ptr<char>(row), row_size});
+  }
+}
+
+std::unique_ptr<FrameSource> WithDigest(std::unique_ptr<FrameSource> source, InputDigest& digest) {
+  return std::make_unique<DigestedSource>(std::move(source), digest);
+}
+
 nlohmann::json PutRun(const JournaledRun& run, const EarlierParts& earlier, double wall_s,
                       StateFolder& states) {
   run.pipeline.SaveState(states);
@@ -49,16 +89,21 @@ nlohmann::json PutRun(const JournaledRun& run, const EarlierParts& earlier, doub
   for (const StageTime& time : run.times.Snapshot()) {
     stages.push_back({time.stage, time.num_calls, time.wall_ms, time.gpu_ms, time.cpu_ms});
   }
-  return {{"frames", run.frames.ToJson()},     {"notes", run.notes.ToJson()},
-          {"files", run.files.ToJson()},       {"stages", stages},
-          {"wall_s", earlier.wall_s + wall_s}, {"cpu_s", earlier.cpu_s + 1e-3 * ProcessCpuMs()},
-          {"last_frames", earlier.last_frames}};
+  return {{"frames", run.frames.ToJson()},      {"notes", run.notes.ToJson()},
+          {"files", run.files.ToJson()},        {"stages", stages},
+          {"wall_s", earlier.wall_s + wall_s},  {"cpu_s", earlier.cpu_s + 1e-3 * ProcessCpuMs()},
+          {"last_frames", earlier.last_frames}, {"input", run.input.value()}};
 }
 
 EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun& run) {
   const nlohmann::json state = journal.ReadState();
   const std::map<std::int64_t, cv::Mat> images =
       ReadUpTo(journal.last_frame(), Pipeline::FramesOfState(journal.states()), source);
+  // Else the result would be of images that this input never had together.
+  if (!state.contains("input") || state["input"] != run.input.value()) {
+    throw Error(
+        "the images have changed since the run was broken off: start anew without --resume");
+  }
   run.pipeline.RestoreState(journal.states(), [&](std::int64_t index) {
     const auto found = images.find(index);
     return found == images.end() ? cv::Mat() : found->second.clone();

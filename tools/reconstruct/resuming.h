@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -18,6 +19,20 @@
 
 namespace mono3d::tools {
 
+// Of the names and pixels of the frames that were read so far, in their order. For one program on
+// one machine: nothing else compares it.
+class InputDigest {
+ public:
+  void Add(const Frame& frame);
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0;
+};
+
+// Adds what is read to `digest`, which must outlive it.
+std::unique_ptr<FrameSource> WithDigest(std::unique_ptr<FrameSource> source, InputDigest& digest);
+
 // What a journal saves of a run: its pipeline, and what the tool itself has collected.
 struct JournaledRun {
   Pipeline& pipeline;
@@ -25,6 +40,7 @@ struct JournaledRun {
   RunNotes& notes;
   AdoptedFiles::Run& files;
   StageTimes& times;
+  const InputDigest& input;
 };
 
 // The parts of a run that were made by processes before this one.
@@ -38,7 +54,8 @@ struct EarlierParts {
 nlohmann::json PutRun(const JournaledRun& run, const EarlierParts& earlier, double wall_s,
                       StateFolder& states);
 
-// Takes the run to where the journal has it: reads `source` up to its last frame. Throws
+// Takes the run to where the journal has it: reads `source`, whose digest is `run.input`, up to its
+// last frame. Throws
 // UsageError where the journal is of another run, Error where it is damaged or the input is no
 // longer the same.
 EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun& run);

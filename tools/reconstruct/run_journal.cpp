@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/state_json.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -33,12 +34,15 @@ constexpr const char* kManifest = "manifest";
 
 double JournalClock_s() { return 1e-3 * WallClockMs(); }
 
-// By what the result of a run is determined.
+// By what the result of a run is determined. Where its surfels are makes no difference.
 nlohmann::json IdentityOf(const RunRecord& record) {
   nlohmann::json identity = {
       {"version of mono3d", Version()}, {"input", record.input}, {"camera", record.camera}};
   for (const OptionField& option : record.options) {
-    std::visit([&](const auto* value) { identity["--" + option.name] = *value; }, option.value);
+    if (option.name.starts_with("fusion.storage.")) continue;
+    nlohmann::json& value = identity["--" + option.name];
+    std::visit([&](const auto* of_option) { value = *of_option; }, option.value);
+    if (const auto word = WordOf(option)) value = *word;
   }
   return identity;
 }
@@ -62,7 +66,7 @@ nlohmann::json RunJournal::ReadState() {
   nlohmann::json state;
   try {
     const std::string bytes = states_.Get(kToolPart);
-    state = nlohmann::json::from_cbor(bytes);
+    state = StateFromCbor(bytes);
     const nlohmann::json& saved = state.at("identity");
     for (const auto& [name, value] : identity_.items()) {
       if (saved.contains(name) && saved.at(name) == value) continue;

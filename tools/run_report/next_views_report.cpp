@@ -59,7 +59,9 @@ Section NextViewsSection(const MapReconstruction& map, const NextViews& next) {
       "Views that would show most of what is hidden or weak, the best first, each beside those "
       "before it. Fly past each of them sideways: depth needs several images from places apart. "
       "Obstacles that the model does not show are not known. Positions and directions are in "
-      "next_views.json, and mono3d-view shows them."};
+      "next_views.json" +
+      std::string(map.georeference ? ", on the map in next_views.kml" : "") +
+      ", and mono3d-view shows them."};
   Figure figure;
   figure.name = "next_views";
   figure.image = NextViewsPicture(map, next);

@@ -59,14 +59,21 @@ bool Replace(std::string& html, std::string_view begin, const std::string& text)
   return true;
 }
 
+// The name of the input; of a folder "flight/images", as many have it, that of the flight.
+std::string TitleOf(const std::string& input) {
+  std::filesystem::path path = std::filesystem::path(input).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (path.filename() == "images" && path.parent_path().has_filename()) path = path.parent_path();
+  return path.filename().string();
+}
+
 }  // namespace
 
 Page RunPage(const RunReport& report, const cv::Mat& overview) {
   const std::vector<FrameOutcome> outcomes =
       FrameOutcomes(report.notes.frames(), report.reconstruction);
   Page page;
-  const std::filesystem::path input(report.record.input);
-  page.title = (input.has_filename() ? input : input.parent_path()).filename().string();
+  page.title = TitleOf(report.record.input);
   page.subtitle = report.record.input + ", mono3d " + Version();
   page.key_figures = KeyFiguresOfRun(report, outcomes);
   page.html_after_key_figures = std::string(kBeginKeyFigures) + kEndOfPlace + "\n";

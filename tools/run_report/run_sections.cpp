@@ -372,7 +372,7 @@ Section TimeSection(const RunReport& report) {
           return text.str();
         },
         field.value);
-    options.rows.push_back({field.name, value});
+    options.rows.push_back({field.name, WordOf(field).value_or(value)});
   }
   section.folded_tables = {stages, options};
   return section;

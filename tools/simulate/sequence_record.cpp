@@ -3,7 +3,6 @@
 
 #include "simulate/sequence_record.h"
 
-#include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <variant>
@@ -31,8 +30,7 @@ std::string Difference(const SequenceRecord& there, const SequenceRecord& wanted
 }
 
 SequenceRecord Parse(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  SequenceRecord record = ParseJson<SequenceRecord>(file);
+  auto record = ReadJsonFile<SequenceRecord>(path);
   if (record.is_object() && record.contains("options") && record.contains("complete")) {
     return record;
   }

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
 
 #include "common/json_file.h"
 #include "mono3d/core/error.h"
@@ -89,8 +88,7 @@ std::string FolderTable(const std::vector<SuiteSequence>& suite,
   synthetic::FlightSamples samples;
   double depth_sum_m = 0;
   for (const SuiteSequence& sequence : suite) {
-    std::ifstream file(folder / sequence.name / "sequence.json");
-    const SequenceRecord record = ParseJson<SequenceRecord>(file);
+    const auto record = ReadJsonFile<SequenceRecord>(folder / sequence.name / "sequence.json");
     if (!record.is_object() || !record.contains("complete") || !IsComplete(record)) continue;
     const synthetic::FlightSamples own = ReadSamples(folder / sequence.name, record);
     samples.Append(own);

@@ -5,8 +5,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <system_error>
@@ -19,6 +17,7 @@
 #include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/image_file.h"
 #include "mono3d/io/trajectory_file.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "view/small_picture.h"
@@ -45,8 +44,7 @@ std::optional<Eigen::Matrix<double, kSize, 1>> NumbersOf(const nlohmann::json& j
 }
 
 nlohmann::json RecordOrNothing(const fs::path& path) {
-  std::ifstream stream(path);
-  nlohmann::json record = ParseJson<nlohmann::json>(stream);
+  nlohmann::json record = ReadJsonFile<nlohmann::json>(path);
   return record.is_object() ? record : nlohmann::json::object();
 }
 
@@ -82,6 +80,15 @@ std::map<std::string, std::pair<std::int64_t, fs::path>> ImagesOfInput(const std
   } catch (const Error&) {  // it has moved
   }
   return images;
+}
+
+// Null where it cannot be read.
+SharedBytes PictureOf(const fs::path& file, int interpolation) {
+  try {
+    return ToJpeg(SmallPicture(ReadImage(file), kPictureWidth_px, interpolation));
+  } catch (const Error&) {
+    return nullptr;
+  }
 }
 
 // As many as there are decimals of it: "000012".
@@ -229,14 +236,10 @@ SharedBytes RunFolder::Picture(const std::string& kind, std::int64_t keyframe) c
   if (keyframe < 0 || keyframe >= static_cast<std::int64_t>(keyframes_.size())) return nullptr;
   const Keyframe& asked = keyframes_[static_cast<std::size_t>(keyframe)];
   const std::lock_guard lock(mutex_);
-  if (kind == "image") {
-    const cv::Mat image = cv::imread(asked.image.string());
-    return ToJpeg(image.empty() ? image : SmallPicture(image, kPictureWidth_px, cv::INTER_AREA));
-  }
+  if (kind == "image") return PictureOf(asked.image, cv::INTER_AREA);
   if (asked.frame_index < 0) return nullptr;
   const fs::path stem = folder_ / "depth" / (SixDigits(asked.frame_index) + ".depth");
-  const cv::Mat preview = cv::imread(stem.string() + ".png");
-  if (!preview.empty()) return ToJpeg(SmallPicture(preview, kPictureWidth_px, cv::INTER_NEAREST));
+  if (SharedBytes preview = PictureOf(stem.string() + ".png", cv::INTER_NEAREST)) return preview;
   for (const char* ending : {".pfm", ".exr", "16.png"}) {
     std::error_code ignored;
     const std::string file = stem.string() + ending;

@@ -61,6 +61,7 @@
 #include "mono3d/io/depth_image_file.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/image_file.h"
 #include "mono3d/io/live_input.h"
 #include "mono3d/io/mesh_file.h"
 #include "mono3d/io/output_file.h"

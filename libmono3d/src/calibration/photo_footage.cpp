@@ -109,11 +109,13 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
   options_.num_features = std::max(500, options.num_features / kNumFeaturesOfRun);
   std::vector<tracking::PhotoFeatures> photos;
   std::vector<std::size_t> camera_of;
+  std::vector<double> timestamps_s;
   try {
     while (const std::optional<Frame> frame = source.Next()) {
       photos.push_back(
           tracking::ExtractPhotoFeatures(*frame, options_.num_features, options_.max_side_px));
       camera_of.push_back(camera_of_frame(frame->index));
+      timestamps_s.push_back(frame->timestamp_s);
       const CameraModel& taken_by = read_with[camera_of.back()];
       for (Eigen::Vector2d& pixel : photos.back().pixels) {
         pixel = ProjectDistorted(taken_by, frame->camera.Unproject(pixel));
@@ -125,6 +127,7 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
   for (const std::size_t photo : tracking::OrderOfContent(photos)) {
     photos_.push_back(std::move(photos[photo]));
     camera_of_.push_back(camera_of[photo]);
+    timestamps_s_.push_back(timestamps_s[photo]);
   }
   pairs_ = tracking::MatchPhotos(photos_, options_);
 }
@@ -145,9 +148,14 @@ std::vector<SparseModel> PhotoFootage::Map(std::span<const CameraModel> cameras,
       pixel = common.Project(rays[camera_of_[i]].At(pixel));
     }
   }
+  std::vector<tracking::PhotoTime> times;
+  for (std::size_t i = 0; options_.are_frames && i < photos_.size(); ++i) {
+    times.push_back({timestamps_s_[i], cameras[camera_of_[i]]});
+  }
   std::vector<SparseModel> maps;
   for (const tracking::PhotoMap& map :
-       tracking::MapPhotos(undistorted, pairs_, common, options_, kCalibrationTolerance).maps) {
+       tracking::MapPhotos(undistorted, pairs_, common, options_, kCalibrationTolerance, times)
+           .maps) {
     maps.push_back(WithCameras(WithFewerPoints(map.sparse), cameras, [&](std::int64_t photo) {
       return camera_of_[static_cast<std::size_t>(photo)];
     }));

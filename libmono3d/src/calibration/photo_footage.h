@@ -43,6 +43,7 @@ class PhotoFootage {
   PhotoMapperOptions options_;
   std::vector<tracking::PhotoFeatures> photos_;  // with pixels as taken
   std::vector<std::size_t> camera_of_;           // each photo
+  std::vector<double> timestamps_s_;             // of each photo
   std::vector<tracking::PhotoPair> pairs_;
 };
 

@@ -24,6 +24,10 @@ constexpr std::uint32_t kManifestVersion = 1;
 constexpr const char* kSavedState = "saved state";  // in messages
 constexpr std::string_view kPartsPrefix = "parts-";
 
+// What a part and a manifest take at most: a file that says more, or is, is not read into memory.
+constexpr std::uint64_t kMaxPartBytes = std::uint64_t{1} << 30U;
+constexpr std::uint64_t kMaxManifestBytes = std::uint64_t{1} << 28U;
+
 // A folder with more files than this has its smallest ones joined: opening it looks at each.
 constexpr std::size_t kMaxFiles = 256;
 
@@ -76,7 +80,8 @@ StateFolder::StateFolder(std::filesystem::path folder)
   parts_ = ReadManifest(manifest, generation_, next_file_);
   next_generation_ = generation_ + 1;
   for (const auto& [name, part] : parts_) {
-    if (part.size > std::uint64_t{1} << 62U || part.offset > std::uint64_t{1} << 62U) {
+    constexpr std::uint64_t kMaxOffset = std::uint64_t{1} << 62U;
+    if (part.size > kMaxPartBytes || part.offset > kMaxOffset || part.file >= next_file_) {
       ThrowDamaged("contradicts itself", manifest);
     }
     std::uint64_t& bytes = file_bytes_[part.file];
@@ -96,6 +101,7 @@ StateFolder::Parts StateFolder::ReadManifest(const std::filesystem::path& path,
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) ThrowSystemError("cannot read the file", path, error.value());
+  if (size > kMaxManifestBytes) ThrowDamaged("damaged: too long", path);
   const std::string bytes = ReadFileRange(path, 0, size);
   if (!bytes.starts_with(kManifestMagic)) ThrowDamaged("not one of mono3d", path);
   std::uint32_t version = 0;

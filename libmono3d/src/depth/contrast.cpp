@@ -25,13 +25,15 @@ using GreyQuantiles = std::array<double, kNumQuantiles>;
 
 // Between whole grey values as if those of one value were spread evenly over it.
 GreyQuantiles QuantilesOf(const cv::Mat& grey) {
-  std::array<double, 256> counts{};
+  std::array<int, 256> pixels{};
   double total = 0;
   for (int y = 0; y < grey.rows; y += kRowStep) {
     const auto* row = grey.ptr<std::uint8_t>(y);
-    for (int x = 0; x < grey.cols; ++x) counts[row[x]] += 1;
+    for (int x = 0; x < grey.cols; ++x) ++pixels[row[x]];
     total += grey.cols;
   }
+  std::array<double, 256> counts{};
+  std::copy(pixels.begin(), pixels.end(), counts.begin());
   GreyQuantiles quantiles{};
   std::size_t value = 0;
   double below = 0;
@@ -59,9 +61,9 @@ double VarianceOf(const GreyQuantiles& quantiles) {
 
 }  // namespace
 
-double ContrastGain(const cv::Mat& reference, const cv::Mat& image) {
-  const double of_reference = VarianceOf(QuantilesOf(reference));
-  const double of_image = VarianceOf(QuantilesOf(image));
+double ContrastOf(const cv::Mat& grey) { return VarianceOf(QuantilesOf(grey)); }
+
+double ContrastGain(double of_reference, double of_image) {
   if (of_reference < kMinVariance || of_image < kMinVariance) return 1;
   return std::clamp(std::sqrt(of_reference / of_image), 1 / kMaxContrastGain, kMaxContrastGain);
 }

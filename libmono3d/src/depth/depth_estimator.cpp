@@ -12,10 +12,13 @@
 
 #include "depth/buffers.h"
 #include "depth/bundle_checks.h"
+#include "depth/grey_images.h"
 #include "depth/hierarchy.h"
 #include "depth/image_noise.h"
 #include "depth/inference.h"
+#include "depth/inference_tiles.h"
 #include "depth/kernels.h"
+#include "depth/map_storage.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
 #include "depth/sky.h"
@@ -91,10 +94,11 @@ class VulkanDepthEstimator final : public DepthEstimator {
  private:
   DepthResult EstimateAtSize(const ImageBundle& bundle);
   void RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan);
-  void RecordNormals(const CameraModel& camera, double tolerance, const Buffer& inverse_depth);
+  NormalsParams ParamsOfNormals(const SweepGeometry& geometry, const SweepPlan& plan) const;
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
   EstimateBuffers Refined(const SweepPlan& plan) const;
   void Infer(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map);
+  void AddInferred(const cv::Rect& pixels, DepthMap& map) const;
 
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions given_;    // with full effort
@@ -113,6 +117,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Buffer response_;
   Buffer filtered_depth_;
   Buffer filtered_confidence_;
+  MapStorage storage_;
+  cv::Mat inferred_inverse_depth_;  // kept, like the buffers
+  cv::Mat inferred_confidence_;
+  cv::Mat inferred_normal_;
 };
 
 VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
@@ -151,9 +159,12 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
   if (!geometry.HasBaseline()) {
     return Rejected(DepthRejection::kNoBaseline, "no baseline between the images");
   }
-  hierarchy_.Upload(bundle);
+  const GreyImages greys = GreyImagesOf(bundle);
+  hierarchy_.Upload(bundle, greys);
   const Frame& reference = bundle.reference().frame;
-  noise_ = MeasureNoise(ToGrey(reference.bgr(reference.ContentOrAll())));
+  // A copy: filters would look beyond the borders of a part.
+  noise_ = MeasureNoise(reference.content.empty() ? greys.reference
+                                                  : greys.reference(reference.content).clone());
   const std::optional<InverseDepthRange> range =
       hierarchy_.FindRange(recorder_, bundle, geometry, times_);
   if (!range) return NotMatched(bundle, "the images do not overlap or do not match");
@@ -185,7 +196,7 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
   result.max_depth_su =
       plan.inverse_depth > 0 ? 1 / plan.inverse_depth : std::numeric_limits<double>::infinity();
   if (!has_depth) return result;
-  const std::optional<SideDifferences> sides = MeasureSides(bundle, geometry, map.depth);
+  const std::optional<SideDifferences> sides = MeasureSides(greys, geometry, map.depth);
   if (sides && AreUnrelated(*sides)) {
     result.rejection = DepthRejection::kNoMatch;
     result.reason = "the images do not match: those before and after the middle one disagree";
@@ -205,23 +216,25 @@ EstimateBuffers VulkanDepthEstimator::Refined(const SweepPlan& plan) const {
   return {hierarchy_.inverse_depth(), hierarchy_.confidence()};
 }
 
-void VulkanDepthEstimator::RecordNormals(const CameraModel& camera, double tolerance,
-                                         const Buffer& inverse_depth) {
+// At full resolution.
+NormalsParams VulkanDepthEstimator::ParamsOfNormals(const SweepGeometry& geometry,
+                                                    const SweepPlan& plan) const {
+  const CameraModel& camera = geometry.camera();
   const LevelSize size = SizeAtLevel(camera, 0);
-  kernels_.Normals(recorder_,
-                   {.width_px = size.width_px,
-                    .height_px = size.height_px,
-                    .fx = static_cast<float>(camera.fx),
-                    .fy = static_cast<float>(camera.fy),
-                    .cx = static_cast<float>(camera.cx),
-                    .cy = static_cast<float>(camera.cy),
-                    .tolerance = static_cast<float>(tolerance)},
-                   inverse_depth, normals_);
+  return {.width_px = size.width_px,
+          .height_px = size.height_px,
+          .fx = static_cast<float>(camera.fx),
+          .fy = static_cast<float>(camera.fy),
+          .cx = static_cast<float>(camera.cx),
+          .cy = static_cast<float>(camera.cy),
+          .tolerance = static_cast<float>(plan.step / (1u << static_cast<unsigned>(plan.level)))};
 }
 
 // Adds what is inferred to the map of what was matched, which stays as it is.
 void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan& plan,
                                  DepthMap& map) {
+  const std::vector<std::uint32_t> tiles = TilesWithoutDepth(map.depth);
+  if (tiles.empty()) return;
   inference_.Record(recorder_, {.size = SizeAtLevel(map.camera, 0),
                                 .images = hierarchy_.images(0),
                                 .halved = hierarchy_.images(1),
@@ -233,21 +246,37 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
                                 .step = plan.step,
                                 .projections = geometry.Projections(0),
                                 .min_views = options_.refinement.min_views,
-                                .sky = FindSky(map.bgr, map.depth)});
-  RecordNormals(map.camera, plan.step / (1u << static_cast<unsigned>(plan.level)),
-                inference_.inverse_depth());
+                                .sky = FindSky(map.bgr, map.depth),
+                                .tiles = tiles,
+                                .normals = ParamsOfNormals(geometry, plan)});
   recorder_.Submit(times_);
-  cv::Mat inverse_depth(map.depth.size(), CV_32FC1);
-  cv::Mat confidence(map.depth.size(), CV_32FC1);
-  cv::Mat normal(map.depth.size(), CV_32FC3);
-  inference_.inverse_depth().Download(
-      std::span<float>(inverse_depth.ptr<float>(), inverse_depth.total()));
-  inference_.confidence().Download(std::span<float>(confidence.ptr<float>(), confidence.total()));
-  normals_.Download(std::span<float>(normal.ptr<float>(), 3 * normal.total()));
-  map.inferred = confidence > 0;
-  cv::Mat(1 / inverse_depth).copyTo(map.depth, map.inferred);
-  confidence.copyTo(map.confidence, map.inferred);
-  normal.copyTo(map.normal, map.inferred);
+  const std::size_t num_pixels = map.depth.total();
+  const auto download = [num_pixels](const Buffer& from, std::size_t num_channels, cv::Mat& to) {
+    from.Download(std::span<float>(to.ptr<float>(), num_channels * num_pixels));
+  };
+  inferred_inverse_depth_.create(map.depth.size(), CV_32FC1);
+  inferred_confidence_.create(map.depth.size(), CV_32FC1);
+  inferred_normal_.create(map.depth.size(), CV_32FC3);
+  download(inference_.inverse_depth(), 1, inferred_inverse_depth_);
+  download(inference_.confidence(), 1, inferred_confidence_);
+  download(inference_.normals(), 3, inferred_normal_);
+  map.inferred = storage_.Take(map.depth.size(), CV_8UC1);
+  map.inferred.setTo(0);
+  for (const std::uint32_t tile : tiles) AddInferred(PixelsOfTile(tile, map.depth.size()), map);
+}
+
+void VulkanDepthEstimator::AddInferred(const cv::Rect& pixels, DepthMap& map) const {
+  for (int y = pixels.y; y < pixels.br().y; ++y) {
+    const auto* inverse_depth = inferred_inverse_depth_.ptr<float>(y);
+    const auto* confidence = inferred_confidence_.ptr<float>(y);
+    for (int x = pixels.x; x < pixels.br().x; ++x) {
+      if (!(confidence[x] > 0)) continue;
+      map.inferred.at<std::uint8_t>(y, x) = 255;
+      map.depth.at<float>(y, x) = 1 / inverse_depth[x];
+      map.confidence.at<float>(y, x) = confidence[x];
+      map.normal.at<cv::Vec3f>(y, x) = inferred_normal_.at<cv::Vec3f>(y, x);
+    }
+  }
 }
 
 void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan) {
@@ -288,7 +317,7 @@ void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const
     inverse_depth = &refiner_.inverse_depth();
     confidence = &refiner_.confidence();
   }
-  RecordNormals(camera, plan.step / factor, *inverse_depth);
+  kernels_.Normals(recorder_, ParamsOfNormals(geometry, plan), *inverse_depth, normals_);
   kernels_.Dog(recorder_, hierarchy_.images(0), size, response_);
   const double min_sum = MinResponse(options_.dog, noise_) * kDogUnitsPerGrey * kTextureWindow;
   kernels_.TextureFilter(recorder_,
@@ -303,9 +332,10 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   const Keyframe& reference = bundle.reference();
   const CameraModel& camera = reference.frame.camera;
   DepthMap map;
-  map.depth.create(camera.height, camera.width, CV_32FC1);
-  map.normal.create(camera.height, camera.width, CV_32FC3);
-  map.confidence.create(camera.height, camera.width, CV_32FC1);
+  const cv::Size size(camera.width, camera.height);
+  map.depth = storage_.Take(size, CV_32FC1);
+  map.normal = storage_.Take(size, CV_32FC3);
+  map.confidence = storage_.Take(size, CV_32FC1);
   filtered_depth_.Download(std::span<float>(map.depth.ptr<float>(), map.depth.total()));
   normals_.Download(std::span<float>(map.normal.ptr<float>(), 3 * map.normal.total()));
   filtered_confidence_.Download(

@@ -19,7 +19,7 @@ std::uint64_t PathBytes(LevelSize size) {
 }
 
 std::uint64_t CensusBytes(LevelSize size, std::size_t num_sources) {
-  return std::uint64_t{16} * (1 + num_sources) * NumFineCensusTexels(size);
+  return std::uint64_t{8} * (1 + num_sources) * NumFineCensusTexels(size);
 }
 
 }  // namespace
@@ -98,20 +98,19 @@ void FineLevel::RecordSweep(Recorder& recorder, const Level& level,
                       .inverse_depth = static_cast<float>(plan.inverse_depth),
                       .inverse_depth_step = static_cast<float>(plan.step)},
                      census_, projections_[index], volumes());
-  kernels_.FineSgm(recorder, plan.size, penalties_, NumPaths(level), volumes());
 }
 
 void FineLevel::RecordWinnerSelection(Recorder& recorder, const Level& level) {
   const SweepPlan& plan = level.plan;
   winner_selection_.Prepare(plan.size);
-  kernels_.FineWinner(recorder, NumPaths(level), options_.winner_takes_all.sub_plane,
-                      {.width_px = plan.size.width_px,
-                       .height_px = plan.size.height_px,
-                       .max_cost = winner_selection_.MaxCost(level.is_last),
-                       .min_uniqueness = winner_selection_.MinUniqueness(level.is_last),
-                       .inverse_depth = static_cast<float>(plan.inverse_depth),
-                       .inverse_depth_step = static_cast<float>(plan.step)},
-                      volumes(), winner_selection_.winners());
+  kernels_.FineSgm(recorder, penalties_, NumPaths(level), options_.winner_takes_all.sub_plane,
+                   {.width_px = plan.size.width_px,
+                    .height_px = plan.size.height_px,
+                    .max_cost = winner_selection_.MaxCost(level.is_last),
+                    .min_uniqueness = winner_selection_.MinUniqueness(level.is_last),
+                    .inverse_depth = static_cast<float>(plan.inverse_depth),
+                    .inverse_depth_step = static_cast<float>(plan.step)},
+                   volumes(), winner_selection_.winners());
   winner_selection_.RecordMedian(recorder, plan, level.is_last);
 }
 

@@ -20,9 +20,7 @@ inline std::size_t NumFinePixels(LevelSize size) {
   return std::size_t{8} * ((size.width_px + 7) / 8) * size.height_px;
 }
 
-// Texels of four words of the census of an image (shaders/depth/fine_census.glsl).
-inline std::size_t NumFineCensusTexels(LevelSize size) {
-  return std::size_t{2} * size.groups_per_row() * size.height_px + 1;
-}
+// Texels of two words of the census of an image (shaders/depth/fine_census.glsl).
+inline std::size_t NumFineCensusTexels(LevelSize size) { return size.num_strided_pixels() + 2; }
 
 }  // namespace mono3d

@@ -31,7 +31,7 @@ Hierarchy::Hierarchy(std::shared_ptr<Device> device, DepthKernels& kernels,
       coarse_level_(device_, kernels, options),
       fine_level_(device_, kernels, options) {}
 
-void Hierarchy::Upload(const ImageBundle& bundle) {
+void Hierarchy::Upload(const ImageBundle& bundle, const GreyImages& greys) {
   const LevelSize size = SizeAtLevel(bundle.reference().frame.camera, 0);
   const std::size_t image_bytes = 4 * PaddedWords(size);
   if (levels_.empty()) levels_.emplace_back();
@@ -41,18 +41,19 @@ void Hierarchy::Upload(const ImageBundle& bundle) {
   Reserve(levels_[0], device_, image_bytes * num_images_, "depth/pyramid");
   Reserve(contrast_gains_, device_, sizeof(std::uint32_t) * num_images_, "depth/contrast_gains");
   const Frame& reference_frame = bundle.reference().frame;
-  const cv::Mat reference = ToGrey(reference_frame.bgr);
-  const cv::Mat shown_of_reference = reference(reference_frame.ContentOrAll());
+  const double contrast = ContrastOf(greys.reference(reference_frame.ContentOrAll()));
   std::vector<std::uint32_t> gains(num_images_, kGainSteps);
   for (std::size_t slot = 0; slot < num_images_; ++slot) {
     // What a source that sees nothing shows does not matter.
     const bool is_other = slot > 0 && images[slot].has_value();
     const Frame& frame = is_other ? bundle.keyframes[*images[slot]].frame : reference_frame;
-    const cv::Mat grey = is_other ? ToGrey(frame.bgr) : reference;
+    const cv::Mat& grey = is_other ? greys.sources[slot - 1] : greys.reference;
     const std::vector<std::uint32_t> words = PackPadded(grey);
     levels_[0].Upload(std::span<const std::uint32_t>(words), slot * image_bytes);
-    gains[slot] = static_cast<std::uint32_t>(
-        std::lround(kGainSteps * ContrastGain(shown_of_reference, grey(frame.ContentOrAll()))));
+    if (!is_other) continue;
+    const double own_contrast = ContrastOf(grey(frame.ContentOrAll()));
+    gains[slot] =
+        static_cast<std::uint32_t>(std::lround(kGainSteps * ContrastGain(contrast, own_contrast)));
   }
   contrast_gains_.Upload(std::span<const std::uint32_t>(gains));
 }

@@ -9,6 +9,7 @@
 
 #include "depth/coarse_level.h"
 #include "depth/fine_level.h"
+#include "depth/grey_images.h"
 #include "depth/kernels.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
@@ -29,8 +30,8 @@ class Hierarchy {
   Hierarchy(std::shared_ptr<Device> device, DepthKernels& kernels,
             const DepthEstimatorOptions& options);
 
-  // First of all: the images that the rest is about.
-  void Upload(const ImageBundle& bundle);
+  // First of all: the images that the rest is about. `greys` are those of the bundle.
+  void Upload(const ImageBundle& bundle, const GreyImages& greys);
 
   // Of the options, else of the reference's sparse points, else of the other images' points, which
   // see much the same scene from nearly as far; else of a sweep, which is submitted. Empty when

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "depth/buffers.h"
+#include "depth/inference_tiles.h"
 
 namespace mono3d {
 namespace {
@@ -42,6 +43,7 @@ void Inference::Prepare(LevelSize full) {
   levels_.resize(num_levels);
   Reserve(inverse_depth_, device_, sizeof(float) * full.num_pixels(), "depth/inference");
   Reserve(confidence_, device_, sizeof(float) * full.num_pixels(), "depth/inferred_confidence");
+  Reserve(normals_, device_, 3 * sizeof(float) * full.num_pixels(), "depth/inferred_normals");
 }
 
 void Inference::RecordSurface(Recorder& recorder) {
@@ -74,8 +76,12 @@ void Inference::Record(Recorder& recorder, const Input& input) {
   Reserve(projections_, device_, kMaxProjectionBytes, "depth/inference_projections");
   const std::vector<float> packed = Pack(input.projections, input.size);
   projections_.Upload(std::span<const float>(packed));
+  const std::vector<std::uint32_t> tiles = WordsOfTiles(input.tiles);
+  Reserve(tiles_, device_, sizeof(std::uint32_t) * tiles.size(), "depth/inference_tiles");
+  tiles_.Upload(std::span<const std::uint32_t>(tiles));
+  recorder.Fill(confidence_, 0);
   kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, sky_,
-                         levels_.front().data);
+                         levels_.front().data, inverse_depth_);
   for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
     kernels_.InferenceHalve(recorder, levels_[i].size, levels_[i].data, levels_[i + 1].data);
   }
@@ -88,8 +94,11 @@ void Inference::Record(Recorder& recorder, const Input& input) {
                       .inverse_depth_step = static_cast<float>(input.step),
                       .max_difference = static_cast<float>(options_.max_difference),
                       .min_views = static_cast<float>(input.min_views)},
-                     input.depth, input.winners, levels_.front().state, input.images, sky_,
-                     projections_, {inverse_depth_, confidence_});
+                     {tiles_, input.tiles.size()}, input.depth, input.winners,
+                     levels_.front().state, input.images, sky_, projections_,
+                     {inverse_depth_, confidence_});
+  kernels_.InferenceNormals(recorder, input.normals, {tiles_, input.tiles.size()}, inverse_depth_,
+                            normals_);
 }
 
 }  // namespace mono3d

@@ -5,9 +5,11 @@
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <vector>
 
 #include "depth/kernels.h"
+#include "depth/normals.params.h"
 #include "depth/padded_image.h"
 #include "depth/sweep_geometry.h"
 #include "gpu/buffer.h"
@@ -37,6 +39,9 @@ class Inference {
     SourceProjections projections;  // at full resolution
     int min_views = 0;              // sources that must see a point
     cv::Mat sky;                    // FindSky
+    // In which something was not matched (TilesWithoutDepth), at least one.
+    std::span<const std::uint32_t> tiles;
+    NormalsParams normals;
   };
 
   // The results are there after recorder.Submit().
@@ -44,6 +49,7 @@ class Inference {
 
   const Buffer& inverse_depth() const { return inverse_depth_; }  // 1/su, matched or inferred
   const Buffer& confidence() const { return confidence_; }        // above 0 where inferred
+  const Buffer& normals() const { return normals_; }              // of the pixels of `tiles`
 
  private:
   // Half the resolution is the first; the last has one pixel.
@@ -63,6 +69,8 @@ class Inference {
   std::vector<Level> levels_;
   Buffer projections_;
   Buffer sky_;
+  Buffer tiles_;
+  Buffer normals_;
   Buffer inverse_depth_;
   Buffer confidence_;
 };

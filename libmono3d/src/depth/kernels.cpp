@@ -17,7 +17,6 @@
 #include "depth/fine_sgm.spirv.h"
 #include "depth/fine_sweep.spirv.h"
 #include "depth/fine_volume.h"
-#include "depth/fine_winner.spirv.h"
 #include "depth/inference.spirv.h"
 #include "depth/inference_data.params.h"
 #include "depth/inference_data.spirv.h"
@@ -25,8 +24,10 @@
 #include "depth/inference_expand.spirv.h"
 #include "depth/inference_halve.params.h"
 #include "depth/inference_halve.spirv.h"
+#include "depth/inference_normals.spirv.h"
 #include "depth/inference_relax.params.h"
 #include "depth/inference_relax.spirv.h"
+#include "depth/inference_tiles.h"
 #include "depth/measurement.h"
 #include "depth/median.spirv.h"
 #include "depth/normals.spirv.h"
@@ -57,11 +58,17 @@ constexpr std::uint64_t kFineSweepRows = 16;  // in blocks of 2x2
 constexpr std::uint64_t kDetailRows = 4;
 constexpr std::uint64_t kPhotometricRows = 16;
 constexpr std::uint64_t kSurfaceColumnsAndRows = 2;
+constexpr std::uint32_t kInferenceRowGroups = kInferenceTileHeight / 2;  // of a tile
 
 // An invocation for each of `columns` times `rows`, times `layers`.
 Grid GridOf(const Kernel& kernel, std::uint64_t columns, std::uint32_t rows,
             std::uint32_t layers = 1) {
   return {DivideRoundingUp(columns, kernel.workgroup_size()[0]), rows, layers};
+}
+
+// Of kernels that take rows of whole texels of four pixels as such.
+std::uint32_t HasWholeTexels(std::uint32_t width_px) {
+  return width_px % kPixelsOfAGroup == 0 ? 1u : 0u;
 }
 
 std::uint64_t GroupsOfFour(std::uint32_t width_px) {
@@ -73,8 +80,33 @@ Constants ConstantsOf(const SweepSources& sources) {
           static_cast<std::uint32_t>(sources.side_tolerance)};
 }
 
-Constants FineWinnerConstants(std::uint32_t num_paths, bool sub_plane) {
-  return {num_paths == kNumPaths ? 1u : 0u, sub_plane ? 1u : 0u};
+// Of the last of so many directions; of the others as of one.
+Constants FineSgmConstants(std::uint32_t num_paths, bool sub_plane) {
+  return {num_paths - 1, sub_plane ? 1u : 0u};
+}
+
+// Of one direction, without what finds winners.
+FineSgmParams ParamsOfPath(LevelSize size, const SgmPenalties& penalties, std::uint32_t path) {
+  const auto& [step_x, step_y] = kPathDirections[path];
+  return {.width_px = size.width_px,
+          .height_px = size.height_px,
+          .step_x = step_x,
+          .step_y = step_y,
+          .direction = path,
+          .p1 = penalties.p1,
+          .min_p2 = penalties.min_p2,
+          .p2_times_gradient = penalties.p2_times_gradient,
+          .gradient = penalties.gradient,
+          .first_texel = path % 4 * static_cast<std::uint32_t>(NumFinePixels(size)),
+          .max_cost = 0,
+          .min_uniqueness = 0,
+          .inverse_depth = 0,
+          .inverse_depth_step = 0};
+}
+
+Grid GridOfPath(const Kernel& kernel, LevelSize size, std::uint32_t path) {
+  const bool is_row = kPathDirections[path][1] == 0;
+  return GridOf(kernel, is_row ? size.height_px : size.width_px, 1);
 }
 
 }  // namespace
@@ -90,7 +122,6 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       fine_census_(device, {"depth/fine_census", depth_fine_census_spirv}),
       fine_sweep_(device, {"depth/fine_sweep", depth_fine_sweep_spirv}),
       fine_sgm_(device, {"depth/fine_sgm", depth_fine_sgm_spirv}),
-      fine_winner_(device, {"depth/fine_winner", depth_fine_winner_spirv}),
       median_(device, {"depth/median", depth_median_spirv}),
       normals_(device, {"depth/normals", depth_normals_spirv}),
       upsample_(device, {"depth/upsample", depth_upsample_spirv}),
@@ -103,13 +134,14 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       inference_halve_(device, {"depth/inference_halve", depth_inference_halve_spirv}),
       inference_expand_(device, {"depth/inference_expand", depth_inference_expand_spirv}),
       inference_relax_(device, {"depth/inference_relax", depth_inference_relax_spirv}),
-      inference_(device, {"depth/inference", depth_inference_spirv}) {}
+      inference_(device, {"depth/inference", depth_inference_spirv}),
+      inference_normals_(device, {"depth/inference_normals", depth_inference_normals_spirv}) {}
 
 void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
   const SweepSources sources{kBundleSize - 1, options.plane_sweep.side_tolerance};
   const bool sub_plane = options.winner_takes_all.sub_plane;
-  for (KernelVariants* kernel : {&pyramid_, &census_, &prior_, &fine_census_, &fine_sgm_, &normals_,
-                                 &upsample_, &detail_, &dog_, &texture_filter_}) {
+  for (KernelVariants* kernel :
+       {&pyramid_, &census_, &prior_, &fine_census_, &upsample_, &detail_, &dog_}) {
     kernel->With();
   }
   if (options.inference.enabled) {
@@ -118,16 +150,20 @@ void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
       kernel->With();
     }
     inference_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
+    inference_normals_.With({1u});
   }
+  normals_.With({1u});
+  texture_filter_.With({1u});
   plane_sweep_.With(ConstantsOf(sources));
   fine_sweep_.With(ConstantsOf(sources));
   photometric_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
   winner_takes_all_.With({sub_plane ? 1u : 0u});
-  fine_winner_.With(FineWinnerConstants(kNumPaths, sub_plane));
-  fine_winner_.With(
-      FineWinnerConstants(static_cast<std::uint32_t>(options.sgm.finest_paths), sub_plane));
+  for (const std::uint32_t num_paths :
+       {1u, kNumPaths, static_cast<std::uint32_t>(options.sgm.finest_paths)}) {
+    fine_sgm_.With(FineSgmConstants(num_paths, num_paths == 1 || sub_plane));
+  }
   for (const std::uint32_t with_confidence : {0u, 1u}) {
-    median_.With({with_confidence});
+    median_.With({with_confidence, 1u});
     surface_.With({with_confidence});
   }
 }
@@ -213,50 +249,46 @@ void DepthKernels::FineSweep(Recorder& recorder, const SweepSources& sources,
                            DivideRoundingUp(params.height_px, kFineSweepRows)));
 }
 
-void DepthKernels::FineSgm(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
-                           std::uint32_t num_paths, const FineVolumes& volumes) {
-  const Kernel& kernel = fine_sgm_.With();
-  const auto num_pixels = static_cast<std::uint32_t>(NumFinePixels(size));
-  for (std::uint32_t i = 0; i < num_paths; ++i) {
-    const auto& [step_x, step_y] = kPathDirections[i];
-    const std::uint32_t num_scanlines = step_y == 0 ? size.height_px : size.width_px;
-    recorder.Dispatch(
-        kernel,
-        {volumes.costs, volumes.ranges, penalties.p2, i < 4 ? volumes.paths : volumes.more_paths},
-        FineSgmParams{.width_px = size.width_px,
-                      .height_px = size.height_px,
-                      .step_x = step_x,
-                      .step_y = step_y,
-                      .direction = i,
-                      .p1 = penalties.p1,
-                      .first_texel = i % 4 * num_pixels},
-        GridOf(kernel, num_scanlines, 1));
-  }
+void DepthKernels::FinePath(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
+                            std::uint32_t path, const FineVolumes& volumes) {
+  const Kernel& kernel = fine_sgm_.With(FineSgmConstants(1, true));
+  const Buffer& to = path < 4 ? volumes.paths : volumes.more_paths;
+  // What only the last direction reads and writes is bound to anything.
+  recorder.Dispatch(kernel,
+                    {volumes.costs, volumes.ranges, volumes.costs, volumes.costs, to, to, to},
+                    ParamsOfPath(size, penalties, path), GridOfPath(kernel, size, path));
 }
 
-void DepthKernels::FineWinner(Recorder& recorder, std::uint32_t num_paths, bool sub_plane,
-                              const FineWinnerParams& params, const FineVolumes& volumes,
-                              const EstimateBuffers& winners) {
-  const Kernel& kernel = fine_winner_.With(FineWinnerConstants(num_paths, sub_plane));
-  // In the order of the volumes: columns of eight pixels.
-  recorder.Dispatch(
-      kernel,
-      {volumes.paths, volumes.more_paths, volumes.costs, volumes.ranges, winners.inverse_depth,
-       winners.confidence},
-      params,
-      GridOf(kernel, std::uint64_t{8} * params.height_px, DivideRoundingUp(params.width_px, 8)));
+void DepthKernels::FineSgm(Recorder& recorder, const SgmPenalties& penalties,
+                           std::uint32_t num_paths, bool sub_plane, const FineWinnerParams& params,
+                           const FineVolumes& volumes, const EstimateBuffers& winners) {
+  const LevelSize size{params.width_px, params.height_px};
+  const std::uint32_t last = num_paths - 1;
+  for (std::uint32_t path = 0; path < last; ++path) {
+    FinePath(recorder, size, penalties, path, volumes);
+  }
+  FineSgmParams of_last = ParamsOfPath(size, penalties, last);
+  of_last.max_cost = params.max_cost;
+  of_last.min_uniqueness = params.min_uniqueness;
+  of_last.inverse_depth = params.inverse_depth;
+  of_last.inverse_depth_step = params.inverse_depth_step;
+  const Kernel& kernel = fine_sgm_.With(FineSgmConstants(num_paths, sub_plane));
+  recorder.Dispatch(kernel,
+                    {volumes.costs, volumes.ranges, volumes.paths, volumes.more_paths,
+                     winners.confidence, winners.inverse_depth, winners.confidence},
+                    of_last, GridOfPath(kernel, size, last));
 }
 
 void DepthKernels::Median(Recorder& recorder, bool with_confidence, const MedianParams& params,
                           const EstimateBuffers& from, const EstimateBuffers& to) {
-  const Kernel& kernel = median_.With({with_confidence ? 1u : 0u});
+  const Kernel& kernel = median_.With({with_confidence ? 1u : 0u, HasWholeTexels(params.width_px)});
   recorder.Dispatch(kernel, {from.inverse_depth, from.confidence, to.inverse_depth, to.confidence},
                     params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
 }
 
 void DepthKernels::Normals(Recorder& recorder, const NormalsParams& params,
                            const Buffer& inverse_depth, const Buffer& normals) {
-  const Kernel& kernel = normals_.With();
+  const Kernel& kernel = normals_.With({HasWholeTexels(params.width_px)});
   recorder.Dispatch(kernel, {inverse_depth, normals}, params,
                     GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
 }
@@ -311,7 +343,7 @@ void DepthKernels::Dog(Recorder& recorder, const Buffer& images, LevelSize size,
 void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& params,
                                  const Buffer& response, const EstimateBuffers& estimates,
                                  const Buffer& depth, const Buffer& confidence) {
-  const Kernel& kernel = texture_filter_.With();
+  const Kernel& kernel = texture_filter_.With({HasWholeTexels(params.width_px)});
   recorder.Dispatch(kernel,
                     {response, estimates.inverse_depth, estimates.confidence, depth, confidence},
                     params, GridOf(kernel, GroupsOfFour(params.width_px), params.height_px));
@@ -319,13 +351,15 @@ void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& 
 
 void DepthKernels::InferenceData(Recorder& recorder, LevelSize size,
                                  const EstimateBuffers& estimates, const Buffer& depth,
-                                 const Buffer& halved, const Buffer& sky, const Buffer& data) {
+                                 const Buffer& halved, const Buffer& sky, const Buffer& data,
+                                 const Buffer& inverse_depth) {
   const Kernel& kernel = inference_data_.With();
   const LevelSize half = size.Halved();
-  recorder.Dispatch(kernel,
-                    {depth, estimates.inverse_depth, estimates.confidence, halved, sky, data},
-                    InferenceDataParams{size.width_px, size.height_px},
-                    GridOf(kernel, half.width_px, half.height_px));
+  recorder.Dispatch(
+      kernel,
+      {depth, estimates.inverse_depth, estimates.confidence, halved, sky, data, inverse_depth},
+      InferenceDataParams{size.width_px, size.height_px},
+      GridOf(kernel, half.width_px, half.height_px));
 }
 
 void DepthKernels::InferenceHalve(Recorder& recorder, LevelSize size, const Buffer& fine,
@@ -354,15 +388,24 @@ void DepthKernels::InferenceRelax(Recorder& recorder, LevelSize size, float leak
 }
 
 void DepthKernels::Inference(Recorder& recorder, std::size_t num_sources,
-                             const InferenceParams& params, const Buffer& depth,
-                             const Buffer& winners, const Buffer& state, const Buffer& images,
-                             const Buffer& sky, const Buffer& projections,
+                             const InferenceParams& params, const TileList& tiles,
+                             const Buffer& depth, const Buffer& winners, const Buffer& state,
+                             const Buffer& images, const Buffer& sky, const Buffer& projections,
                              const EstimateBuffers& inferred) {
   const Kernel& kernel = inference_.With({static_cast<std::uint32_t>(num_sources / 2)});
+  const auto [columns, rows] = GridOfTiles(tiles.num_tiles);
   recorder.Dispatch(kernel,
-                    {depth, winners, state, images, sky, projections, inferred.inverse_depth,
-                     inferred.confidence},
-                    params, GridOf(kernel, params.width_px, params.height_px));
+                    {depth, winners, state, images, sky, projections, tiles.words,
+                     inferred.inverse_depth, inferred.confidence},
+                    params, {columns, rows, kInferenceRowGroups});
+}
+
+void DepthKernels::InferenceNormals(Recorder& recorder, const NormalsParams& params,
+                                    const TileList& tiles, const Buffer& inverse_depth,
+                                    const Buffer& normals) {
+  const Kernel& kernel = inference_normals_.With({HasWholeTexels(params.width_px)});
+  const auto [columns, rows] = GridOfTiles(tiles.num_tiles);
+  recorder.Dispatch(kernel, {tiles.words, inverse_depth, normals}, params, {columns, rows, 1});
 }
 
 }  // namespace mono3d

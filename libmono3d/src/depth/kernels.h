@@ -57,6 +57,12 @@ struct DetailBuffers {
   const Buffer& after;
 };
 
+// Tiles of a map (depth/inference_tiles.h), as WordsOfTiles has them.
+struct TileList {
+  const Buffer& words;
+  std::size_t num_tiles = 0;
+};
+
 // The kernels of the depth stage; each method records one. What it does, and the shape and unit of
 // its buffers, stands in its shader, shaders/depth/<stage>.comp. "Images" are padded grey images
 // one after the other, the reference first (padded_image.h). One thread at a time.
@@ -103,17 +109,18 @@ class DepthKernels {
   void FineSweep(Recorder& recorder, const SweepSources& sources, const FineSweepParams& params,
                  const Buffer& census, const Buffer& projections, const FineVolumes& volumes);
   // The first `num_paths` directions, kFewPaths or kNumPaths: reads volumes.ranges and costs,
-  // writes the paths.
-  void FineSgm(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
-               std::uint32_t num_paths, const FineVolumes& volumes);
-  // `num_paths` and `sub_plane` as above.
-  void FineWinner(Recorder& recorder, std::uint32_t num_paths, bool sub_plane,
-                  const FineWinnerParams& params, const FineVolumes& volumes,
-                  const EstimateBuffers& winners);
+  // writes the paths of all but the last of them. That one writes the winners; without `sub_plane`
+  // their depth is that of the plane itself.
+  void FineSgm(Recorder& recorder, const SgmPenalties& penalties, std::uint32_t num_paths,
+               bool sub_plane, const FineWinnerParams& params, const FineVolumes& volumes,
+               const EstimateBuffers& winners);
+  // A path alone: direction `path` of kPathDirections, to the paths.
+  void FinePath(Recorder& recorder, LevelSize size, const SgmPenalties& penalties,
+                std::uint32_t path, const FineVolumes& volumes);
 
   // Every level.
 
-  // Without `with_confidence` to.confidence gets zeros.
+  // Without `with_confidence` to.confidence is not written.
   void Median(Recorder& recorder, bool with_confidence, const MedianParams& params,
               const EstimateBuffers& from, const EstimateBuffers& to);
   // Three floats a pixel.
@@ -148,19 +155,23 @@ class DepthKernels {
   // Surfaces that were not matched. Data and states are maps of four floats a pixel.
 
   // `depth` is that of TextureFilter, `halved` images of half the resolution, `sky` a word for each
-  // cell of 4x4 pixels.
+  // cell of 4x4 pixels. `inverse_depth` gets that of `depth`.
   void InferenceData(Recorder& recorder, LevelSize size, const EstimateBuffers& estimates,
                      const Buffer& depth, const Buffer& halved, const Buffer& sky,
-                     const Buffer& data);
+                     const Buffer& data, const Buffer& inverse_depth);
   void InferenceHalve(Recorder& recorder, LevelSize size, const Buffer& fine, const Buffer& coarse);
   void InferenceExpand(Recorder& recorder, LevelSize coarse_size, LevelSize size,
                        const Buffer& coarse, const Buffer& data, const Buffer& state);
   void InferenceRelax(Recorder& recorder, LevelSize size, float leak, const Buffer& data,
                       const Buffer& before, const Buffer& after);
+  // Writes those pixels of the tiles at which something is inferred.
   void Inference(Recorder& recorder, std::size_t num_sources, const InferenceParams& params,
-                 const Buffer& depth, const Buffer& winners, const Buffer& state,
-                 const Buffer& images, const Buffer& sky, const Buffer& projections,
-                 const EstimateBuffers& inferred);
+                 const TileList& tiles, const Buffer& depth, const Buffer& winners,
+                 const Buffer& state, const Buffer& images, const Buffer& sky,
+                 const Buffer& projections, const EstimateBuffers& inferred);
+  // As Normals, of the pixels of the tiles.
+  void InferenceNormals(Recorder& recorder, const NormalsParams& params, const TileList& tiles,
+                        const Buffer& inverse_depth, const Buffer& normals);
 
  private:
   std::uint32_t num_lanes_;  // of a subgroup
@@ -173,7 +184,6 @@ class DepthKernels {
   KernelVariants fine_census_;
   KernelVariants fine_sweep_;
   KernelVariants fine_sgm_;
-  KernelVariants fine_winner_;
   KernelVariants median_;
   KernelVariants normals_;
   KernelVariants upsample_;
@@ -187,6 +197,7 @@ class DepthKernels {
   KernelVariants inference_expand_;
   KernelVariants inference_relax_;
   KernelVariants inference_;
+  KernelVariants inference_normals_;
 };
 
 }  // namespace mono3d

@@ -4,23 +4,26 @@
 #include "depth/padded_image.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace mono3d {
+
+static_assert(std::endian::native == std::endian::little);
 
 std::vector<std::uint32_t> PackPadded(const cv::Mat& grey) {
   const LevelSize size{static_cast<std::uint32_t>(grey.cols),
                        static_cast<std::uint32_t>(grey.rows)};
-  constexpr int kPadding = static_cast<int>(kImagePadding);
-  const int num_columns = 4 * static_cast<int>(PaddedWordsPerRow(size));
-  const int num_rows = static_cast<int>(PaddedRows(size));
-  std::vector<std::uint32_t> words(PaddedWords(size), 0);
-  std::size_t next = 0;
-  for (int row = 0; row < num_rows; ++row) {
-    const std::uint8_t* line = grey.ptr<std::uint8_t>(std::clamp(row - kPadding, 0, grey.rows - 1));
-    for (int column = 0; column < num_columns; ++column, ++next) {
-      const std::uint32_t pixel = line[std::clamp(column - kPadding, 0, grey.cols - 1)];
-      words[next / 4] |= pixel << (8 * (next % 4));
-    }
+  const std::size_t bytes_per_row = 4 * std::size_t{PaddedWordsPerRow(size)};
+  const auto num_columns = static_cast<std::size_t>(grey.cols);
+  const auto num_rows = static_cast<int>(PaddedRows(size));
+  std::vector<std::uint32_t> words(PaddedWords(size));
+  auto* to = reinterpret_cast<std::uint8_t*>(words.data());  // the lowest byte of a word first
+  for (int row = 0; row < num_rows; ++row, to += bytes_per_row) {
+    const auto* line =
+        grey.ptr<std::uint8_t>(std::clamp(row - static_cast<int>(kImagePadding), 0, grey.rows - 1));
+    std::fill_n(to, kImagePadding, line[0]);
+    std::copy_n(line, num_columns, to + kImagePadding);
+    std::fill(to + kImagePadding + num_columns, to + bytes_per_row, line[num_columns - 1]);
   }
   return words;
 }

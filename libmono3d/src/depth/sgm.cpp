@@ -22,7 +22,10 @@ std::array<std::uint32_t, 256> JumpPenalties(const SgmOptions& options) {
 SgmPenalties UploadPenalties(std::shared_ptr<Device> device, const SgmOptions& options) {
   const std::array<std::uint32_t, 256> p2 = JumpPenalties(options);
   SgmPenalties penalties{.p1 = static_cast<std::uint32_t>(options.p1),
-                         .p2 = Buffer(std::move(device), sizeof(p2), "depth/jump_penalties")};
+                         .p2 = Buffer(std::move(device), sizeof(p2), "depth/jump_penalties"),
+                         .min_p2 = static_cast<std::uint32_t>(options.min_p2),
+                         .p2_times_gradient = static_cast<float>(options.p2 * options.gradient),
+                         .gradient = static_cast<float>(options.gradient)};
   penalties.p2.Upload(std::span<const std::uint32_t>(p2));
   return penalties;
 }

@@ -29,6 +29,10 @@ std::array<std::uint32_t, 256> JumpPenalties(const SgmOptions& options);
 struct SgmPenalties {
   std::uint32_t p1 = 0;
   Buffer p2;  // JumpPenalties
+  // What they are made of.
+  std::uint32_t min_p2 = 0;
+  float p2_times_gradient = 0;
+  float gradient = 0;
 };
 
 SgmPenalties UploadPenalties(std::shared_ptr<Device> device, const SgmOptions& options);

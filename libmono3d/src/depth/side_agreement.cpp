@@ -54,12 +54,10 @@ double MeanDifference(const std::vector<std::uint64_t>& a, const std::vector<std
 // The grey images of a bundle and the projections of the reference into the sources.
 class Sides {
  public:
-  Sides(const ImageBundle& bundle, const SweepGeometry& geometry)
-      : projections_(geometry.Projections(0)), reference_(ToGrey(bundle.reference().frame.bgr)) {
-    for (const std::optional<std::size_t> i : IndicesOfSources(bundle)) {
-      sources_.push_back(i ? ToGrey(bundle.keyframes[*i].frame.bgr) : cv::Mat());
-    }
-  }
+  Sides(const GreyImages& images, const SweepGeometry& geometry)
+      : projections_(geometry.Projections(0)),
+        reference_(images.reference),
+        sources_(images.sources) {}
 
   // Empty unless both sides see the point.
   std::optional<SideDifferences> Differences(int x, int y, double inverse_depth) const {
@@ -102,9 +100,9 @@ class Sides {
 
 }  // namespace
 
-std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
-                                            const SweepGeometry& geometry, const cv::Mat& depth) {
-  const Sides sides(bundle, geometry);
+std::optional<SideDifferences> MeasureSides(const GreyImages& images, const SweepGeometry& geometry,
+                                            const cv::Mat& depth) {
+  const Sides sides(images, geometry);
   SideDifferences sum;
   int num_samples = 0;
   const int every = std::max(1, cv::countNonZero(depth) / kNumPixels);

@@ -6,8 +6,8 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
+#include "depth/grey_images.h"
 #include "depth/sweep_geometry.h"
-#include "mono3d/image/image_bundle.h"
 
 namespace mono3d {
 
@@ -24,8 +24,8 @@ struct SideDifferences {
 // The means over some hundred pixels that have a depth (CV_32FC1; 0: no estimate) and are in view
 // of images on both sides, at the places to which the depth projects them. Empty when there are
 // fewer than 25 such pixels.
-std::optional<SideDifferences> MeasureSides(const ImageBundle& bundle,
-                                            const SweepGeometry& geometry, const cv::Mat& depth);
+std::optional<SideDifferences> MeasureSides(const GreyImages& images, const SweepGeometry& geometry,
+                                            const cv::Mat& depth);
 
 // True when the images do not show the same scene, so that the depths are chance matches. The sweep
 // picks the depth at which both sides resemble the reference. If that resemblance is chance, the

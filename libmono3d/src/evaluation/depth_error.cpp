@@ -48,19 +48,17 @@ void AddPixel(double z, double z_true, DepthError& sums) {
 std::optional<double> MedianDepthScale(const cv::Mat& estimate, const cv::Mat& truth,
                                        double max_depth) {
   RequireDepthPair(estimate, truth);
-  std::vector<double> estimated_depths;
-  std::vector<double> true_depths;
+  std::vector<double> ratios;
   for (int y = 0; y < truth.rows; ++y) {
     for (int x = 0; x < truth.cols; ++x) {
       const float z = estimate.at<float>(y, x);
       const float z_true = truth.at<float>(y, x);
       if (!IsDepth(z) || !IsTrueDepth(z_true, max_depth)) continue;
-      estimated_depths.push_back(z);
-      true_depths.push_back(z_true);
+      ratios.push_back(static_cast<double>(z_true) / z);
     }
   }
-  if (true_depths.empty()) return std::nullopt;
-  return Median(std::move(true_depths)) / Median(std::move(estimated_depths));
+  if (ratios.empty()) return std::nullopt;
+  return Median(std::move(ratios));
 }
 
 double RunDepthScale(std::span<const double> map_scales) {

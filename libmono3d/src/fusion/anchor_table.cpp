@@ -30,6 +30,7 @@ void AnchorTable::Set(const std::shared_ptr<Device>& device,
   const std::size_t bytes = std::max<std::size_t>(transforms.size(), 1) * sizeof(AnchorTransform);
   if (buffer_.size_bytes() < bytes) buffer_ = Buffer(device, 2 * bytes, "fusion/anchors");
   if (!transforms.empty()) buffer_.Upload(transforms);
+  transforms_.assign(transforms.begin(), transforms.end());
 }
 
 }  // namespace mono3d

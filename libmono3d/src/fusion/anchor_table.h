@@ -37,9 +37,11 @@ class AnchorTable {
     Set(device, AnchorTransforms(S_world_view, S_world_anchor));
   }
   const Buffer& buffer() const { return buffer_; }
+  const std::vector<AnchorTransform>& transforms() const { return transforms_; }
 
  private:
   Buffer buffer_;
+  std::vector<AnchorTransform> transforms_;
 };
 
 }  // namespace mono3d

@@ -3,7 +3,9 @@
 
 #include "fusion/blocks.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <numeric>
@@ -26,6 +28,43 @@ ViewParams Enlarged(const ViewParams& view, std::uint32_t margin_px, std::uint32
   larger.cy += static_cast<float>(margin_px);
   larger.num_surfels = num_surfels;
   return larger;
+}
+
+// Signed distance of a point from a plane through the camera, on whose inner side both coordinates
+// weigh positive; as in shaders/fusion/cull_blocks.comp.
+double InsideOf(double across, double z, double across_weight, double z_weight) {
+  return (across_weight * across + z_weight * z) / std::hypot(across_weight, z_weight);
+}
+
+// Whether the device may find a sphere in view: what it finds in single precision, and a little
+// more.
+bool MaySee(const ViewParams& view, const AnchorTransform& to_view, const Surfels::Float4& sphere) {
+  if (sphere[3] < 0) return false;
+  // Some of the last bits of the largest number on the way.
+  constexpr double kRounding = 1e-5;
+  const auto& [qx, qy, qz, qw] = to_view.rotation;
+  const Eigen::Quaterniond rotation(qw, qx, qy, qz);
+  const double scale = to_view.translation_scale[3];
+  const Eigen::Vector3d centre = scale * Eigen::Vector3d(sphere[0], sphere[1], sphere[2]);
+  const Eigen::Vector3d translation(to_view.translation_scale[0], to_view.translation_scale[1],
+                                    to_view.translation_scale[2]);
+  const Eigen::Vector3d p = rotation * centre + translation;
+  const double radius = scale * sphere[3];
+  const double reach = radius + kRounding * (centre.norm() + translation.norm() + radius);
+  const double width = view.width_px, height = view.height_px;
+  return p.z() >= -reach && InsideOf(p.x(), p.z(), view.fx, view.cx + 0.5) >= -reach &&
+         InsideOf(p.x(), p.z(), -view.fx, width - 0.5 - view.cx) >= -reach &&
+         InsideOf(p.y(), p.z(), view.fy, view.cy + 0.5) >= -reach &&
+         InsideOf(p.y(), p.z(), -view.fy, height - 0.5 - view.cy) >= -reach;
+}
+
+bool MaySee(const ViewParams& view, const AnchorTable& anchors,
+            const SurfelStorage::Outside& outside) {
+  const AnchorTransform& to_view = anchors.transforms()[outside.anchor];
+  return MaySee(view, to_view, outside.whole) &&
+         std::ranges::any_of(outside.blocks, [&](const Surfels::Float4& sphere) {
+           return MaySee(view, to_view, sphere);
+         });
 }
 
 }  // namespace
@@ -56,13 +95,12 @@ void BlockList::SetRange(const std::shared_ptr<Device>& device, std::uint32_t fi
 }
 
 void BlockList::SetFlagged(const std::shared_ptr<Device>& device, const Buffer& flags,
-                           std::uint32_t num_blocks) {
-  std::vector<std::uint32_t> is_flagged(num_blocks);
+                           std::uint32_t end, std::span<const std::uint32_t> blocks) {
+  std::vector<std::uint32_t> is_flagged(end);
   flags.Download(std::span(is_flagged));
   std::vector<std::uint32_t> numbers;
-  for (std::uint32_t block = 0; block < num_blocks; ++block) {
-    if (is_flagged[block] != 0) numbers.push_back(block);
-  }
+  std::ranges::copy_if(blocks, std::back_inserter(numbers),
+                       [&](std::uint32_t block) { return is_flagged[block] != 0; });
   Set(device, numbers);
 }
 
@@ -77,24 +115,45 @@ void BlockCuller::Bound(Recorder& recorder, const BlockList& blocks, std::uint32
   BoundBlocksParams params{};
   params.num_blocks = blocks.size();
   params.num_surfels = num_surfels;
-  recorder.Dispatch(
-      bound_,
-      {surfels.position_radius(), surfels.normal_weight(), blocks.buffer(), surfels.bounds()},
-      params, GridFor(bound_, blocks.size()));
+  recorder.Dispatch(bound_,
+                    {surfels.position_radius(), surfels.normal_weight(), blocks.buffer(),
+                     surfels.bounds(), surfels.num_there()},
+                    params, GridFor(bound_, blocks.size()));
 }
 
 void BlockCuller::FindVisible(Recorder& recorder, std::span<const ModelView> views,
                               std::uint32_t margin_px, SurfelStorage& surfels, BlockList& visible,
                               StageTimes* times) {
-  const std::uint32_t num_blocks = DivideRoundingUp(surfels.size(), kSurfelsPerBlock);
-  if (num_blocks == 0) {
+  surfels.BeginView();
+  Cull(recorder, views, margin_px, surfels, visible, times);
+  if (!surfels.HasAnchorsOut()) return;
+  std::vector<std::uint32_t> seen;
+  for (const SurfelStorage::Outside& outside : surfels.AnchorsOut()) {
+    const bool is_seen = std::ranges::any_of(views, [&](const ModelView& view) {
+      return MaySee(Enlarged(view.params, margin_px, 0), view.anchors, outside);
+    });
+    if (is_seen) seen.push_back(outside.anchor);
+  }
+  if (seen.empty()) return;
+  for (const std::uint32_t anchor : seen) surfels.BringIn(anchor);
+  Cull(recorder, views, margin_px, surfels, visible, times);
+}
+
+// Of what is on the device.
+void BlockCuller::Cull(Recorder& recorder, std::span<const ModelView> views,
+                       std::uint32_t margin_px, SurfelStorage& surfels, BlockList& visible,
+                       StageTimes* times) {
+  const std::vector<std::uint32_t>& order = surfels.order();
+  if (order.empty()) {
     visible.Set(device_, {});
     return;
   }
-  if (surfels.num_bounded() < surfels.size()) {
-    new_blocks_.SetRange(device_, surfels.num_bounded(), surfels.size());
+  const std::uint32_t num_blocks = DivideRoundingUp(surfels.size(), kSurfelsPerBlock);
+  const std::vector<std::uint32_t> unbounded = surfels.Unbounded();
+  if (!unbounded.empty()) {
+    new_blocks_.Set(device_, unbounded);
     Bound(recorder, new_blocks_, surfels.size(), surfels);
-    surfels.SetBounded(surfels.size());
+    surfels.SetBounded();
   }
   if (is_seen_.size_bytes() < num_blocks * sizeof(std::uint32_t)) {
     is_seen_ = Buffer(device_, num_blocks * sizeof(std::uint32_t) * 3 / 2, "fusion/seen_blocks");
@@ -106,7 +165,8 @@ void BlockCuller::FindVisible(Recorder& recorder, std::span<const ModelView> vie
         Enlarged(view.params, margin_px, surfels.size()), GridFor(cull_, num_blocks));
   }
   recorder.Submit(times);
-  visible.SetFlagged(device_, is_seen_, num_blocks);
+  visible.SetFlagged(device_, is_seen_, num_blocks, order);
+  surfels.Seen(visible.numbers());
 }
 
 }  // namespace mono3d

@@ -28,9 +28,9 @@ class BlockList {
   void Set(const std::shared_ptr<Device>& device, std::span<const std::uint32_t> numbers);
   // The blocks that hold surfels `first` to `end` - 1.
   void SetRange(const std::shared_ptr<Device>& device, std::uint32_t first, std::uint32_t end);
-  // The blocks whose flag, a uint each for blocks 0 to `num_blocks` - 1, is not 0, in their order.
-  void SetFlagged(const std::shared_ptr<Device>& device, const Buffer& flags,
-                  std::uint32_t num_blocks);
+  // Of these blocks, all of which are below `end`, those whose flag is not 0; a uint each.
+  void SetFlagged(const std::shared_ptr<Device>& device, const Buffer& flags, std::uint32_t end,
+                  std::span<const std::uint32_t> blocks);
 
   std::uint32_t size() const { return size_; }
   const std::vector<std::uint32_t>& numbers() const { return numbers_; }
@@ -57,18 +57,22 @@ class BlockCuller {
  public:
   explicit BlockCuller(const std::shared_ptr<Device>& device);
 
-  // shaders/fusion/bound_blocks.comp: what surrounds the surfels of these blocks, which have moved.
-  // Up to `num_surfels`.
+  // shaders/fusion/bound_blocks.comp: what surrounds the surfels of these blocks, which have moved
+  // or were removed, and how many there are. Up to `num_surfels`.
   void Bound(Recorder& recorder, const BlockList& blocks, std::uint32_t num_surfels,
              const SurfelStorage& surfels) const;
 
   // shaders/fusion/cull_blocks.comp: lists the blocks that one of the views may see, none that it
-  // sees left out, in their order; `margin_px` is added around its image. Bounds blocks first whose
-  // surfels are new. Submits.
+  // sees left out, in the order of the model; `margin_px` is added around its image. Bounds blocks
+  // first whose surfels are new, and brings to the device what is not there. Submits. Throws Error
+  // (kOutOfMemory) where the device has no room for all that is seen.
   void FindVisible(Recorder& recorder, std::span<const ModelView> views, std::uint32_t margin_px,
                    SurfelStorage& surfels, BlockList& visible, StageTimes* times);
 
  private:
+  void Cull(Recorder& recorder, std::span<const ModelView> views, std::uint32_t margin_px,
+            SurfelStorage& surfels, BlockList& visible, StageTimes* times);
+
   std::shared_ptr<Device> device_;
   Kernel bound_;
   Kernel cull_;

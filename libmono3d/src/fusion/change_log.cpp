@@ -4,6 +4,7 @@
 #include "fusion/change_log.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "fusion/export.h"
 #include "fusion/state_archive.h"
@@ -12,13 +13,10 @@ namespace mono3d {
 namespace {
 
 std::shared_ptr<const PointCloud> DownloadChunk(const SurfelModel& model, std::uint32_t anchor) {
-  const auto download = [&](const SurfelStorage& storage) {
-    return storage.Download(storage.FirstSlotOf(anchor), storage.FirstSlotOf(anchor + 1));
-  };
   const std::vector<Similarity> in_own_frame(anchor + 1);
   const SurfelExportOptions all{.min_observations = 1, .min_confidence = 0};
-  return std::make_shared<const PointCloud>(
-      ToPointCloud(download(model.surfels), download(model.inferred), in_own_frame, all));
+  return std::make_shared<const PointCloud>(ToPointCloud(
+      model.surfels.Download(anchor), model.inferred.Download(anchor), in_own_frame, all));
 }
 
 }  // namespace
@@ -48,11 +46,14 @@ SurfelChanges ChangeLog::Since(std::uint64_t version, const SurfelModel& model) 
         {i, anchor.keyframe_id, anchor.frame_index, model.anchors.S_world_surfels()[i]});
     Chunk& chunk = chunks_[i];
     if (chunk.version <= version) continue;
-    if (chunk.downloaded_version < chunk.version) {
-      chunk.surfels = DownloadChunk(model, i);
+    std::shared_ptr<const PointCloud> surfels;
+    if (chunk.downloaded_version == chunk.version) surfels = chunk.surfels.lock();
+    if (surfels == nullptr) {
+      surfels = DownloadChunk(model, i);
+      chunk.surfels = surfels;
       chunk.downloaded_version = chunk.version;
     }
-    changes.changed.push_back({i, chunk.surfels});
+    changes.changed.push_back({i, std::move(surfels)});
   }
   return changes;
 }

@@ -30,14 +30,15 @@ class ChangeLog {
   template <typename Archive>
   void Exchange(Archive& archive);
 
-  // Downloads what has changed since it was last asked for, once for all that ask.
+  // Downloads what has changed, once for all that ask while one of them keeps it; what is not on
+  // the device is read where it is.
   SurfelChanges Since(std::uint64_t version, const SurfelModel& model);
 
  private:
   struct Chunk {
     std::uint64_t version = 0;  // of its surfels
     std::uint64_t downloaded_version = 0;
-    std::shared_ptr<const PointCloud> surfels;
+    std::weak_ptr<const PointCloud> surfels;  // as long as somebody has them
   };
 
   std::uint64_t version_ = 0;

@@ -51,11 +51,13 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map,
                                                          const Similarity& S_world_kf, int submap) {
   SurfelStorage& surfels = model_.surfels;
   // With all its pixels new, is there room? If not, gaps may be enough; surfels stay what they are.
-  if (surfels.max_size() - surfels.size() < num_candidates_) surfels.Compact();
+  if (surfels.max_slots() - surfels.num_slots() < num_candidates_) surfels.CloseAllGaps();
   anchors_.Set(context_.device, S_world_kf, model_.anchors.S_world_surfels());
-  Associate(map, submap);
-  while (!MakeRoom(WholeBlocks(num_new_)) && Coarsen()) Associate(map, submap);
-  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new_)) return std::nullopt;
+  const auto associate = [&] { Associate(map, submap); };
+  if (!Look(associate)) return std::nullopt;
+  while (!surfels.MakeRoom(WholeBlocks(num_new_))) {
+    if (!Coarsen() || !Look(associate)) return std::nullopt;
+  }
 
   if (!model_.anchors.empty() && model_.anchors.SubmapOfLatest() != submap) past_views_.Clear();
   const std::uint32_t number = model_.anchors.size();
@@ -63,22 +65,36 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map,
   Counts counts;
   counts.exposure = CorrectColours(map);
   counts.num_removed = ChangeSurfels(map, number);
+  surfels.EndInsert(num_new_, static_cast<std::uint32_t>(counts.num_removed));
   counts.num_inferred = FuseInferred(map, inferred, number, submap);
   past_views_.Push(context_.device, map, number, buffers_);
-  surfels.EndInsert(number, num_new_, static_cast<std::uint32_t>(counts.num_removed));
   counts.num_merged = num_candidates_ - num_new_;
   counts.num_inserted = num_new_;
   return counts;
+}
+
+bool DepthMapFuser::Look(const std::function<void()>& look) {
+  for (;;) {
+    try {
+      look();
+      return true;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kOutOfMemory || !model_.surfels.HasAnchorsOut()) throw;
+      Log(LogLevel::kWarning, error.what());
+      if (!Coarsen()) return false;
+    }
+  }
 }
 
 // What the depth map says of each surfel, and which of its pixels are new: num_new_, and in
 // buffers_.new_pixels. Leaves the model alone.
 // Of the surfels those of one submap: another one may be off, and must not be drawn to it.
 void DepthMapFuser::Associate(const DepthMap& map, int submap) {
-  const ViewParams params = Params(map);
+  ViewParams params = Params(map);
   const ModelView view{params, anchors_};
   context_.culler.FindVisible(context_.recorder, {&view, 1}, kFuseMargin_px, model_.surfels,
                               visible_, context_.times);
+  params.num_surfels = model_.surfels.size();  // some may have come to the device
   if (model_.anchors.num_submaps() > 1) {
     visible_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_.surfels.anchors(),
                                                  model_.anchors, submap));
@@ -87,7 +103,8 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   const FusionKernels& kernels = context_.kernels;
   kernels.AssociateAndDraw(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels,
                            visible_);
-  kernels.SelectNew(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels);
+  kernels.SelectNew(recorder, params, anchors_, buffers_, buffers_.index_map, model_.surfels,
+                    visible_);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
   if (merge_radius_px_ > 1) KeepEveryPixel(merge_radius_px_, params.width_px, selected);
@@ -103,7 +120,7 @@ Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
   colours_.clear();
   if (map.bgr.empty()) return {};
   const ViewParams params = Params(map);
-  if (params.num_surfels == 0) latest_exposure_ = {};
+  if (model_.surfels.num_slots() == 0) latest_exposure_ = {};
   compared_.Set(
       context_.device,
       ExposureSample(visible_.numbers(), NumExposureCells(params.width_px, params.height_px)));
@@ -123,16 +140,16 @@ Exposure DepthMapFuser::CorrectColours(const DepthMap& map) {
 // Returns the number of surfels removed.
 std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t number) {
   SurfelStorage& surfels = model_.surfels;
+  added_.Set(context_.device, surfels.BeginInsert(number, num_new_));
   ViewParams params = Params(map);
   params.map_index = number;
   params.num_new = num_new_;
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
-  surfels.BeginInsert(number, num_new_);
   recorder.Fill(buffers_.num_removed, 0);
   kernels.Merge(recorder, params, anchors_, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
-  kernels.Insert(recorder, params, buffers_, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels, added_);
   ReviewNew(params, number);
   recorder.Submit(context_.times);
   NoteChanges();
@@ -162,11 +179,9 @@ void DepthMapFuser::NoteChanges() {
 void DepthMapFuser::ReviewNew(const ViewParams& of_map, std::uint32_t number) {
   if (num_new_ == 0) return;
   for (PastView& past : past_views_.views()) {
-    const std::uint32_t end = of_map.num_surfels + WholeBlocks(num_new_);
-    ViewParams params = MakeViewParams(past.map, context_.options, end, number);
-    params.first_surfel = of_map.num_surfels;
+    ViewParams params = MakeViewParams(past.map, context_.options, of_map.num_surfels, number);
     params.is_past = 1;
-    past.LookAt(context_.device, params, model_.anchors, number, new_spheres_);
+    past.LookAt(context_.device, params, model_.anchors, number, added_.numbers(), new_spheres_);
     context_.kernels.Associate(context_.recorder, params, past.anchors, past.buffers,
                                model_.surfels, past.new_blocks);
     context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed, model_.surfels,
@@ -174,21 +189,6 @@ void DepthMapFuser::ReviewNew(const ViewParams& of_map, std::uint32_t number) {
   }
 }
 
-bool DepthMapFuser::MakeRoom(std::uint32_t num_slots) {
-  SurfelStorage& surfels = model_.surfels;
-  if (surfels.max_size() - surfels.size() < num_slots) return false;
-  try {
-    surfels.Reserve(context_.recorder, surfels.size() + num_slots);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kOutOfMemory) throw;
-    Log(LogLevel::kWarning, std::string("the model cannot grow: ") + error.what());
-    surfels.StopGrowing();
-    return surfels.max_size() - surfels.size() >= num_slots;
-  }
-  return true;
-}
-
-// Fewer surfels, further apart, from now on. False when they are as far apart as they may be.
 bool DepthMapFuser::Coarsen() {
   if (merge_radius_px_ >= kMaxMergeRadius_px) return false;
   merge_radius_px_ *= 2;

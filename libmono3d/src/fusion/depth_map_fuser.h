@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -45,10 +46,9 @@ class DepthMapFuser {
                              const Similarity& S_world_kf, int submap);
   std::uint32_t num_wanted() const { return num_new_; }
 
-  // Makes room for so many slots more. False where there is none.
-  bool MakeRoom(std::uint32_t num_slots);
-
-  bool MakeRoomForInferred(std::uint32_t num_slots) { return inferred_.HasRoomFor(num_slots); }
+  // Runs `look`, which finds what a view sees; where that is more than the device has room for, the
+  // model becomes coarser, and it is run again. False where the model is as coarse as it may be.
+  bool Look(const std::function<void()>& look);
 
   // Depth maps of the past say no more of new surfels.
   void ForgetPastViews() { past_views_.Clear(); }
@@ -84,6 +84,7 @@ class DepthMapFuser {
   AnchorTable anchors_;    // as the depth map's camera has them
   BlockList visible_;      // what the stages work on
   BlockList compared_;     // of those, for the exposure
+  BlockList added_;        // of what is new
   InferredFuser inferred_;
   PastViews past_views_;
   std::vector<std::uint32_t> colours_;    // of its image, corrected; empty without one

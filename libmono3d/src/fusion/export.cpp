@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fusion/isolated_surfels.h"
@@ -58,10 +59,9 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
   return ThinToVoxels(cloud, voxel_radii * UpperMedian(cloud.radii));
 }
 
-// The surfels that the options ask for, each by what it holds alone.
-PointCloud Chosen(const Surfels& surfels, bool is_inferred,
-                  std::span<const Similarity> S_world_anchor, const SurfelExportOptions& options) {
-  PointCloud cloud;
+// Adds the surfels that the options ask for, each by what it holds alone.
+void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similarity> S_world_anchor,
+               const SurfelExportOptions& options, PointCloud& cloud) {
   std::optional<std::uint32_t> last_anchor;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
@@ -92,27 +92,39 @@ PointCloud Chosen(const Surfels& surfels, bool is_inferred,
     cloud.confidences.push_back(confidence);
     cloud.observations.push_back(observations);
   }
+}
+
+PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
+                  std::span<const Similarity> S_world_anchor, const SurfelExportOptions& options) {
+  PointCloud cloud;
+  parts([&](const Surfels& surfels) {
+    AddChosen(surfels, is_inferred, S_world_anchor, options, cloud);
+  });
   return cloud;
 }
 
 // Without the surfels from `first` on that are marked; those before it are not looked at.
-PointCloud Without(const std::vector<bool>& is_left_out, const PointCloud& cloud,
-                   std::size_t first = 0) {
-  PointCloud kept;
-  for (std::size_t i = first; i < cloud.size(); ++i) {
-    if (is_left_out[i]) continue;
-    kept.points.push_back(cloud.points[i]);
-    kept.normals.push_back(cloud.normals[i]);
-    kept.colours.push_back(cloud.colours[i]);
-    kept.radii.push_back(cloud.radii[i]);
-    kept.confidences.push_back(cloud.confidences[i]);
-    kept.observations.push_back(cloud.observations[i]);
-  }
-  return kept;
+// In its own memory: a model may take most of what there is.
+PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud, std::size_t first = 0) {
+  const auto keep = [&](auto& values) {
+    std::size_t num_kept = 0;
+    for (std::size_t i = first; i < values.size(); ++i) {
+      if (!is_left_out[i]) values[num_kept++] = values[i];
+    }
+    values.resize(num_kept);
+  };
+  keep(cloud.points);
+  keep(cloud.normals);
+  keep(cloud.colours);
+  keep(cloud.radii);
+  keep(cloud.confidences);
+  keep(cloud.observations);
+  return cloud;
 }
 
-PointCloud WithoutIsolated(const PointCloud& cloud, std::size_t first = 0) {
-  return Without(FindIsolated(cloud, kMinNeighbours, first), cloud, first);
+PointCloud WithoutIsolated(PointCloud cloud, std::size_t first = 0) {
+  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours, first);
+  return Without(is_isolated, std::move(cloud), first);
 }
 
 // Lists of `more` behind those of `cloud`, but for what is inferred.
@@ -133,22 +145,29 @@ PointCloud BesideMatched(const PointCloud& inferred, const PointCloud& matched) 
   const PointCloud beside = Without(FindInPlaceOfOthers(inferred, matched), inferred);
   PointCloud all = matched;
   AppendSurfels(beside, all);
-  return WithoutIsolated(all, matched.size());
+  return WithoutIsolated(std::move(all), matched.size());
 }
 
 }  // namespace
 
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options) {
-  return ToPointCloud(surfels, {}, S_world_anchor, options);
+  return ToPointCloud(surfels, Surfels(), S_world_anchor, options);
 }
 
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
                         std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options) {
+  return ToPointCloud([&](const auto& take) { take(matched); },
+                      [&](const auto& take) { take(inferred); }, S_world_anchor, options);
+}
+
+PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
+                        std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options) {
   options.Validate();
   PointCloud cloud = Chosen(matched, false, S_world_anchor, options);
-  if (options.min_confidence > 0) cloud = WithoutIsolated(cloud);
+  if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   PointCloud guessed;
   if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, options);
   if (options.min_confidence > 0 && !guessed.empty()) guessed = BesideMatched(guessed, cloud);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "fusion/surfel.h"
@@ -18,9 +19,15 @@ namespace mono3d {
 // `S_world_anchor`: per anchor.
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options);
+// Calls with the surfels of a model in parts, one after the other.
+using SurfelParts = std::function<void(const std::function<void(const Surfels&)>&)>;
+
 // The same of those that were matched, and behind them of those that are inferred, marked. With a
 // min_confidence above 0 an inferred surfel in the place of a matched one is left out.
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
+                        std::span<const Similarity> S_world_anchor,
+                        const SurfelExportOptions& options);
+PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
                         std::span<const Similarity> S_world_anchor,
                         const SurfelExportOptions& options);
 

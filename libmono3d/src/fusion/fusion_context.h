@@ -14,7 +14,9 @@
 #include "fusion/anchor_map.h"
 #include "fusion/blocks.h"
 #include "fusion/kernels.h"
+#include "fusion/residency.h"
 #include "fusion/storage.h"
+#include "fusion/surfel_depot.h"
 #include "gpu/recorder.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/fusion/surfel_map.h"
@@ -29,7 +31,8 @@ struct FusionContext {
         times(stage_times),
         kernels(device),
         culler(device),
-        recorder(device) {}
+        recorder(device),
+        depot(DepotFolder(options.storage), MaxHostBytes(options.storage)) {}
 
   std::shared_ptr<Device> device;
   SurfelMapOptions options;
@@ -37,6 +40,7 @@ struct FusionContext {
   FusionKernels kernels;
   BlockCuller culler;
   Recorder recorder;
+  SurfelDepot depot;  // of what is not on the device
 };
 
 // The surfels, and the depth maps in whose frames they lie.

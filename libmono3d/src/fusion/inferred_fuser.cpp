@@ -41,7 +41,7 @@ void InferredFuser::FindVisible(const View& view) {
 
 void InferredFuser::GiveWay(const View& view) {
   changed_anchors_.clear();
-  if (model_.inferred.size() == 0) {
+  if (model_.inferred.num_slots() == 0) {
     visible_.Set(context_.device, {});
     return;
   }
@@ -79,28 +79,28 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
   context_.kernels.Prepare(context_.recorder, view.params, buffers_);
   const std::vector<std::uint32_t> new_pixels = SelectUncovered(view);
   const auto num_new = static_cast<std::uint32_t>(new_pixels.size());
-  if (!HasRoomFor(num_new)) return 0;
-  buffers_.new_pixels.Upload(std::span(new_pixels));
-
   SurfelStorage& surfels = model_.inferred;
+  if (!surfels.MakeRoom(WholeBlocks(num_new))) return 0;
+  buffers_.new_pixels.Upload(std::span(new_pixels));
+  added_.Set(context_.device, surfels.BeginInsert(view.number, num_new));
+
   ViewParams params = view.params;
   params.num_surfels = surfels.size();
   params.map_index = view.number;
   params.num_new = num_new;
   Recorder& recorder = context_.recorder;
   const FusionKernels& kernels = context_.kernels;
-  surfels.BeginInsert(view.number, num_new);
   recorder.Fill(buffers_.num_removed, 0);
   kernels.Merge(recorder, params, view.anchors, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
-  kernels.Insert(recorder, params, buffers_, surfels);
+  kernels.Insert(recorder, params, buffers_, surfels, added_);
   Review(params, SpheresOfNew(params, new_pixels, packed_.depth), past);
   recorder.Submit(context_.times);
   std::int64_t num_confirmed = 0;
   for (const auto& confirmed : surfels.TakeConfirmed(visible_.numbers())) {
     num_confirmed += confirmed.num_surfels;
   }
-  surfels.EndInsert(view.number, num_new, buffers_.num_removed.Download<std::uint32_t>().front());
+  surfels.EndInsert(num_new, buffers_.num_removed.Download<std::uint32_t>().front());
   return num_new + num_confirmed;
 }
 
@@ -113,7 +113,8 @@ std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
   // The index map is as the fused depth map found the model: since then surfels have moved along
   // the rays of this view, and those removed had no inferred pixel beside them.
   const ViewParams any = AnySurfelCovers(view.params);
-  kernels.SelectNew(recorder, any, view.anchors, buffers_, view.buffers.index_map, model_.surfels);
+  kernels.SelectNew(recorder, any, view.anchors, buffers_, view.buffers.index_map, model_.surfels,
+                    view.visible);
   recorder.Submit(context_.times);
   std::vector<std::uint32_t> selected = buffers_.selected.Download<std::uint32_t>();
 
@@ -123,7 +124,7 @@ std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
   kernels.AssociateAndDraw(recorder, params, view.anchors, buffers_, view.buffers.index_map,
                            model_.inferred, visible_);
   kernels.SelectNew(recorder, params, view.anchors, buffers_, view.buffers.index_map,
-                    model_.inferred);
+                    model_.inferred, visible_);
   recorder.Submit(context_.times);
   const std::vector<std::uint32_t> uncovered = buffers_.selected.Download<std::uint32_t>();
   for (std::size_t i = 0; i < selected.size(); ++i) selected[i] &= uncovered[i];
@@ -133,31 +134,16 @@ std::vector<std::uint32_t> InferredFuser::SelectUncovered(const View& view) {
   return ListSelected(selected);
 }
 
-bool InferredFuser::HasRoomFor(std::uint32_t num_new) {
-  SurfelStorage& surfels = model_.inferred;
-  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new)) surfels.Compact();
-  if (surfels.max_size() - surfels.size() < WholeBlocks(num_new)) return false;
-  try {
-    surfels.Reserve(context_.recorder, surfels.size() + WholeBlocks(num_new));
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kOutOfMemory) throw;
-    Log(LogLevel::kWarning, std::string("no more inferred surfels: ") + error.what());
-    surfels.StopGrowing();
-    return false;
-  }
-  return true;
-}
-
 // What the depth maps before this one say of its new surfels.
-void InferredFuser::Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres,
+void InferredFuser::Review(const ViewParams& of_map, std::span<const BlockSphere> spheres,
                            PastViews& past) {
   if (of_map.num_new == 0) return;
   for (PastView& view : past.views()) {
-    const std::uint32_t end = of_map.num_surfels + WholeBlocks(of_map.num_new);
-    ViewParams params = MakeViewParams(view.map, context_.options, end, of_map.map_index);
-    params.first_surfel = of_map.num_surfels;
+    ViewParams params =
+        MakeViewParams(view.map, context_.options, of_map.num_surfels, of_map.map_index);
     params.is_past = 1;
-    view.LookAt(context_.device, params, model_.anchors, of_map.map_index, new_spheres);
+    view.LookAt(context_.device, params, model_.anchors, of_map.map_index, added_.numbers(),
+                spheres);
     context_.kernels.Associate(context_.recorder, params, view.anchors, view.buffers,
                                model_.inferred, view.new_blocks);
     context_.kernels.ClearFreeSpace(context_.recorder, params, buffers_.num_removed,

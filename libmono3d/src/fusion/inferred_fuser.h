@@ -40,8 +40,6 @@ class InferredFuser {
   std::int64_t Fuse(const View& view, const DepthMap& inferred,
                     std::span<const std::uint32_t> colours, PastViews& past);
 
-  // Makes room for so many more inferred surfels. False where there is none.
-  bool HasRoomFor(std::uint32_t num_new);
   // Lets go of the memory that is needed only while depth maps come.
   void Rest();
   // Anchors of which the latest depth map may have changed inferred surfels.
@@ -50,13 +48,14 @@ class InferredFuser {
  private:
   void FindVisible(const View& view);
   std::vector<std::uint32_t> SelectUncovered(const View& view);
-  void Review(const ViewParams& of_map, std::span<const BlockSphere> new_spheres, PastViews& past);
+  void Review(const ViewParams& of_map, std::span<const BlockSphere> spheres, PastViews& past);
 
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;  // of what is inferred
   PackedDepthMap packed_;    // kept for its memory
   BlockList visible_;        // inferred surfels
+  BlockList added_;          // of what is new
   int width_px_ = 0;
   int height_px_ = 0;
   std::vector<std::uint32_t> changed_anchors_;

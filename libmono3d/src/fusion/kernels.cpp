@@ -94,12 +94,13 @@ void FusionKernels::AssociateAndDraw(Recorder& recorder, const ViewParams& param
 
 void FusionKernels::SelectNew(Recorder& recorder, const ViewParams& params,
                               const AnchorTable& anchors, const DepthMapBuffers& map,
-                              const Buffer& index_map, const SurfelStorage& surfels) const {
+                              const Buffer& index_map, const SurfelStorage& surfels,
+                              const BlockList& blocks) const {
   recorder.Fill(map.selected, 0);
   recorder.Dispatch(
       select_new_,
       {map.depth, map.candidate, index_map, surfels.normal_weight(), surfels.anchor_of_block(),
-       anchors.buffer(), map.blocks.buffer(), map.selected},
+       anchors.buffer(), map.blocks.buffer(), blocks.buffer(), map.selected},
       params, map.blocks.grid());
 }
 
@@ -143,11 +144,11 @@ void FusionKernels::GiveWay(Recorder& recorder, const ViewParams& params, const 
 }
 
 void FusionKernels::Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-                           const SurfelStorage& surfels) const {
+                           const SurfelStorage& surfels, const BlockList& blocks) const {
   recorder.Dispatch(insert_,
-                    {map.depth, map.candidate, map.colour, map.new_pixels,
+                    {map.depth, map.candidate, map.colour, map.new_pixels, blocks.buffer(),
                      surfels.position_radius(), surfels.normal_weight(), surfels.history()},
-                    params, GridFor(insert_, WholeBlocks(params.num_new)));
+                    params, blocks.grid());
 }
 
 }  // namespace mono3d

@@ -42,10 +42,11 @@ class FusionKernels {
   void AssociateAndDraw(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
                         const DepthMapBuffers& map, const Buffer& index_map,
                         const SurfelStorage& surfels, const BlockList& blocks) const;
-  // Reads depth, candidate, `index_map` and the surfels; writes selected.
+  // Reads depth, candidate, `index_map`, into which the surfels of `blocks` were drawn, and these;
+  // writes selected.
   void SelectNew(Recorder& recorder, const ViewParams& params, const AnchorTable& anchors,
-                 const DepthMapBuffers& map, const Buffer& index_map,
-                 const SurfelStorage& surfels) const;
+                 const DepthMapBuffers& map, const Buffer& index_map, const SurfelStorage& surfels,
+                 const BlockList& blocks) const;
   // Reads association, colour and the surfels' colours; writes `cells`, NumExposureCells of
   // ExposureCell.
   void ExposureCells(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
@@ -65,10 +66,10 @@ class FusionKernels {
   // uint of num_removed.
   void GiveWay(Recorder& recorder, const ViewParams& params, const Buffer& num_removed,
                const SurfelStorage& surfels, const BlockList& blocks) const;
-  // Reads depth, candidate, colour, params.num_new of new_pixels; writes new surfels from slot
-  // params.num_surfels on, for which there must be room, and fills up their last block.
+  // Reads depth, candidate, colour, params.num_new of new_pixels; writes new surfels into the
+  // blocks, of which there must be as many as they need, and fills up the last one.
   void Insert(Recorder& recorder, const ViewParams& params, const DepthMapBuffers& map,
-              const SurfelStorage& surfels) const;
+              const SurfelStorage& surfels, const BlockList& blocks) const;
 
  private:
   Kernel prepare_;

@@ -53,15 +53,14 @@ std::vector<BlockSphere> SpheresOfNew(const ViewParams& view, std::span<const st
 }
 
 std::vector<std::uint32_t> SpheresInView(std::span<const BlockSphere> spheres,
-                                         std::uint32_t first_block, const ViewParams& view,
-                                         const Similarity& S_view_anchor) {
-  std::vector<std::uint32_t> blocks;
+                                         const ViewParams& view, const Similarity& S_view_anchor) {
+  std::vector<std::uint32_t> in_view;
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     const double reach = S_view_anchor.scale() * spheres[i].radius;
     if (InsidePyramid(view, S_view_anchor * spheres[i].centre) < -reach) continue;
-    blocks.push_back(first_block + static_cast<std::uint32_t>(i));
+    in_view.push_back(static_cast<std::uint32_t>(i));
   }
-  return blocks;
+  return in_view;
 }
 
 }  // namespace mono3d

@@ -24,10 +24,9 @@ struct BlockSphere {
 std::vector<BlockSphere> SpheresOfNew(const ViewParams& view, std::span<const std::uint32_t> pixels,
                                       std::span<const float> depth);
 
-// Numbers of the blocks, counted from `first_block`, whose sphere reaches into the pyramid of
-// `view`, of which a pixel more is taken on each side so that no rounding matters.
+// Numbers of the spheres that reach into the pyramid of `view`, of which a pixel more is taken on
+// each side so that no rounding matters.
 std::vector<std::uint32_t> SpheresInView(std::span<const BlockSphere> spheres,
-                                         std::uint32_t first_block, const ViewParams& view,
-                                         const Similarity& S_view_anchor);
+                                         const ViewParams& view, const Similarity& S_view_anchor);
 
 }  // namespace mono3d

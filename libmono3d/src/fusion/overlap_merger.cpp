@@ -61,14 +61,14 @@ std::uint32_t OverlapMerger::Merge(Recorder& recorder, const FusionKernels& kern
 
   recorder.Fill(is_marked_, 0);
   // What was the association is the target from here on.
-  recorder.Dispatch(
-      overlap_target_,
-      {surfels.position_radius(), surfels.normal_weight(), surfels.history(), index_map_,
-       candidates_, end_of, num_candidates_, anchors.buffer(), surfels.association(), is_marked_},
-      params, GridFor(overlap_target_, num_candidates));
+  recorder.Dispatch(overlap_target_,
+                    {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
+                     index_map_, candidates_, end_of, num_candidates_, anchors.buffer(),
+                     blocks.buffer(), surfels.association(), is_marked_},
+                    params, GridFor(overlap_target_, num_candidates));
   recorder.Submit(times);
   const std::uint32_t num_blocks = DivideRoundingUp(surfels.size(), kSurfelsPerBlock);
-  marked_.SetFlagged(device_, is_marked_, num_blocks);
+  marked_.SetFlagged(device_, is_marked_, num_blocks, blocks.numbers());
 
   recorder.Fill(num_removed_, 0);
   recorder.Dispatch(

@@ -26,8 +26,9 @@ class OverlapMerger {
 
   // Merges the surfels of parts that overlap as one view sees them, all of which are in `blocks`:
   // overlap_oldest, overlap_candidates, overlap_target, overlap_add, overlap_apply. `end_of_older`:
-  // per anchor the end of the slots of older parts. Returns the number of surfels that were added
-  // to others and removed. Keeps 20 bytes per surfel, and an index map, until End().
+  // per anchor the end of the surfels of older parts in that list. Returns the number of surfels
+  // that were added to others and removed. Keeps 20 bytes per surfel, and an index map, until
+  // End().
   std::uint32_t Merge(Recorder& recorder, const FusionKernels& kernels, const ViewParams& params,
                       const AnchorTable& anchors, std::span<const std::uint32_t> end_of_older,
                       const SurfelStorage& surfels, const BlockList& blocks, StageTimes* times);

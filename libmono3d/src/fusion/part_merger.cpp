@@ -84,15 +84,19 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   SurfelStorage& surfels = model_.surfels;
   DepthMap seen;
   seen.camera = model_.anchors.anchor(view).camera;
-  const ViewParams params =
-      MakeViewParams(seen, context_.options, surfels.size(), model_.anchors.size());
+  ViewParams params = MakeViewParams(seen, context_.options, surfels.size(), model_.anchors.size());
   anchors_.Set(context_.device, model_.anchors.S_world_kf()[view],
                model_.anchors.S_world_surfels());
   const ModelView model_view{params, anchors_};
   context_.culler.FindVisible(context_.recorder, {&model_view, 1}, kMergeMargin_px, surfels,
                               visible_, context_.times);
+  params.num_surfels = surfels.size();  // some may have come to the device
   std::vector<std::uint32_t> end_of_older = model_.anchors.EndOfOlderParts();
-  for (std::uint32_t& end : end_of_older) end = surfels.FirstSlotOf(end);
+  const auto anchor_of = [&](std::uint32_t block) { return surfels.anchors()[block]; };
+  for (std::uint32_t& end : end_of_older) {
+    const auto first = std::ranges::lower_bound(visible_.numbers(), end, {}, anchor_of);
+    end = static_cast<std::uint32_t>(first - visible_.numbers().begin()) * kSurfelsPerBlock;
+  }
   const std::uint32_t num_removed =
       merger_.Merge(context_.recorder, context_.kernels, params, anchors_, end_of_older, surfels,
                     visible_, context_.times);
@@ -100,6 +104,7 @@ std::uint32_t PartMerger::MergeFromOne(std::uint32_t view) {
   if (num_removed == 0) return 0;
   context_.culler.Bound(context_.recorder, visible_, surfels.size(), surfels);
   context_.recorder.Submit(context_.times);
+  surfels.TakeNumThere(visible_.numbers());
   for (const std::uint32_t block : visible_.numbers()) {
     changed_anchors_.push_back(surfels.anchors()[block]);
   }

@@ -49,12 +49,13 @@ void ExchangeBuffer(Archive& archive, const std::shared_ptr<Device>& device, Buf
 
 void PastView::LookAt(const std::shared_ptr<Device>& device, const ViewParams& params,
                       const AnchorMap& of_model, std::uint32_t number,
-                      std::span<const BlockSphere> new_spheres) {
+                      std::span<const std::uint32_t> added, std::span<const BlockSphere> spheres) {
   const Similarity& S_world_view = of_model.S_world_kf()[anchor];
   anchors.Set(device, S_world_view, of_model.S_world_surfels());
-  new_blocks.Set(device,
-                 SpheresInView(new_spheres, params.first_surfel / kSurfelsPerBlock, params,
-                               S_world_view.Inverse() * of_model.S_world_surfels()[number]));
+  std::vector<std::uint32_t> in_view =
+      SpheresInView(spheres, params, S_world_view.Inverse() * of_model.S_world_surfels()[number]);
+  for (std::uint32_t& block : in_view) block = added[block];
+  new_blocks.Set(device, in_view);
 }
 
 void PastViews::Push(const std::shared_ptr<Device>& device, const DepthMap& map,

@@ -25,11 +25,11 @@ struct PastView {
   AnchorTable anchors;       // as it looks at the model, when it does
   BlockList new_blocks;      // that it may see then
 
-  // At the surfels that depth map `number`, the latest anchor, adds from params.first_surfel on, of
-  // which these are the spheres.
+  // At the surfels that depth map `number`, the latest anchor, adds in these blocks, of which these
+  // are the spheres.
   void LookAt(const std::shared_ptr<Device>& device, const ViewParams& params,
-              const AnchorMap& of_model, std::uint32_t number,
-              std::span<const BlockSphere> new_spheres);
+              const AnchorMap& of_model, std::uint32_t number, std::span<const std::uint32_t> added,
+              std::span<const BlockSphere> spheres);
 };
 
 // The last fused depth maps, on the device: 20 bytes a pixel each.

@@ -20,6 +20,10 @@ std::string PageName(const std::string& name, std::uint32_t anchor, std::uint32_
   return name + "/" + std::to_string(anchor) + "/" + std::to_string(page);
 }
 
+std::string BlocksName(const std::string& name, std::uint32_t anchor) {
+  return name + "/" + std::to_string(anchor) + "/blocks";
+}
+
 std::uint32_t NumPages(std::uint32_t num_slots) {
   return DivideRoundingUp(num_slots, SavedSurfels::kSurfelsPerPage);
 }
@@ -34,20 +38,37 @@ std::string PageBytes(const Surfels& surfels, std::size_t first, std::size_t end
   return writer.TakeBytes();
 }
 
-Surfels PageOf(std::string_view bytes, std::uint32_t num_slots, std::uint32_t anchor,
-               const std::string& where) {
+void AddPage(std::string_view bytes, std::uint32_t num_slots, std::uint32_t anchor,
+             const std::string& where, Surfels& surfels) {
   ByteReader reader(bytes, kSavedModel, where);
   RequireSound(reader, bytes.size() == num_slots * kBytesPerSurfel);
-  Surfels surfels;
-  surfels.resize(num_slots);
+  const std::size_t first = surfels.size();
+  surfels.resize(first + num_slots);
   const std::size_t num_bytes = num_slots * sizeof(Surfels::Float4);
-  reader.Bytes(surfels.position_radius.data(), num_bytes);
-  reader.Bytes(surfels.normal_weight.data(), num_bytes);
-  reader.Bytes(surfels.history.data(), num_bytes);
-  for (std::size_t i = 0; i < surfels.size(); ++i) {
+  reader.Bytes(surfels.position_radius.data() + first, num_bytes);
+  reader.Bytes(surfels.normal_weight.data() + first, num_bytes);
+  reader.Bytes(surfels.history.data() + first, num_bytes);
+  for (std::size_t i = first; i < surfels.size(); ++i) {
     RequireSound(reader, AnchorOf(surfels, i) == anchor);
   }
-  return surfels;
+}
+
+// All of an anchor but its surfels.
+template <typename Archive>
+void ExchangeBlocks(Archive& archive, SurfelStorage::BlocksOfAnchor& blocks) {
+  archive.Number(blocks.num_slots);
+  archive.Array(blocks.observations);
+  archive.Array(blocks.num_there);
+  archive.List(blocks.bounds, [&](Surfels::Float4& sphere) {
+    for (float& number : sphere) archive.Number(number);
+  });
+  const std::size_t num_blocks = blocks.num_slots / kSurfelsPerBlock;
+  const auto is_count = [](std::uint8_t count) { return count <= kSurfelsPerBlock; };
+  RequireSound(archive, blocks.num_slots % kSurfelsPerBlock == 0 &&
+                            blocks.observations.size() == num_blocks &&
+                            blocks.num_there.size() == num_blocks &&
+                            std::ranges::all_of(blocks.num_there, is_count) &&
+                            (blocks.bounds.empty() || blocks.bounds.size() == num_blocks));
 }
 
 template <typename T>
@@ -83,76 +104,82 @@ std::string GetFromPieces(const StateFolder& folder, const std::string& name) {
 
 void SavedSurfels::Save(const SurfelStorage& surfels, const ChangeLog& changes, StateFolder& folder,
                         const std::string& name) {
-  const bool is_continued = last_ && last_->folder_id == folder.id() &&
-                            last_->generation == folder.generation() &&
-                            last_->num_uploads == surfels.num_uploads();
-  const SurfelStorage::Layout layout = surfels.GetLayout();
+  const bool is_continued =
+      last_ && last_->folder_id == folder.id() && last_->generation == folder.generation();
+  std::vector<std::uint32_t> num_slots;
+  for (std::uint32_t i = 0; i < surfels.num_anchors(); ++i) {
+    num_slots.push_back(surfels.NumSlotsOf(i));
+  }
   ByteWriter writer;
-  for (std::uint32_t number :
-       {layout.max_size, layout.size, layout.num_removed, layout.num_unused, layout.num_bounded}) {
+  for (const std::uint32_t number : {surfels.num_surfels(), surfels.num_anchors()}) {
     writer.Number(number);
   }
   folder.Put(name + "/sizes", writer.TakeBytes());
-  PutInPieces(folder, name + "/anchors", BytesOf(layout.anchors));
-  PutInPieces(folder, name + "/observations", BytesOf(layout.observations));
-  PutInPieces(folder, name + "/bounds", BytesOf(layout.bounds));
+  PutInPieces(folder, name + "/slots", BytesOf(num_slots));
 
-  for (std::uint32_t first = 0; first < layout.size;) {
-    const std::uint32_t anchor = layout.anchors[first / kSurfelsPerBlock];
-    const std::uint32_t end = surfels.FirstSlotOf(anchor + 1);
-    bool is_kept = is_continued && changes.VersionOf(anchor) <= last_->change_version;
-    for (std::uint32_t page = 0; is_kept && page < NumPages(end - first); ++page) {
+  for (std::uint32_t anchor = 0; anchor < surfels.num_anchors(); ++anchor) {
+    if (num_slots[anchor] == 0) continue;
+    const std::uint32_t num_pages = NumPages(num_slots[anchor]);
+    bool is_kept = is_continued && changes.VersionOf(anchor) <= last_->change_version &&
+                   surfels.LayoutVersionOf(anchor) <= last_->layout_version &&
+                   folder.Keep(BlocksName(name, anchor));
+    for (std::uint32_t page = 0; is_kept && page < num_pages; ++page) {
       is_kept = folder.Keep(PageName(name, anchor, page));
     }
-    if (!is_kept) {
-      const Surfels changed = surfels.Download(first, end);
-      for (std::uint32_t page = 0; page < NumPages(end - first); ++page) {
-        const std::size_t from = std::size_t{page} * kSurfelsPerPage;
-        const std::size_t to = std::min(from + kSurfelsPerPage, changed.size());
-        folder.Put(PageName(name, anchor, page), PageBytes(changed, from, to));
-      }
+    if (is_kept) continue;
+    SurfelStorage::BlocksOfAnchor blocks = surfels.BlocksOf(anchor);
+    ExchangeBlocks(writer, blocks);
+    folder.Put(BlocksName(name, anchor), writer.TakeBytes());
+    const Surfels changed = surfels.Download(anchor);
+    for (std::uint32_t page = 0; page < num_pages; ++page) {
+      const std::size_t from = std::size_t{page} * kSurfelsPerPage;
+      const std::size_t to = std::min(from + kSurfelsPerPage, changed.size());
+      folder.Put(PageName(name, anchor, page), PageBytes(changed, from, to));
     }
-    first = end;
   }
-  last_ = {folder.id(), folder.next_generation(), changes.version(), surfels.num_uploads()};
+  last_ = {folder.id(), folder.next_generation(), changes.version(), surfels.layout_version()};
 }
 
 void SavedSurfels::Restore(const StateFolder& folder, const std::string& name,
-                           std::uint32_t num_anchors, Recorder& recorder, const ChangeLog& changes,
+                           std::uint32_t num_anchors, const ChangeLog& changes,
                            SurfelStorage& surfels) {
   const std::string where = folder.path().string();
-  SurfelStorage::Layout layout;
   const std::string sizes = folder.Get(name + "/sizes");
   ByteReader reader(sizes, kSavedModel, where);
-  for (std::uint32_t* number : {&layout.max_size, &layout.size, &layout.num_removed,
-                                &layout.num_unused, &layout.num_bounded}) {
-    reader.Number(*number);
-  }
-  layout.anchors = ValuesOf<std::uint32_t>(GetFromPieces(folder, name + "/anchors"));
-  layout.observations = ValuesOf<float>(GetFromPieces(folder, name + "/observations"));
-  layout.bounds = ValuesOf<Surfels::Float4>(GetFromPieces(folder, name + "/bounds"));
-  if (layout.size > surfels.max_size()) {
-    throw Error(ErrorParts{.what = "saved surfel model: too large for this device; go on where it "
-                                   "was made",
+  std::uint32_t num_surfels = 0;
+  std::uint32_t num_with_slots = 0;
+  reader.Number(num_surfels);
+  reader.Number(num_with_slots);
+  const std::vector<std::uint32_t> num_slots =
+      ValuesOf<std::uint32_t>(GetFromPieces(folder, name + "/slots"));
+  RequireSound(reader, num_slots.size() == num_with_slots && num_with_slots <= num_anchors);
+  std::uint64_t num_all_slots = 0;
+  for (const std::uint32_t number : num_slots) num_all_slots += number;
+  RequireSound(reader, num_surfels <= num_all_slots);
+  if (num_all_slots > surfels.max_slots()) {
+    throw Error(ErrorParts{.what = "saved surfel model: larger than this one may become",
                            .where = where,
-                           .expected = std::to_string(surfels.max_size()) + " surfels at most",
-                           .found = std::to_string(layout.size),
+                           .expected = std::to_string(surfels.max_slots()) + " surfels at most",
+                           .found = std::to_string(num_all_slots),
                            .code = ErrorCode::kUnsupported});
   }
-  RequireSound(reader, layout.anchors.empty() || layout.anchors.back() < num_anchors);
-  if (!surfels.Restore(recorder, layout)) RequireSound(reader, false);
-  for (std::uint32_t first = 0; first < layout.size;) {
-    const std::uint32_t anchor = layout.anchors[first / kSurfelsPerBlock];
-    const std::uint32_t end = surfels.FirstSlotOf(anchor + 1);
-    for (std::uint32_t page = 0; page < NumPages(end - first); ++page) {
-      const std::uint32_t from = first + page * kSurfelsPerPage;
-      const std::uint32_t num_slots = std::min(kSurfelsPerPage, end - from);
-      const std::string bytes = folder.Get(PageName(name, anchor, page));
-      surfels.UploadSlots(from, PageOf(bytes, num_slots, anchor, where));
+  for (std::uint32_t anchor = 0; anchor < num_with_slots; ++anchor) {
+    if (num_slots[anchor] == 0) continue;
+    const std::string bytes = folder.Get(BlocksName(name, anchor));
+    ByteReader of_blocks(bytes, kSavedModel, where);
+    SurfelStorage::BlocksOfAnchor blocks;
+    ExchangeBlocks(of_blocks, blocks);
+    RequireSound(of_blocks, of_blocks.IsAtEnd() && blocks.num_slots == num_slots[anchor]);
+    Surfels all;
+    for (std::uint32_t page = 0; page < NumPages(blocks.num_slots); ++page) {
+      const std::uint32_t from = page * kSurfelsPerPage;
+      const std::uint32_t num = std::min(kSurfelsPerPage, blocks.num_slots - from);
+      AddPage(folder.Get(PageName(name, anchor, page)), num, anchor, where, all);
     }
-    first = end;
+    surfels.Restore(anchor, std::move(blocks), std::move(all));
   }
-  last_ = {folder.id(), folder.generation(), changes.version(), surfels.num_uploads()};
+  surfels.SetNumSurfels(num_surfels);
+  last_ = {folder.id(), folder.generation(), changes.version(), surfels.layout_version()};
 }
 
 }  // namespace mono3d

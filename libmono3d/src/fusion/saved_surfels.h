@@ -9,23 +9,22 @@
 
 #include "fusion/change_log.h"
 #include "fusion/storage.h"
-#include "gpu/recorder.h"
 #include "mono3d/core/state_folder.h"
 
 namespace mono3d {
 
-// The surfels of a storage in a StateFolder, in pages of one anchor each. Of anchors that have not
-// changed since the last save nothing is downloaded, and of the others only pages that differ are
-// written.
+// The surfels of a storage in a StateFolder, in pages of one anchor each. Anchors that have not
+// changed since the last save are not looked at, wherever they are, and of the others only pages
+// that differ are written.
 class SavedSurfels {
  public:
   // `name` begins the names of the parts. `changes` says which anchors have changed.
   void Save(const SurfelStorage& surfels, const ChangeLog& changes, StateFolder& folder,
             const std::string& name);
-  // Throws Error where it contradicts itself, is damaged, or does not fit the device. Of a model
-  // with so many anchors.
+  // Throws Error where it contradicts itself, is damaged, or larger than the storage may become. Of
+  // a model with so many anchors.
   void Restore(const StateFolder& folder, const std::string& name, std::uint32_t num_anchors,
-               Recorder& recorder, const ChangeLog& changes, SurfelStorage& surfels);
+               const ChangeLog& changes, SurfelStorage& surfels);
 
   // 48 KiB: what a depth map confirms lies together, and a page is the least that is written.
   static constexpr std::uint32_t kSurfelsPerPage = 16 * kSurfelsPerBlock;
@@ -36,7 +35,7 @@ class SavedSurfels {
     std::uint64_t folder_id = 0;
     std::uint64_t generation = 0;
     std::uint64_t change_version = 0;
-    std::uint64_t num_uploads = 0;
+    std::uint64_t layout_version = 0;
   };
 
   std::optional<Saved> last_;

@@ -4,11 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "fusion/surfel.h"
+#include "fusion/surfel_depot.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
 
@@ -18,21 +20,36 @@ namespace mono3d {
 // last one of each is filled up with slots that count as removed.
 Surfels InWholeBlocks(const Surfels& surfels);
 
-// The surfels of the model on the device, one buffer per field of Surfels, growing in steps.
-// Slots 0 to size() - 1 are in use, in the order of their anchors, in blocks of one anchor each;
-// removed surfels keep theirs until Compact().
+// How much of a model is on the device.
+struct Residency {
+  // Surfels; what one view sees is there, however many that are. No more than a buffer holds.
+  std::uint32_t max_surfels = 0xFFFFFFFFU;
+  SurfelDepot* depot = nullptr;  // of the others; without one all stay
+};
+
+// The surfels of the model, in blocks of one anchor each. Those of the anchors that views of late
+// have seen are on the device, one buffer per field of Surfels, growing in steps; the others are in
+// a depot. An anchor is there or not as a whole. Which slots it has there, whichever are free, is
+// no part of the model: the order of its surfels is that of the anchors, and of the blocks of each.
+// Numbers of slots and blocks are those on the device. Removed surfels keep their slots until
+// CloseGaps().
 class SurfelStorage {
  public:
-  // Never holds more than `max_surfels`, nor more than one buffer of the device does; one block at
-  // least.
-  SurfelStorage(std::shared_ptr<Device> device, std::uint32_t max_surfels);
+  // Never holds more than `max_surfels`; one block at least.
+  SurfelStorage(std::shared_ptr<Device> device, std::uint32_t max_surfels,
+                const Residency& residency = {});
 
+  // The slots on the device that may be in use are those before this one.
   std::uint32_t size() const { return size_; }
-  std::uint32_t max_size() const { return max_size_; }
+  // Slots that all of the model needs, on the device or not, and that it may have.
+  std::uint32_t num_slots() const { return num_slots_; }
+  std::uint32_t max_slots() const { return max_slots_; }
   // Without those that are removed.
-  std::uint32_t num_surfels() const { return size_ - num_removed_ - num_unused_; }
-  // Surfels that were removed since the blocks were closed up.
-  std::uint32_t num_removed() const { return num_removed_; }
+  std::uint32_t num_surfels() const { return num_surfels_; }
+  // One more than the last anchor with surfels.
+  std::uint32_t num_anchors() const { return static_cast<std::uint32_t>(of_anchor_.size()); }
+  // Slots of an anchor, whether on the device or not.
+  std::uint32_t NumSlotsOf(std::uint32_t anchor) const;
 
   const Buffer& position_radius() const { return position_radius_; }
   const Buffer& normal_weight() const { return normal_weight_; }
@@ -41,6 +58,7 @@ class SurfelStorage {
   // float4 per block of kSurfelsPerBlock: centre and radius of what surrounds its surfels, in the
   // frame of its anchor.
   const Buffer& bounds() const { return bounds_; }
+  const Buffer& num_there() const { return num_there_; }  // uint per block: surfels not removed
   const Buffer& anchor_of_block() const { return anchor_of_block_; }  // uint per block
   // uint per block: surfels that the latest depth map has confirmed.
   const Buffer& num_confirmed() const { return num_confirmed_; }
@@ -53,77 +71,150 @@ class SurfelStorage {
     // over the number of depth maps, per block.
     double own_share = 1;
   };
-  // Downloads num_confirmed; once per depth map. Of the anchors of these blocks.
+  // Downloads num_confirmed and num_there; once per depth map. Of the anchors of these blocks,
+  // which are in order.
   std::vector<Confirmed> TakeConfirmed(std::span<const std::uint32_t> blocks);
-  const std::vector<std::uint32_t>& anchors() const { return anchors_; }  // the same on the host
-  // The first slot of this anchor or a later one.
-  std::uint32_t FirstSlotOf(std::uint32_t anchor) const;
-  // Surfels whose blocks have bounds: none once surfels were replaced.
-  std::uint32_t num_bounded() const { return num_bounded_; }
-  void SetBounded(std::uint32_t num_surfels) { num_bounded_ = num_surfels; }
+  // Downloads num_there of these blocks, of which surfels may have been removed.
+  void TakeNumThere(std::span<const std::uint32_t> blocks);
+  // Per block on the device; undefined where it is not in use.
+  const std::vector<std::uint32_t>& anchors() const { return anchor_of_; }
+  // The blocks on the device, in the order of the model.
+  const std::vector<std::uint32_t>& order();
 
-  // Makes room for slots up to `size`, at most max_size(). What is there stays.
-  void Reserve(Recorder& recorder, std::uint32_t size);
-  // From now on max_size() is what there is room for.
-  void StopGrowing() { max_size_ = capacity_; }
-  // The stages are about to fill so many slots behind the others, for which there is room, with
-  // surfels of this anchor.
-  void BeginInsert(std::uint32_t anchor, std::uint32_t num_inserted);
+  // Blocks on the device without bounds: of new surfels, and of such that were replaced.
+  std::vector<std::uint32_t> Unbounded() const;
+  void SetBounded();
+
+  // Another view looks at the model: what it sees must stay on the device until the next one does.
+  void BeginView() { ++view_; }
+  // It sees these blocks.
+  void Seen(std::span<const std::uint32_t> blocks);
+  bool HasAnchorsOut() const { return num_out_ > 0; }
+  // What surrounds an anchor that is not on the device, and its blocks: float4 each as bounds().
+  struct Outside {
+    std::uint32_t anchor = 0;
+    const Surfels::Float4& whole;
+    std::span<const Surfels::Float4> blocks;
+  };
+  std::vector<Outside> AnchorsOut() const;
+  // Brings it back. Others that the view does not see go where there is no room. Throws Error
+  // (kOutOfMemory) where that is not enough.
+  void BringIn(std::uint32_t anchor);
+
+  // Makes room on the device for so many slots more: by growing; at the limit by sending away
+  // anchors that the latest view does not see, those first that were seen longest ago; where these
+  // are not enough, beyond the limit, with a warning. False where the device has no room, or the
+  // model may not have so many.
+  bool MakeRoom(std::uint32_t num_slots);
+  // Grows, to have room on the device for slots up to `size`.
+  void Reserve(std::uint32_t size);
+  // The stages are about to fill so many slots, for which there is room, with surfels of this
+  // anchor, the last one: in these blocks.
+  std::vector<std::uint32_t> BeginInsert(std::uint32_t anchor, std::uint32_t num_inserted);
   // They have done it, and filled up the last block; and have emptied `num_removed` slots.
-  void EndInsert(std::uint32_t anchor, std::uint32_t num_inserted, std::uint32_t num_removed);
-  void Remove(std::uint32_t num_removed) { num_removed_ += num_removed; }
-  // Closes the gaps that removed surfels left, keeping the order.
-  void Compact();
+  void EndInsert(std::uint32_t num_inserted, std::uint32_t num_removed);
+  void Remove(std::uint32_t num_removed) { num_surfels_ -= num_removed; }
+  // Closes the gaps that removed surfels left in anchors of the latest views, where a quarter of
+  // an anchor's blocks is to be won, keeping the order.
+  void CloseGaps();
+  // Of all anchors, where there is a block to be won.
+  void CloseAllGaps();
 
-  // Adds surfels behind the others, in whole blocks, for which there is room, with their anchors
-  // numbered from `first_anchor` on: behind those of the others.
-  void Append(const Surfels& more, std::uint32_t first_anchor);
-
-  // Removes the surfels anchored to this depth map or a later one, and closes the gaps.
+  // Removes the surfels anchored to this depth map or a later one.
   void RemoveAnchoredFrom(std::uint32_t first_anchor);
 
-  Surfels Download() const { return Download(0, size_); }
-  Surfels Download(std::uint32_t first, std::uint32_t end) const;
-  // Replaces all; within the reserved room, each block of one anchor.
+  // All of the model, or of one anchor, in their order; what is not on the device is read where it
+  // is, and stays there.
+  Surfels Download() const;
+  Surfels Download(std::uint32_t anchor) const;
+  // An anchor at a time.
+  void ForEachAnchor(const std::function<void(std::uint32_t, const Surfels&)>& take) const;
+  // What is in these slots of the device.
+  Surfels DownloadSlots(std::uint32_t first, std::uint32_t end) const;
+  // Replaces all. Each block of one anchor, anchors in their order.
   void Upload(const Surfels& surfels);
-  // How often that was: slots may have moved.
-  std::uint64_t num_uploads() const { return num_uploads_; }
+  // The surfels of an anchor that has none yet: on the device as far as there is room.
+  void Add(std::uint32_t anchor, Surfels surfels);
+  // When the surfels of an anchor were given other slots, or bounds, last; the larger, the later.
+  std::uint64_t LayoutVersionOf(std::uint32_t anchor) const;
+  std::uint64_t layout_version() const { return layout_version_; }
 
-  // All but the surfels themselves, for a saved state.
-  struct Layout {
-    std::uint32_t max_size = 0;
-    std::uint32_t size = 0;
-    std::uint32_t num_removed = 0;
-    std::uint32_t num_unused = 0;
-    std::uint32_t num_bounded = 0;
-    std::vector<std::uint32_t> anchors;   // per block
-    std::vector<float> observations;      // per block
-    std::vector<Surfels::Float4> bounds;  // per block of those that have them
+  // All that an anchor has but its surfels, for a saved state.
+  struct BlocksOfAnchor {
+    std::uint32_t num_slots = 0;
+    std::vector<float> observations;  // per block: depth maps that have seen a surfel of it, mean
+    std::vector<std::uint8_t>
+        num_there;  // per block: surfels that are not removed, as last counted
+    std::vector<Surfels::Float4> bounds;  // per block; empty where they are not known
   };
-  Layout GetLayout() const;
-  // Takes it over, with undefined surfels, which UploadSlots brings. False, with nothing done,
-  // where it contradicts itself or there is no room on the device.
-  bool Restore(Recorder& recorder, const Layout& layout);
-  void UploadSlots(std::uint32_t first, const Surfels& surfels);
+  BlocksOfAnchor BlocksOf(std::uint32_t anchor) const;
+  // Takes it over; of an anchor that has none yet.
+  void Restore(std::uint32_t anchor, BlocksOfAnchor blocks, Surfels surfels);
+  void SetNumSurfels(std::uint32_t num_surfels) { num_surfels_ = num_surfels; }
 
  private:
+  struct OfAnchor {
+    std::uint32_t num_slots = 0;
+    std::vector<std::uint32_t> blocks;  // on the device; empty where it is not
+    std::vector<float> observations;
+    std::vector<std::uint8_t> num_there;
+    bool is_bounded = false;
+    std::uint64_t last_view = 0;  // that saw it
+    std::uint64_t layout_version = 0;
+    // Where it is not on the device.
+    bool is_out = false;
+    SurfelDepot::Ticket ticket = 0;
+    Surfels::Float4 whole{};
+    std::vector<Surfels::Float4> bounds;
+  };
+
   void Allocate(std::uint32_t capacity);
+  bool Grow(std::uint32_t num_slots);
+  std::uint32_t num_free() const;
+  OfAnchor& At(std::uint32_t anchor);
+  std::vector<std::uint32_t> TakeBlocks(std::uint32_t anchor, std::uint32_t num_blocks);
+  void FreeBlocks(std::span<const std::uint32_t> blocks);
+  void Place(std::uint32_t anchor, const Surfels& surfels);
+  static void SetBlocks(OfAnchor& of, const Surfels& surfels);
+  void PutSomewhere(std::uint32_t anchor, std::vector<Surfels::Float4> bounds, Surfels surfels);
+  void PutAway(OfAnchor& of, Surfels surfels, std::vector<Surfels::Float4> bounds);
+  void SendAway(std::uint32_t anchor);
+  void SendAwayFor(std::uint32_t num_slots);
+  bool HasGaps(const OfAnchor& of) const;
+  void CloseUp(std::uint32_t anchor);
+  void UploadBlocks(std::span<const std::uint32_t> blocks, const Surfels& surfels);
+  template <typename T>
+  std::vector<T> DownloadPerBlock(const Buffer& buffer,
+                                  std::span<const std::uint32_t> blocks) const;
 
   std::shared_ptr<Device> device_;
-  std::uint32_t max_size_;
+  Residency residency_;
+  Recorder recorder_;
+  std::uint32_t max_slots_;
+  std::uint32_t max_capacity_;  // of the device
+  std::uint32_t limit_;         // on the device
   std::uint32_t capacity_ = 0;
   std::uint32_t size_ = 0;
-  std::uint32_t num_removed_ = 0;
-  std::uint32_t num_unused_ = 0;  // slots that fill up blocks
-  std::uint32_t num_bounded_ = 0;
-  std::uint64_t num_uploads_ = 0;
-  std::vector<std::uint32_t> anchors_;  // per block
-  std::vector<float> observations_;     // per block: depth maps that have seen a surfel of it, mean
+  std::uint32_t num_slots_ = 0;
+  std::uint32_t num_surfels_ = 0;
+  std::uint64_t view_ = 1;
+  std::uint64_t layout_version_ = 0;
+  std::uint32_t num_out_ = 0;
+  std::vector<OfAnchor> of_anchor_;
+  std::vector<std::uint32_t> anchor_of_;  // per block on the device
+  std::vector<std::uint32_t> place_of_;   // per block on the device: among those of its anchor
+  std::vector<std::uint32_t> free_;       // blocks before size_, in order
+  std::vector<std::uint32_t> unbounded_;  // anchors
+  std::vector<std::uint32_t> with_gaps_;  // anchors
+  std::vector<std::uint32_t> order_;
+  bool has_order_ = true;
+  std::uint32_t inserting_ = 0;  // anchor
   Buffer position_radius_;
   Buffer normal_weight_;
   Buffer history_;
   Buffer association_;
   Buffer bounds_;
+  Buffer num_there_;
   Buffer anchor_of_block_;
   Buffer num_confirmed_;
 };

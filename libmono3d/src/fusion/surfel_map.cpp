@@ -2,18 +2,18 @@
 // Copyright the mono3d authors
 
 #include <algorithm>
+#include <functional>
+#include <optional>
 #include <utility>
 
 #include "fusion/export.h"
 #include "fusion/registration/problem.h"
 #include "fusion/vulkan_surfel_map.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 
 namespace mono3d {
 namespace {
-
-// Gaps cost time in every stage over the surfels; one slot in four is worth a copy of the model.
-constexpr std::uint32_t kMaxRemovedShare = 4;
 
 void RequireUsable(const DepthMap& map) {
   Validate(map);
@@ -23,6 +23,30 @@ void RequireUsable(const DepthMap& map) {
                            .expected = "an undistorted depth map",
                            .found = {}});
   }
+}
+
+// Of what may be on the device: of the surfels that were matched. What is inferred is what is left
+// between them.
+constexpr double kShareOfMatched = 0.75;
+
+SurfelStorage StorageFor(FusionContext& context, double share) {
+  const SurfelMapOptions& options = context.options;
+  return {context.device, static_cast<std::uint32_t>(options.max_surfels),
+          Residency{MaxSurfelsOnDevice(*context.device, options.storage, share), &context.depot}};
+}
+
+// The surfels of another model, with their anchors numbered from `first_anchor` on: behind those
+// of this one.
+void TakeOver(const SurfelStorage& from, std::uint32_t first_anchor, SurfelStorage& to) {
+  const std::uint32_t in_both_halves = first_anchor << 16U | first_anchor;
+  from.ForEachAnchor([&](std::uint32_t anchor, const Surfels& with_gaps) {
+    Surfels surfels = InWholeBlocks(with_gaps);
+    for (Surfels::Uint4& history : surfels.history) {
+      history[2] += in_both_halves;
+      history[3] += first_anchor;
+    }
+    to.Add(first_anchor + anchor, std::move(surfels));
+  });
 }
 
 Anchor AnchorOfMap(const DepthMap& map, const Similarity& S_tracker_kf) {
@@ -41,9 +65,7 @@ Anchor AnchorOfMap(const DepthMap& map, const Similarity& S_tracker_kf) {
 VulkanSurfelMap::VulkanSurfelMap(std::shared_ptr<Device> device, const SurfelMapOptions& options,
                                  StageTimes* times)
     : context_(std::move(device), options, times),
-      model_{SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels)),
-             {},
-             SurfelStorage(context_.device, static_cast<std::uint32_t>(options.max_surfels))},
+      model_{StorageFor(context_, kShareOfMatched), {}, StorageFor(context_, 1 - kShareOfMatched)},
       merger_(context_, model_),
       placer_(context_, model_, merger_),
       fuser_(context_, model_) {}
@@ -83,8 +105,17 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Dept
 
   const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
   (void)merger_.MergeNearest({anchor, S_tracker_kf});
-  const Placement placement = placer_.Place(map, S_tracker_kf, fuser_.buffers());
+  CloseGaps();
+  std::uint32_t radius_px = fuser_.merge_radius_px();
+  std::optional<Placement> placed;
+  (void)fuser_.Look([&] { placed = placer_.Place(map, S_tracker_kf, fuser_.buffers()); });
   changes_.Changed(merger_.TakeChangedAnchors());
+  if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
+  if (!placed) {
+    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+                    "model is full: the device has no room for what the depth map shows of it");
+  }
+  const Placement& placement = *placed;
   const Registration& registration = placement.registration;
   if (!registration.rejection.empty()) {
     FusionResult result =
@@ -92,7 +123,7 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Dept
     result.registration = registration.evidence;
     return result;
   }
-  const std::uint32_t radius_px = fuser_.merge_radius_px();
+  radius_px = fuser_.merge_radius_px();
   DepthMap weighed = map;
   weighed.depth_sigma_per_square_depth *= registration.evidence.noise;
   const auto counts =
@@ -102,7 +133,7 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Dept
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,
                     "model is full: " + std::to_string(num_surfels()) + " surfels and " +
                         std::to_string(fuser_.num_wanted()) + " new ones, room for " +
-                        std::to_string(model_.surfels.max_size()));
+                        std::to_string(model_.surfels.max_slots()));
   }
   merger_.AnchorAdded();
   std::vector<std::uint32_t> changed = fuser_.changed_anchors();
@@ -158,8 +189,12 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
 
 PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
   const std::span<const Similarity> S_world_anchor = model_.anchors.S_world_surfels();
-  const Surfels inferred = options.with_inferred ? model_.inferred.Download() : Surfels();
-  return ToPointCloud(model_.surfels.Download(), inferred, S_world_anchor, options);
+  const auto parts_of = [](const SurfelStorage& storage) {
+    return [&](const std::function<void(const Surfels&)>& take) {
+      storage.ForEachAnchor([&](std::uint32_t, const Surfels& surfels) { take(surfels); });
+    };
+  };
+  return ToPointCloud(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor, options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {
@@ -208,9 +243,8 @@ FusionResult VulkanSurfelMap::Rejected(const Similarity& S_world_kf, FusionRejec
 }
 
 void VulkanSurfelMap::CloseGaps() {
-  for (SurfelStorage* surfels : {&model_.surfels, &model_.inferred}) {
-    if (surfels->num_removed() > surfels->size() / kMaxRemovedShare) surfels->Compact();
-  }
+  model_.surfels.CloseGaps();
+  model_.inferred.CloseGaps();
 }
 
 std::optional<UpdateResult> VulkanSurfelMap::Join(SurfelMap& other, const KeyframePoses& poses) {
@@ -219,10 +253,10 @@ std::optional<UpdateResult> VulkanSurfelMap::Join(SurfelMap& other, const Keyfra
   const auto map_id = theirs->model_.anchors.MapIdBy(poses);
   const auto own_map_id = model_.anchors.MapIdBy(poses);
   if (map_id && own_map_id && map_id != own_map_id) return std::nullopt;
-  model_.surfels.Compact();
-  theirs->model_.surfels.Compact();
+  const SurfelStorage& own = model_.surfels;
   const std::uint32_t num_anchors = model_.anchors.size() + theirs->model_.anchors.size();
-  if (num_anchors >= kMaxDepthMaps || !fuser_.MakeRoom(theirs->model_.surfels.size())) {
+  if (num_anchors >= kMaxDepthMaps ||
+      own.max_slots() - own.num_slots() < theirs->model_.surfels.num_slots()) {
     return std::nullopt;
   }
   const std::int64_t num_before = num_surfels() + theirs->num_surfels();
@@ -244,9 +278,10 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   AnchorMap& anchors = model_.anchors;
   const std::uint32_t first_anchor = anchors.size();
   const bool was_one_submap = anchors.num_submaps() == 1 && other.num_submaps() == 1;
-  model_.surfels.Append(other.model_.surfels.Download(), first_anchor);
-  if (fuser_.MakeRoomForInferred(other.model_.inferred.size())) {
-    model_.inferred.Append(other.model_.inferred.Download(), first_anchor);
+  TakeOver(other.model_.surfels, first_anchor, model_.surfels);
+  const SurfelStorage& inferred = model_.inferred;
+  if (inferred.max_slots() - inferred.num_slots() >= other.model_.inferred.num_slots()) {
+    TakeOver(other.model_.inferred, first_anchor, model_.inferred);
   }
   anchors.Append(std::exchange(other.model_.anchors, {}));
   placer_.SetTrackerDrifted(other.placer_.tracker_drifted());
@@ -264,7 +299,7 @@ std::int64_t VulkanSurfelMap::Append(VulkanSurfelMap& other) {
   other.Rest();
   const std::int64_t num_merged = merger_.MergeAcross(is_other);
   (void)merger_.TakeChangedAnchors();
-  model_.surfels.Compact();
+  model_.surfels.CloseGaps();
   changes_.AllChanged(anchors.size());
   const CameraModel& camera = anchors.back().camera;
   const double needed = context_.options.gate.min_overlap * camera.width * camera.height;

@@ -101,6 +101,17 @@ void HealthOptions::Visit(OptionVisitor& visit) {
   visit("max_scale_drift", max_scale_drift, "of the logarithm of the tracker's scale");
 }
 
+void SurfelStorageOptions::Visit(OptionVisitor& visit) {
+  visit(
+      "max_device_mb", max_device_mb,
+      "surfels on the device, in MB; what no view has seen of late leaves it (0: a quarter of its "
+      "memory)");
+  visit("max_host_mb", max_host_mb,
+        "of those that left it, in the memory of the host, in MB; the others are in a file (0: an "
+        "eighth of the memory)");
+  visit("folder", folder, "of that file, which has no name (empty: that of temporary files)");
+}
+
 void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("association", association);
   visit.Group("free_space", free_space);
@@ -108,10 +119,11 @@ void SurfelMapOptions::Visit(OptionVisitor& visit) {
   visit.Group("gate", gate);
   visit.Group("retry", retry);
   visit.Group("health", health);
+  visit.Group("storage", storage);
   visit("with_confidence", with_confidence,
         "weigh the estimates of depth maps by their confidence; else all alike");
   visit("num_reviews", num_reviews, "past depth maps that review the surfels which a new one adds");
-  visit("max_surfels", max_surfels, "size of the model beyond which depth maps are rejected");
+  visit("max_surfels", max_surfels, "size of the model beyond which it becomes coarser");
 }
 
 void SurfelMapOptions::Validate() const {
@@ -158,6 +170,10 @@ void SurfelMapOptions::Validate() const {
                 health.num_registrations);
   RequireOption(health.min_registrations >= 1, "fusion.health.min_registrations", ">= 1",
                 health.min_registrations);
+  RequireOption(storage.max_device_mb >= 0, "fusion.storage.max_device_mb", ">= 0",
+                storage.max_device_mb);
+  RequireOption(storage.max_host_mb >= 0, "fusion.storage.max_host_mb", ">= 0",
+                storage.max_host_mb);
   RequireOption(max_surfels > 0, "fusion.max_surfels", "> 0", max_surfels);
 }
 

@@ -21,7 +21,7 @@ namespace mono3d {
 namespace {
 
 // Of all that fusion keeps.
-constexpr std::uint32_t kModelStateVersion = 1;
+constexpr std::uint32_t kModelStateVersion = 2;
 
 std::string OptionText(const OptionRef& value) {
   return std::visit(
@@ -40,10 +40,11 @@ std::string OptionText(const OptionRef& value) {
       value);
 }
 
-// One line per option.
+// One line per option. Where the surfels are makes no difference to what they are.
 std::string TextOfOptions(SurfelMapOptions options) {
   std::string text;
   for (const OptionField& field : ListOptions(options)) {
+    if (field.name.starts_with("storage.")) continue;
     text += "fusion." + field.name + " = " + OptionText(field.value) + "\n";
   }
   return text;
@@ -152,12 +153,9 @@ void SurfelMapState::Restore(const SurfelMapParts& parts, const StateFolder& fol
     read("/vignetting/" + std::to_string(i),
          [&](ByteReader& view) { parts.vignetting.ExchangeView(view, i); });
   }
-  Recorder& recorder = parts.context.recorder;
   const std::uint32_t num_anchors = parts.model.anchors.size();
-  surfels_.Restore(folder, name + "/surfels", num_anchors, recorder, parts.changes,
-                   parts.model.surfels);
-  inferred_.Restore(folder, name + "/inferred", num_anchors, recorder, parts.changes,
-                    parts.model.inferred);
+  surfels_.Restore(folder, name + "/surfels", num_anchors, parts.changes, parts.model.surfels);
+  inferred_.Restore(folder, name + "/inferred", num_anchors, parts.changes, parts.model.inferred);
 }
 
 }  // namespace mono3d

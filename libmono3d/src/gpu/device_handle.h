@@ -21,6 +21,7 @@ struct DeviceLimits {
   std::uint32_t max_texel_buffers = 0;    // imageBuffer bindings of one kernel
   std::array<std::uint32_t, 3> max_workgroup_size{};
   std::array<std::uint32_t, 3> max_workgroup_count{};
+  std::uint64_t memory_bytes = 0;   // of its largest heap of its own
   std::uint32_t subgroup_size = 0;  // every kernel with subgroup operations runs with this size
   bool is_cpu = false;              // lavapipe: volumes path-major, no tiles
   bool has_int64 = false;

@@ -71,6 +71,12 @@ DeviceLimits QueryLimits(const vk::raii::PhysicalDevice& physical, const DeviceF
   result.max_texel_buffers = limits.maxPerStageDescriptorStorageImages;
   result.max_workgroup_size = limits.maxComputeWorkGroupSize;
   result.max_workgroup_count = limits.maxComputeWorkGroupCount;
+  const vk::PhysicalDeviceMemoryProperties memory = physical.getMemoryProperties();
+  for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+    const vk::MemoryHeap& heap = memory.memoryHeaps[i];
+    if (!(heap.flags & vk::MemoryHeapFlagBits::eDeviceLocal)) continue;
+    result.memory_bytes = std::max<std::uint64_t>(result.memory_bytes, heap.size);
+  }
   result.subgroup_size = chain.get<vk::PhysicalDeviceSubgroupProperties>().subgroupSize;
   result.is_cpu = properties.deviceType == vk::PhysicalDeviceType::eCpu;
   result.has_int64 = features.int64;

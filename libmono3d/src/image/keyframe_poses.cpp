@@ -15,13 +15,16 @@ namespace mono3d {
 
 KeyframePoses::KeyframePoses(std::uint64_t version, std::vector<KeyframePose> poses)
     : version_(version), poses_(std::move(poses)) {
-  std::ranges::sort(poses_, {}, &KeyframePose::keyframe_id);
+  // As they come from a tracker with one map.
+  if (!std::ranges::is_sorted(poses_, {}, &KeyframePose::keyframe_id)) {
+    std::ranges::sort(poses_, {}, &KeyframePose::keyframe_id);
+  }
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     const KeyframePose& pose = poses_[i];
-    const std::string name = "keyframe " + std::to_string(pose.keyframe_id);
+    const auto name = [&] { return "keyframe " + std::to_string(pose.keyframe_id); };
     if (i > 0 && poses_[i - 1].keyframe_id == pose.keyframe_id) {
       throw Error(ErrorParts{.what = "two poses",
-                             .where = name,
+                             .where = name(),
                              .expected = "one",
                              .found = {},
                              .code = ErrorCode::kInvalidArgument});
@@ -29,7 +32,7 @@ KeyframePoses::KeyframePoses(std::uint64_t version, std::vector<KeyframePose> po
     const double scale = pose.S_world_kf.scale();
     if (!pose.T_world_cam().Matrix().allFinite() || !std::isfinite(scale) || scale <= 0) {
       throw Error(ErrorParts{.what = "pose is not finite, or its scale is not positive",
-                             .where = name,
+                             .where = name(),
                              .expected = {},
                              .found = {}});
     }
@@ -60,9 +63,11 @@ std::optional<TrajectoryEntry> InWorld(const FramePose& frame, const KeyframePos
 
 std::vector<MapJoin> FindMapJoins(const KeyframePoses& before, const KeyframePoses& after) {
   std::map<int, MapJoin> joins;  // by `from`; poses come by ascending id, the newest last
+  auto is = after.poses().begin();
   for (const KeyframePose& was : before.poses()) {
-    const KeyframePose* is = after.Find(was.keyframe_id);
-    if (is == nullptr || is->map_id == was.map_id) continue;
+    while (is != after.poses().end() && is->keyframe_id < was.keyframe_id) ++is;
+    if (is == after.poses().end()) break;
+    if (is->keyframe_id != was.keyframe_id || is->map_id == was.map_id) continue;
     joins[was.map_id] = {was.map_id, is->map_id, is->S_world_kf * was.S_world_kf.Inverse()};
   }
   std::vector<MapJoin> sorted;

@@ -12,6 +12,7 @@
 
 #include "io/image_list.h"
 #include "io/image_source.h"
+#include "io/motion_stride.h"
 #include "io/read_ahead_source.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
@@ -89,6 +90,7 @@ class PreparedFrames : public FrameSource {
 
   std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
   std::int64_t num_skipped() const override { return source_->num_skipped() + num_of_other_sizes_; }
+  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
   const CameraModel& camera() const override { return undistorter_.camera(); }
 
  private:
@@ -152,6 +154,12 @@ class PreparedFrames : public FrameSource {
 
 std::unique_ptr<ImageSource> OpenImages(const std::string& input,
                                         const FrameSourceOptions& options) {
+  if (options.stride == kStrideByMotion) {
+    FrameSourceOptions all = options;
+    all.stride = 1;
+    all.max_frames = 0;
+    return StrideByMotion(OpenImages(input, all), options.max_frames);
+  }
   switch (KindOfInput(input)) {
     case InputKind::kImages:
       return OpenImageList(FindImages(input), options);
@@ -173,7 +181,10 @@ std::unique_ptr<FrameSource> PrepareFrames(std::unique_ptr<ImageSource> source,
 
 void FrameSourceOptions::Visit(OptionVisitor& visit) {
   visit("fps", fps, "images a second; 0: the video's own, timestamps.txt, or 30");
-  visit("stride", stride, "take every n-th image");
+  visit("stride", stride,
+        "take every n-th image; auto: those that the motion of the camera calls for, whatever the "
+        "rate",
+        {{"auto", kStrideByMotion}});
   visit("start", start, "first image to take");
   visit("max_frames", max_frames, "number of images to take at most; 0: all");
   visit("resize", resize,
@@ -183,7 +194,7 @@ void FrameSourceOptions::Visit(OptionVisitor& visit) {
 
 void FrameSourceOptions::Validate() const {
   RequireOption(std::isfinite(fps) && fps >= 0, "fps", "0 or more", fps);
-  RequireOption(stride >= 1, "stride", "1 or more", stride);
+  RequireOption(stride >= 1 || stride == kStrideByMotion, "stride", "1 or more, or auto", stride);
   RequireOption(start >= 0, "start", "0 or more", start);
   RequireOption(max_frames >= 0, "max-frames", "0 or more", max_frames);
   if (resize.empty() || resize == kToCalibration || ParseSize(resize)) return;

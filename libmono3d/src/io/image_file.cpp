@@ -81,6 +81,9 @@ void RequireDecodableSize(const std::filesystem::path& path) {
     metadata.width = exif.stored_width;
     metadata.height = exif.stored_height;
   }
+  if (metadata.width <= 0 || metadata.height <= 0) {  // a decoder may find another way to a size
+    ThrowUnreadable(path, "the image does not say its size: it is damaged");
+  }
   const std::int64_t num_pixels = std::int64_t{metadata.width} * metadata.height;
   if (num_pixels <= kMaxPixels) return;
   throw Error(
@@ -108,19 +111,19 @@ bool FileMayHave16Bits(const std::string& path) {
   return MayHave16Bits(std::string_view(head.data(), static_cast<std::size_t>(file.gcount())));
 }
 
-cv::Mat DecodeBytes(const std::string& bytes, const std::filesystem::path& path, int more_flags) {
+cv::Mat DecodeBytes(const std::string& bytes, const std::filesystem::path& path, int flags) {
   try {
     const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
     return cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
-                        cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION | more_flags);
+                        flags | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& exception) {
     ThrowUnreadable(path, "cannot decode the image: " + exception.err);
   }
 }
 
-// As it is stored, 8 or 16 bits in each of three channels.
-cv::Mat Decode(const std::filesystem::path& path) {
-  const std::string bytes = ReadBytes(path);
+// Of an image that is whole and may be decoded.
+std::string ReadWholeImage(const std::filesystem::path& path) {
+  std::string bytes = ReadBytes(path);
   if (bytes.empty()) ThrowUnreadable(path, "the file is empty");
   if (bytes.size() > INT32_MAX) ThrowUnreadable(path, "the file is too large for an image");
   const bool is_cut_jpeg = bytes.starts_with(kJpegBegin) && !IsCompleteJpeg(bytes);
@@ -128,9 +131,16 @@ cv::Mat Decode(const std::filesystem::path& path) {
   if (is_cut_jpeg || is_cut_png) ThrowUnreadable(path, "the image is truncated: copy it again");
   if (!IsOfKnownForm(bytes)) ThrowUnreadable(path, "not an image, or not of a known kind");
   RequireDecodableSize(path);
-  cv::Mat image = DecodeBytes(bytes, path, MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0);
+  return bytes;
+}
+
+// As it is stored, 8 or 16 bits in each of three channels.
+cv::Mat Decode(const std::filesystem::path& path) {
+  const std::string bytes = ReadWholeImage(path);
+  const int any_depth = MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0;
+  cv::Mat image = DecodeBytes(bytes, path, cv::IMREAD_COLOR | any_depth);
   if (!image.empty() && image.depth() != CV_8U && image.depth() != CV_16U) {
-    image = DecodeBytes(bytes, path, 0);
+    image = DecodeBytes(bytes, path, cv::IMREAD_COLOR);
   }
   if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
   return image;
@@ -164,6 +174,12 @@ bool IsCompletePng(std::string_view bytes) {
 cv::Mat ReadImage(const std::filesystem::path& path, int value_bits) {
   const cv::Mat image = Decode(path);
   return image.depth() == CV_16U ? UpperBits(image, value_bits) : image;
+}
+
+cv::Mat ReadSmallImage(const std::filesystem::path& path) {
+  cv::Mat image = DecodeBytes(ReadWholeImage(path), path, cv::IMREAD_REDUCED_COLOR_8);
+  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
+  return image;
 }
 
 int FindValueBits(const std::vector<std::string>& images) {

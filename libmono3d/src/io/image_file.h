@@ -4,19 +4,13 @@
 #pragma once
 
 #include <filesystem>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace mono3d {
+#include "mono3d/io/image_file.h"
 
-// Reads a JPEG, PNG, BMP, TIFF, WebP, PBM, PGM or PPM image as CV_8UC3 (BGR): grey is repeated, of
-// the lowest `value_bits` of 16 bits the upper 8 are taken (larger values are white), alpha is
-// dropped, the orientation tag is ignored (the calibration is of the pixels as they are stored).
-// Throws Error when the file cannot be decoded to its end; OpenCV itself returns a truncated JPEG
-// as an image that is grey from some row on.
-cv::Mat ReadImage(const std::filesystem::path& path, int value_bits = 16);
+namespace mono3d {
 
 // How many bits the values of images use: 16, or as few as 8 where the largest value of some of
 // them needs 14 or fewer. Cameras of 10, 12 or 14 bits leave the upper bits empty, and the upper 8
@@ -24,7 +18,7 @@ cv::Mat ReadImage(const std::filesystem::path& path, int value_bits = 16);
 int FindValueBits(const std::vector<std::string>& images);
 
 // Before it is decoded: a small file may say that its image is huge. Throws Error when it has more
-// than 268 million pixels.
+// than 268 million pixels, or its size cannot be found.
 void RequireDecodableSize(const std::filesystem::path& path);
 
 // Do the chunks of the PNG file with these bytes go on to the last one?

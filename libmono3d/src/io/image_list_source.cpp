@@ -33,7 +33,7 @@ class ImageListSource : public ImageSource {
  public:
   ImageListSource(ImageList list, const FrameSourceOptions& options)
       : list_(std::move(list)),
-        stride_(static_cast<std::size_t>(options.stride)),
+        stride_(static_cast<std::size_t>(std::max(1, options.stride))),
         fps_(options.fps > 0 ? options.fps : kDefaultFps),
         next_(static_cast<std::size_t>(options.start)) {
     if (options.fps > 0) list_.timestamps_s.clear();

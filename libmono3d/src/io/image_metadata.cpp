@@ -58,10 +58,12 @@ void ReadJpegHead(std::istream& file, ImageMetadata& metadata) {
   constexpr int kEndOfImage = 0xD9;
   constexpr int kStartOfScan = 0xDA;
   constexpr int kApp1 = 0xE1;
-  while (file.get() == 0xFF) {
+  for (int byte = file.get(); byte >= 0; byte = file.get()) {
+    if (byte != 0xFF) continue;  // between two segments: decoders pass over it
     int marker = file.get();
     while (marker == 0xFF) marker = file.get();  // fill bytes
-    if (marker <= 0 || marker == kEndOfImage || marker == kStartOfScan) return;
+    if (marker < 0 || marker == kEndOfImage || marker == kStartOfScan) return;
+    if (marker == 0) continue;
     if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;  // without a length
     const int length = BigEndianNumber(TakeBytes(file, 2));              // counts itself
     if (length < 2) return;
@@ -91,6 +93,23 @@ void ReadPnmSize(std::istream& file, ImageMetadata& metadata) {
       file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
     }
     if (!(file >> *size)) *size = 0;
+    file.get();  // one byte of any kind ends a number, for OpenCV
+  }
+}
+
+// Of one of the three kinds of WebP (RFC 9649), whose first chunk begins at the twelfth byte.
+void ReadWebpSize(std::string_view head, ImageMetadata& metadata) {
+  const std::string_view kind = head.substr(12, 4);
+  if (kind == "VP8X"sv) {
+    metadata.width = LittleEndianNumber(head.substr(24, 3)) + 1;
+    metadata.height = LittleEndianNumber(head.substr(27, 3)) + 1;
+  } else if (kind == "VP8L"sv) {
+    // 14 bits each, one behind the other.
+    metadata.width = (LittleEndianNumber(head.substr(21, 2)) & 0x3FFF) + 1;
+    metadata.height = (LittleEndianNumber(head.substr(22, 3)) >> 6 & 0x3FFF) + 1;
+  } else if (kind == "VP8 "sv) {
+    metadata.width = LittleEndianNumber(head.substr(26, 2)) & 0x3FFF;
+    metadata.height = LittleEndianNumber(head.substr(28, 2)) & 0x3FFF;
   }
 }
 
@@ -123,6 +142,11 @@ ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
     file.seekg(18);
     metadata.width = LittleEndianNumber(TakeBytes(file, num_bytes));
     metadata.height = LittleEndianNumber(TakeBytes(file, num_bytes));
+  } else if (head.starts_with("RIFF") && head.size() == kPngSizeEnd &&
+             head.substr(8, 4) == "WEBP") {
+    constexpr std::size_t kWebpSizeEnd = 30;
+    const std::string whole_head = head + TakeBytes(file, kWebpSizeEnd - head.size());
+    if (whole_head.size() == kWebpSizeEnd) ReadWebpSize(whole_head, metadata);
   } else if (head.size() > 2 && head[0] == 'P' && head[1] >= '1' && head[1] <= '6') {
     file.clear();
     file.seekg(2);

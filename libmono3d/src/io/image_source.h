@@ -32,6 +32,7 @@ class ImageSource {
   virtual std::optional<SourceImage> Next() = 0;
   virtual std::optional<std::int64_t> num_frames() const = 0;
   virtual std::int64_t num_skipped() const = 0;
+  virtual std::int64_t num_passed_over() const { return 0; }
 };
 
 struct ImageList {

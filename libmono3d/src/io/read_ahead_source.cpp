@@ -43,6 +43,7 @@ class ReadAheadSource : public FrameSource {
     if (!thread_.joinable()) thread_ = std::thread([this] { Run(); });
     Item item = Take();
     num_skipped_ = item.num_skipped;
+    num_passed_over_ = item.num_passed_over;
     has_ended_ = !item.frame;
     if (item.error) std::rethrow_exception(item.error);
     return std::move(item.frame);
@@ -50,6 +51,7 @@ class ReadAheadSource : public FrameSource {
 
   std::optional<std::int64_t> num_frames() const override { return num_frames_; }
   std::int64_t num_skipped() const override { return num_skipped_; }
+  std::int64_t num_passed_over() const override { return num_passed_over_; }
   const CameraModel& camera() const override { return source_->camera(); }
 
  private:
@@ -58,6 +60,7 @@ class ReadAheadSource : public FrameSource {
     std::optional<Frame> frame;  // none: the end, or an error
     std::exception_ptr error;
     std::int64_t num_skipped = 0;
+    std::int64_t num_passed_over = 0;
   };
 
   Item Take() {
@@ -78,6 +81,7 @@ class ReadAheadSource : public FrameSource {
       item.error = std::current_exception();
     }
     item.num_skipped = source_->num_skipped();
+    item.num_passed_over = source_->num_passed_over();
     return item;
   }
 
@@ -102,6 +106,7 @@ class ReadAheadSource : public FrameSource {
   std::unique_ptr<FrameSource> source_;  // of the thread, once it runs; its camera never changes
   std::optional<std::int64_t> num_frames_;
   std::int64_t num_skipped_ = 0;
+  std::int64_t num_passed_over_ = 0;
   bool has_ended_ = false;
 
   std::mutex mutex_;

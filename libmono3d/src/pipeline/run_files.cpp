@@ -43,9 +43,11 @@ bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view 
 
 bool IsRunFile(std::string_view name) {
   const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
-  // report.html, overview.png and next_views.json are written by mono3d-reconstruct.
+  // Report, overview and next views are written by mono3d-reconstruct, the others, which tell of
+  // this model, by mono3d-evaluate.
   return name == "run.json" || name == "report.html" || name == "overview.png" ||
-         name == "next_views.json" || name == kCameraName || IsNameOfCamera(name) ||
+         name == "next_views.json" || name == "next_views.kml" || name == "evaluation.json" ||
+         name == "model_errors.ply" || name == kCameraName || IsNameOfCamera(name) ||
          IsNameOfMap(name, "model", ".ply") || IsNameOfMap(name, "mesh", ".ply") ||
          std::ranges::any_of(kTrajectoryNames, is_text);
 }
@@ -103,10 +105,22 @@ bool IsFolder(const std::filesystem::path& path) {
   return std::filesystem::is_directory(std::filesystem::symlink_status(path, ignored));
 }
 
+// Is a folder on the way to `folder` / `below` a link? What lies behind it is the user's own.
+bool IsBehindLink(const std::filesystem::path& folder, const std::filesystem::path& below) {
+  std::error_code ignored;
+  std::filesystem::path way = folder;
+  for (const std::filesystem::path& name : below) {
+    way /= name;
+    if (std::filesystem::is_symlink(way, ignored)) return true;
+  }
+  return false;
+}
+
 // Adds the files of `folder` / `below` whose names match.
 void AddMatching(const std::filesystem::path& folder, const std::filesystem::path& below,
                  bool (*matches)(std::string_view), std::vector<std::filesystem::path>& files) {
   std::error_code ignored;
+  if (IsBehindLink(folder, below)) return;
   for (const auto& entry : std::filesystem::directory_iterator(folder / below, ignored)) {
     const std::string name = entry.path().filename().string();
     const bool is_match = matches(WithoutEnding(name, ".partial").value_or(name));

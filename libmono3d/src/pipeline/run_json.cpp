@@ -35,7 +35,11 @@ const char* ToString(RunEnd end) {
 JsonValue OptionsJson(const std::vector<OptionField>& options) {
   JsonValue json = JsonValue::Object();
   for (const OptionField& field : options) {
-    std::visit([&](const auto* value) { json.Set(field.name, *value); }, field.value);
+    if (const auto word = WordOf(field)) {
+      json.Set(field.name, *word);
+    } else {
+      std::visit([&](const auto* value) { json.Set(field.name, *value); }, field.value);
+    }
   }
   return json;
 }
@@ -46,10 +50,13 @@ JsonValue ReasonsJson(const std::map<std::string, std::int64_t>& reasons) {
   return json;
 }
 
-JsonValue CountsJson(const PipelineCounts& counts, std::int64_t num_skipped_images) {
+JsonValue CountsJson(const PipelineCounts& counts, const RunRecord& record) {
   JsonValue json = JsonValue::Object();
   json.Set("frames", counts.num_frames);
-  json.Set("images_skipped", num_skipped_images);
+  json.Set("images_skipped", record.num_skipped_images);
+  if (record.num_passed_over_images) {
+    json.Set("images_passed_over", *record.num_passed_over_images);
+  }
   json.Set("tracked", counts.num_tracked);
   json.Set("recovered", counts.num_recovered);
   json.Set("keyframes", counts.num_keyframes);
@@ -481,6 +488,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   }
   json.Set("input", record.input);
   json.Set("photos", record.are_photos);
+  json.Set("sparse_video", record.is_sparse_video);
   json.Set("camera", record.camera);
   if (record.calibration) json.Set("calibration", CalibrationJson(*record.calibration));
   if (!record.cameras.empty()) json.Set("cameras", CamerasJson(record.cameras));
@@ -489,7 +497,7 @@ std::string RunJson(const Reconstruction& reconstruction, const RunRecord& recor
   }
   json.Set("device", DeviceJson(record.device));
   json.Set("options", OptionsJson(record.options));
-  json.Set("counts", CountsJson(reconstruction.counts, record.num_skipped_images));
+  json.Set("counts", CountsJson(reconstruction.counts, record));
   if (reconstruction.live) json.Set("live", LiveJson(*reconstruction.live));
   if (record.live_input) json.Set("live_input", LiveInputJson(*record.live_input));
   if (reconstruction.self_calibration) {

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -16,6 +15,7 @@
 #include "mono3d/core/log.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/io/trajectory_file.h"
+#include "products/run_record.h"
 
 namespace mono3d {
 namespace {
@@ -28,20 +28,11 @@ std::string FrameDigits(std::int64_t frame) {
   return digits;
 }
 
-nlohmann::json RunRecord(const fs::path& file) {
-  constexpr int kMaxDepth = 64;  // values are destroyed by recursion
-  std::ifstream stream(file);
-  return nlohmann::json::parse(
-      stream,
-      [](int depth, auto /*event*/, nlohmann::json& /*value*/) { return depth <= kMaxDepth; },
-      /*allow_exceptions=*/false);
-}
-
 // Numbers of the frames whose depth maps were fused, ascending.
 std::set<std::int64_t> FusedFrames(const nlohmann::json& record) {
   std::set<std::int64_t> frames;
   const nlohmann::json::json_pointer place("/maps/0/fusions");
-  if (!record.is_object() || !record.contains(place) || !record[place].is_array()) return frames;
+  if (!record.contains(place) || !record[place].is_array()) return frames;
   for (const nlohmann::json& fusion : record[place]) {
     if (!fusion.is_object() || !fusion.contains("frame") || !fusion["frame"].is_number_integer() ||
         !fusion.contains("fused") || fusion["fused"] != true) {
@@ -76,7 +67,7 @@ std::vector<RunImage> DepthViews(const FinishedRun& run) {
   }
   // Several cameras: nobody says here which of them took an image.
   if (run.images.empty() || !run.sparse.further_cameras.empty()) return views;
-  const nlohmann::json record = RunRecord(run.folder / "run.json");
+  const nlohmann::json record = ReadRunRecord(run.folder / "run.json");
   const std::set<std::int64_t> frames = FusedFrames(record);
   std::vector<StampedPose> poses;
   try {

@@ -4,7 +4,6 @@
 #include "mono3d/products/finished_run.h"
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -14,22 +13,12 @@
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/frame_source.h"
+#include "products/run_record.h"
 
 namespace mono3d {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Nothing of what lies deeper than run.json does is read: values are destroyed by recursion.
-nlohmann::json RecordOf(const fs::path& file) {
-  constexpr int kMaxDepth = 64;
-  std::ifstream stream(file);
-  nlohmann::json record = nlohmann::json::parse(
-      stream,
-      [](int depth, auto /*event*/, nlohmann::json& /*value*/) { return depth <= kMaxDepth; },
-      /*allow_exceptions=*/false);
-  return record.is_object() ? record : nlohmann::json::object();
-}
 
 std::optional<double> NumberAt(const nlohmann::json& record, const char* pointer) {
   const nlohmann::json::json_pointer place(pointer);
@@ -104,10 +93,26 @@ fs::path DepthFileOf(const fs::path& folder, std::int64_t frame_index, const std
   return {};
 }
 
+// Products are written under the names of images: one that leads out of the folder must not.
+void RequireNamesOfFiles(const SparseModel& sparse, const fs::path& folder) {
+  for (const SparseImage& image : sparse.images) {
+    const bool is_name = image.name == fs::path(image.name).filename() && image.name != "." &&
+                         image.name != ".." && !image.name.empty();
+    if (is_name) continue;
+    throw Error(ErrorParts{.what = "the name of an image is none of a file in images/",
+                           .where = (folder / "images.txt").string(),
+                           .expected = "a name without folders",
+                           .found = image.name});
+  }
+}
+
 void ReadImagesOfRun(const nlohmann::json& record, FinishedRun& run) {
   std::error_code ignored;
-  if (!fs::exists(run.folder / "sparse" / "images.txt", ignored)) return;
-  run.sparse = ReadColmapModel(run.folder / "sparse");
+  const fs::path folder = run.folder / "sparse";
+  if (!fs::exists(folder / "images.txt", ignored)) return;
+  SparseModel sparse = ReadColmapModel(folder);
+  RequireNamesOfFiles(sparse, folder);
+  run.sparse = std::move(sparse);
   const ImagesOfFolder images(run.folder, record);
   for (const SparseImage& image : run.sparse.images) {
     FoundImage found = images.Find(image.name);
@@ -129,6 +134,7 @@ void ReadOrigin(const nlohmann::json& record, FinishedRun& run) {
   const auto longitude = NumberAt(record, "/maps/0/georeference/origin/longitude_deg");
   const auto altitude = NumberAt(record, "/maps/0/georeference/origin/altitude_m");
   if (!latitude || !longitude || !altitude) return;
+  if (std::abs(*latitude) > 90 || std::abs(*longitude) > 180) return;
   run.origin = Geodetic{*latitude, *longitude, *altitude};
   const nlohmann::json::json_pointer known("/maps/0/georeference/altitude_known");
   run.is_altitude_known =
@@ -159,7 +165,7 @@ FinishedRun ReadFinishedRun(const fs::path& folder) {
                            .found = "no model.ply"});
   }
   if (fs::exists(folder / "mesh.ply", ignored)) run.mesh = folder / "mesh.ply";
-  const nlohmann::json record = RecordOf(folder / "run.json");
+  const nlohmann::json record = ReadRunRecord(folder / "run.json");
   ReadIfWhole("the images are left out", [&] { ReadImagesOfRun(record, run); });
   const fs::path depth_camera = folder / "depth" / "camera.yaml";
   if (fs::exists(depth_camera, ignored)) {
@@ -167,7 +173,8 @@ FinishedRun ReadFinishedRun(const fs::path& folder) {
                 [&] { run.depth_camera = ReadCameraFile(depth_camera.string()); });
   }
   // Depth maps are in the tracker's unit, whatever the axes of the model.
-  run.depth_unit = NumberAt(record, "/maps/0/axes/scale").value_or(1);
+  const double scale = NumberAt(record, "/maps/0/axes/scale").value_or(1);
+  if (scale > 0) run.depth_unit = scale;
   ReadOrigin(record, run);
   return run;
 }

@@ -7,9 +7,10 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <system_error>
+
+#include "mono3d/core/error.h"
+#include "mono3d/io/image_file.h"
 
 namespace mono3d {
 namespace {
@@ -22,8 +23,8 @@ ImagePyramid LoadPyramid(const RunImage& image) {
   if (image.file.empty()) return levels;
   cv::Mat pixels;
   try {
-    pixels = cv::imread(image.file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // damaged
+    pixels = ReadImage(image.file);
+  } catch (const Error&) {  // damaged
   }
   if (pixels.cols != image.camera.width || pixels.rows != image.camera.height) return levels;
   levels.push_back(pixels);
@@ -45,16 +46,13 @@ std::array<float, 4> CubicWeights(float t) {
 }  // namespace
 
 bool HasPixels(const RunImage& image) {
-  std::error_code ignored;
-  if (image.file.empty() || !std::filesystem::exists(image.file, ignored)) return false;
+  if (image.file.empty()) return false;
   try {
-    // An eighth of the size, which is much less work of a JPEG file.
     constexpr int kPart = 8;
-    const cv::Mat small =
-        cv::imread(image.file.string(), cv::IMREAD_REDUCED_COLOR_8 | cv::IMREAD_IGNORE_ORIENTATION);
+    const cv::Mat small = ReadSmallImage(image.file);
     return std::abs(small.cols * kPart - image.camera.width) < kPart &&
-           std::abs(small.rows * kPart - image.camera.height) < kPart && !small.empty();
-  } catch (const cv::Exception&) {  // damaged
+           std::abs(small.rows * kPart - image.camera.height) < kPart;
+  } catch (const Error&) {  // it is not there, or damaged
     return false;
   }
 }

@@ -29,6 +29,22 @@ Eigen::Vector2d RangeOfMost(std::vector<float> values) {
   return {values[left_out], values[values.size() - 1 - left_out]};
 }
 
+// All that is drawn or written of a surfel.
+void RequireFinite(const MapSurfelBlock& surfels, const std::filesystem::path& model) {
+  const auto refuse = [&](const char* what) {
+    throw Error(ErrorParts{
+        .what = what, .where = model.string(), .expected = "finite numbers", .found = "others"});
+  };
+  const auto is_finite = [](const auto& v) { return v.allFinite(); };
+  const auto is_number = [](float number) { return std::isfinite(number); };
+  if (!std::ranges::all_of(surfels.points, is_finite)) refuse("surfels without a place");
+  if (!std::ranges::all_of(surfels.normals, is_finite)) refuse("surfels without a direction");
+  if (!std::ranges::all_of(surfels.cloud.radii, is_number)) refuse("surfels without a radius");
+  if (!std::ranges::all_of(surfels.cloud.confidences, is_number)) {
+    refuse("surfels without a confidence");
+  }
+}
+
 }  // namespace
 
 MapSurfels::MapSurfels(const std::filesystem::path& model, const MapAxes& axes)
@@ -46,6 +62,7 @@ MapSurfels::MapSurfels(const std::filesystem::path& model, const MapAxes& axes)
   MapSurfelBlock surfels;
   for (std::size_t block = 0; block < num_blocks(); ++block) {
     Read(block, surfels);
+    RequireFinite(surfels, model);
     for (const float radius : surfels.cloud.radii) {
       max_radii_[block] = std::max<double>(max_radii_[block], radius);
     }
@@ -56,12 +73,6 @@ MapSurfels::MapSurfels(const std::filesystem::path& model, const MapAxes& axes)
       if (!surfels.cloud.radii.empty()) radii.push_back(surfels.cloud.radii[i]);
     }
     bounds_.extend(bounds_of_blocks_[block]);
-  }
-  if (!bounds_.min().allFinite() || !bounds_.max().allFinite()) {
-    throw Error(ErrorParts{.what = "surfels without a place",
-                           .where = model.string(),
-                           .expected = "finite coordinates",
-                           .found = "others"});
   }
   median_radius_ = MedianOf(radii);
   for (const Eigen::Vector2d& place : sample) {

@@ -111,7 +111,9 @@ std::vector<fs::path> WriteNerfstudio(const fs::path& folder, const FinishedRun&
   }
   record["frames"] = std::move(frames);
   written.push_back(folder / "transforms.json");
-  WriteFileAtomically(written.back(), record.dump(1) + "\n");
+  // Names of files are bytes: what is no UTF-8 becomes U+FFFD.
+  using OnError = nlohmann::ordered_json::error_handler_t;
+  WriteFileAtomically(written.back(), record.dump(1, ' ', false, OnError::replace) + "\n");
   return written;
 }
 

@@ -3,19 +3,16 @@
 
 #include "mono3d/products/run_image.h"
 
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/image_file.h"
 
 namespace mono3d {
 
 cv::Mat ReadRunImage(const RunImage& image) {
-  cv::Mat bgr = cv::imread(image.file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  if (bgr.empty()) {
-    throw Error(ErrorParts{"cannot decode the image", image.file.string(), {}, {}, ErrorCode::kIo});
-  }
+  cv::Mat bgr = ReadImage(image.file);
   if (bgr.cols != image.camera.width || bgr.rows != image.camera.height) {
     throw Error(
         ErrorParts{"image has another size than its camera", image.file.string(),

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -68,14 +69,11 @@ bool FrameRefiner::IsYoung() const {
 
 // The frame index of the first keyframe that is still to be adjusted, or of the last one.
 std::int64_t FrameRefiner::EndOfFinalPart() const {
-  std::int64_t end = -1;
-  const Map& map = atlas_->map();
-  for (const KeyframeId id : map.InOrderOfFlight()) {
-    const MapKeyframe& keyframe = map.keyframe(id);
-    end = keyframe.view.frame.index;
-    if (!keyframe.is_finalised) break;
-  }
-  return end;
+  Map& map = atlas_->map();
+  if (map.InOrderOfFlight().empty()) return -1;
+  const std::span<const KeyframeId> rest = map.FromFirstNotFinal();
+  const KeyframeId at_end = rest.empty() ? map.InOrderOfFlight().back() : rest.front();
+  return map.keyframe(at_end).view.frame.index;
 }
 
 void FrameRefiner::TakeVelocity(std::size_t position, View& view) const {

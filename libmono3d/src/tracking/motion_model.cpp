@@ -60,18 +60,27 @@ std::optional<Pose> MotionModel::Predict(double duration_s) const {
                      latest->duration_s > 0 ? duration_s / latest->duration_s : 1);
 }
 
-// From the frame before the motion `at` to those around it.
+// From the frame before the motion `at` to those around it. Where the next but one comes after a
+// time of another order it is left out: a polynomial through it would swing in the longer one.
 std::vector<MotionModel::Motion> MotionModel::Neighbours(std::size_t at) const {
   constexpr std::size_t kMaxOnSide = 2;
+  constexpr double kMaxRatio = 4;  // of the times
+  const auto are_alike = [&](std::size_t i, std::size_t j) {
+    const double a_s = motions_[i].duration_s;
+    const double b_s = motions_[j].duration_s;
+    return std::max(a_s, b_s) <= kMaxRatio * std::min(a_s, b_s);
+  };
   std::vector<Motion> neighbours;
   Motion way;
   for (std::size_t i = at; i < std::min(at + kMaxOnSide, motions_.size()); ++i) {
+    if (i > at && !are_alike(i - 1, i)) break;
     way = {motions_[i].T_later_earlier * way.T_later_earlier,
            way.duration_s + motions_[i].duration_s};
     neighbours.push_back(way);
   }
   way = {};
   for (std::size_t i = at; i > at - std::min(at, kMaxOnSide); --i) {
+    if (i < at && !are_alike(i - 1, i)) break;
     way = {motions_[i - 1].T_later_earlier.Inverse() * way.T_later_earlier,
            way.duration_s - motions_[i - 1].duration_s};
     neighbours.push_back(way);

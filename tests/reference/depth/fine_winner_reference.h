@@ -11,7 +11,7 @@
 
 namespace mono3d::reference {
 
-// The best of the 16 planes of each pixel by the sum of the paths (fine_winner.comp).
+// The best of the 16 planes of each pixel by the sum of the paths (fine_winner.glsl).
 Winners FineWinners(const std::vector<FineVolume>& paths, const FineVolume& costs,
                     const std::vector<FineRange>& ranges, const FineWinnerParams& params);
 

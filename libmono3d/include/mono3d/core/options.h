@@ -3,8 +3,10 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -14,13 +16,23 @@ namespace MONO3D_EXPORT mono3d {
 
 using OptionRef = std::variant<bool*, int*, double*, std::string*>;
 
+// A word that may stand for a value of an option.
+struct OptionWord {
+  std::string word;
+  int value = 0;
+};
+
 // One option: its dotted name ("depth.census.radius"), the variable that holds it, one line of
 // help.
 struct OptionField {
   std::string name;
   OptionRef value;
   std::string help;
+  std::vector<OptionWord> words = {};
 };
+
+// The word for the value that the option has, where there is one.
+std::optional<std::string> WordOf(const OptionField& option);
 
 // Every options struct lists its fields once, in a member `void Visit(OptionVisitor& visit)`:
 //
@@ -35,6 +47,12 @@ class OptionVisitor {
   template <typename T>
   void operator()(std::string_view name, T& value, std::string_view help) {
     fields_.push_back({prefix_ + std::string(name), OptionRef(&value), std::string(help)});
+  }
+  // Of a number for which words may stand.
+  void operator()(std::string_view name, int& value, std::string_view help,
+                  std::vector<OptionWord> words) {
+    (*this)(name, value, help);
+    fields_.back().words = std::move(words);
   }
 
   template <typename Options>

@@ -33,8 +33,9 @@ struct DepthError {
 // leaves out pixels whose true depth is larger, in the truth's unit (the paper: 300 m); 0: none.
 // All functions throw Error when type or size differ.
 
-// Median scaling of one map: median true depth by median estimated depth, over the pixels that
-// have both. Nothing when there are none.
+// Median scaling of one map: the median of true depth over estimated depth, of the pixels that have
+// both. (Not the ratio of the two medians: where half of an image is near and half far, few pixels
+// move a median from one to the other.) Nothing when there are none.
 std::optional<double> MedianDepthScale(const cv::Mat& estimate, const cv::Mat& truth,
                                        double max_depth = 0);
 

@@ -129,8 +129,9 @@ class SurfelMap {
   // is not in `poses`, the tracker's of this moment, which the model follows as in Update.
   // Rejected, with the model as it was: a depth map without an estimate in it, one of another map
   // of the tracker than the first, and one whose registration with the model is not to be trusted.
-  // Where there is no room for its new surfels, the model becomes coarser, with a warning in the
-  // log, up to eight times; beyond that the map is rejected.
+  // Where the model has all the surfels that it may have, or the device no room for those that the
+  // map shows, the model becomes coarser, with a warning in the log, up to eight times; beyond that
+  // the map is rejected.
   [[nodiscard]] virtual FusionResult Integrate(const DepthMap& map, const KeyframePoses& poses) = 0;
 
   // The tracker has its keyframes elsewhere: their surfels follow, and parts that come to lie upon
@@ -207,6 +208,20 @@ struct RetryOptions {
   void Visit(OptionVisitor& visit);
 };
 
+// Where the surfels are. What they are does not depend on it. Those that views of late have not
+// seen leave the device for the memory of the host, and where that is not enough for a file; they
+// come back when a view sees them. Three quarters of what may be on the device are for what was
+// matched, a quarter for what was inferred.
+struct SurfelStorageOptions {
+  // What one view sees is on the device, however much that is, with a warning. 0: a quarter of its
+  // memory. Each field of the surfels is one buffer, which a device may not have as large as that.
+  int max_device_mb = 0;
+  int max_host_mb = 0;  // of those that are not on the device; 0: an eighth of the memory
+  std::string folder;   // of the file, which has no name; empty: that of temporary files
+
+  void Visit(OptionVisitor& visit);
+};
+
 struct SurfelMapOptions {
   AssociationOptions association;
   FreeSpaceOptions free_space;
@@ -214,11 +229,13 @@ struct SurfelMapOptions {
   RegistrationGateOptions gate;
   RetryOptions retry;
   HealthOptions health;
+  SurfelStorageOptions storage;
   // Off: every estimate of a depth map counts alike, whatever confidence the map gives it.
   bool with_confidence = true;
   // So many past depth maps review the surfels that a new one adds.
   int num_reviews = 8;
-  int max_surfels = 20'000'000;  // or as many as one buffer of the device holds, where that is less
+  // 48 bytes each, in memory or in a file. Beyond it the model becomes coarser.
+  int max_surfels = 200'000'000;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

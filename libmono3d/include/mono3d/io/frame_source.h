@@ -17,9 +17,16 @@
 
 namespace MONO3D_EXPORT mono3d {
 
+// For FrameSourceOptions::stride: the images that the motion of the camera calls for, whatever
+// their rate. The first, and each that has moved by a two-hundredth of its longer side against the
+// one taken before, or for which that cannot be told; of a camera that stands still, fewer and
+// fewer. The same input gives the same images. Of live inputs, of images named one by one and of
+// several cameras, all are taken.
+inline constexpr int kStrideByMotion = -1;
+
 struct FrameSourceOptions {
   double fps = 0;      // of the input; 0: the container's own, or timestamps.txt, or 30
-  int stride = 1;      // take every stride-th image
+  int stride = 1;      // take every stride-th image, or kStrideByMotion
   int start = 0;       // first image
   int max_frames = 0;  // 0: all
   // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to the calibration's
@@ -39,9 +46,12 @@ class FrameSource {
   // skipped with a warning and counted; Error where all are so, or the first ten of another size.
   [[nodiscard]] virtual std::optional<Frame> Next() = 0;
 
-  virtual std::optional<std::int64_t> num_frames() const = 0;  // to come in all, where known
-  virtual std::int64_t num_skipped() const = 0;                // so far
-  virtual const CameraModel& camera() const = 0;               // of the frames that come out
+  // To come in all, where known; with kStrideByMotion, at most.
+  virtual std::optional<std::int64_t> num_frames() const = 0;
+  virtual std::int64_t num_skipped() const = 0;  // so far
+  // Images that kStrideByMotion has left out so far.
+  virtual std::int64_t num_passed_over() const { return 0; }
+  virtual const CameraModel& camera() const = 0;  // of the frames that come out
 };
 
 // The images of a folder (of a sequence's folder: those in images/) or of a glob, in natural order:

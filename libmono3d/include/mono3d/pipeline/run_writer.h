@@ -55,11 +55,14 @@ struct RunRecord {
   // Of photos of several cameras, each: in place of `calibration`.
   std::vector<CameraOfRun> cameras;
   std::vector<CameraOfFiles> cameras_of_files;
-  bool are_photos = false;  // in any order, and no video
+  bool are_photos = false;       // in any order, and no video
+  bool is_sparse_video = false;  // placed together, as photographs are
   DeviceInfo device;
   std::vector<OptionField> options;
   std::vector<StageTime> stages;
   std::int64_t num_skipped_images = 0;
+  // With kStrideByMotion: the images that show next to no motion.
+  std::optional<std::int64_t> num_passed_over_images;
   // Of a run that was broken off and resumed: the last frame before each time.
   std::vector<std::int64_t> resumed_after;
   std::optional<LiveInputReport> live_input;  // where a camera sent the images

@@ -26,6 +26,10 @@ struct PhotoMapperOptions {
   double min_parallax_deg = 1.5;  // of a scene point, between two of the photos that show it
   int max_starts = 6;             // pairs of photos that are tried as the start of a map
   int seed = 1;                   // of RANSAC
+  // The photos are frames of one video, if far apart: their times tell how each of them moved,
+  // which a rolling shutter is followed by, and learned by. Else shutters count as global. Not
+  // among the listed options.
+  bool are_frames = false;
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -39,8 +43,8 @@ struct PhotoMapperOptions {
 //
 // Track only looks at the photo; Finish places them all (TrackingResult::is_pending), and hands out
 // every one that has a pose as a keyframe. The result depends neither on the order of the photos,
-// nor on their names and times. Keeps the images of all photos until then. Constraints are ignored.
-// `times`, where given, must outlive it.
+// nor on their names and, but for `are_frames`, times. Keeps the images of all photos until then.
+// Constraints are ignored. `times`, where given, must outlive it.
 std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {},
                                            StageTimes* times = nullptr);
 

@@ -155,7 +155,7 @@ std::optional<SubmapJoin> DepthMapPlacer::JoinSubmaps(
   }
   if (is_moved) {
     join.num_merged = merger_.MergeAcross(is_other);
-    model_.surfels.Compact();
+    model_.surfels.CloseGaps();
   }
   shown = {oldest};
   Log(LogLevel::kInfo, "depth map of frame " + std::to_string(map.frame_index) + ": joins " +

@@ -34,7 +34,7 @@ std::vector<Keyframe> TakeFinalised(Map& map, bool all) {
   // One that has lost sight of the newer ones is final by age: no local adjustment reaches it.
   constexpr KeyframeId kMaxAge = 8;  // keyframes
   std::vector<Keyframe> finalised;
-  for (const KeyframeId id : map.InOrderOfFlight()) {
+  for (const KeyframeId id : map.FromFirstNotFinal()) {
     MapKeyframe& keyframe = map.keyframe(id);
     if (keyframe.is_finalised) continue;
     const bool is_old = id + kMaxAge < map.keyframes().size();

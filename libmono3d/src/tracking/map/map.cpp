@@ -16,6 +16,13 @@ KeyframeId Map::AddKeyframe(View view) {
   MapKeyframe keyframe;
   keyframe.view = std::move(view);
   keyframes_.push_back(std::move(keyframe));
+  const auto at =
+      std::upper_bound(in_flight_.begin(), in_flight_.end(), keyframes_[id].view.frame.index,
+                       [&](std::int64_t index, KeyframeId other) {
+                         return index < keyframes_[other].view.frame.index;
+                       });
+  num_final_ = std::min(num_final_, static_cast<std::size_t>(at - in_flight_.begin()));
+  in_flight_.insert(at, id);
   const auto& points = keyframes_[id].view.points;
   for (std::size_t feature = 0; feature < points.size(); ++feature) {
     if (points[feature]) point(*points[feature]).observations.push_back({id, feature});
@@ -34,15 +41,26 @@ PointId Map::AddPoint(const Eigen::Vector3d& p_world) {
   MapPoint point;
   point.p_world = p_world;
   point.created_at = keyframes_.empty() ? 0 : keyframes_.size() - 1;
+  PointId id;
   if (free_.empty()) {
     points_.push_back(std::move(point));
-    return {static_cast<std::uint32_t>(points_.size() - 1), 0};
+    id.index = static_cast<std::uint32_t>(points_.size() - 1);
+  } else {
+    id = {free_.back(), points_[free_.back()].generation};
+    free_.pop_back();
+    point.generation = id.generation;
+    points_[id.index] = std::move(point);
   }
-  const std::uint32_t index = free_.back();
-  free_.pop_back();
-  point.generation = points_[index].generation;
-  points_[index] = std::move(point);
-  return {index, points_[index].generation};
+  Watch(id);
+  return id;
+}
+
+std::vector<PointId> Map::TakeWatched() {
+  std::vector<PointId> taken = std::exchange(watched_, {});
+  std::erase_if(taken, [&](PointId id) { return !IsAlive(id); });
+  std::ranges::sort(taken, {}, &PointId::index);
+  taken.erase(std::ranges::unique(taken).begin(), taken.end());
+  return taken;
 }
 
 std::vector<PointId> Map::PointIds() const {
@@ -121,6 +139,7 @@ void Map::MergePoints(PointId from, PointId to) {
 void Map::RemoveKeyframe(KeyframeId id, KeyframeId anchor) {
   MapKeyframe& keyframe = keyframes_[id];
   keyframe.alive = false;
+  culled_.push_back(id);
   keyframe.anchor = anchor;
   keyframe.T_cam_anchor = keyframe.view.T_cam_world * T_cam_world(anchor).Inverse();
   for (std::size_t feature = 0; feature < keyframe.view.points.size(); ++feature) {
@@ -151,6 +170,7 @@ void Map::TakeBackKeyframes(KeyframeId first) {
     return constraint.keyframe >= first || constraint.anchor >= first;
   });
   keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(first), keyframes_.end());
+  ListAnew();
 }
 
 void Map::UpdatePoint(PointId id) {
@@ -222,13 +242,23 @@ std::vector<Covisible> Map::KeyframesSeeing(const std::vector<std::optional<Poin
   return covisible;
 }
 
-std::vector<KeyframeId> Map::InOrderOfFlight() const {
-  std::vector<KeyframeId> ids(keyframes_.size());
-  std::iota(ids.begin(), ids.end(), KeyframeId{0});
-  std::stable_sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
-    return keyframes_[a].view.frame.index < keyframes_[b].view.frame.index;
-  });
-  return ids;
+// Keyframes and points are others: all is to be looked at again.
+void Map::ListAnew() {
+  in_flight_.resize(keyframes_.size());
+  std::iota(in_flight_.begin(), in_flight_.end(), KeyframeId{0});
+  std::ranges::stable_sort(in_flight_, {},
+                           [&](KeyframeId id) { return keyframes_[id].view.frame.index; });
+  num_final_ = 0;
+  watched_ = PointIds();
+  culled_ = in_flight_;
+  std::erase_if(culled_, [&](KeyframeId id) { return keyframes_[id].alive; });
+}
+
+std::span<const KeyframeId> Map::FromFirstNotFinal() {
+  while (num_final_ < in_flight_.size() && keyframes_[in_flight_[num_final_]].is_finalised) {
+    ++num_final_;
+  }
+  return std::span(in_flight_).subspan(num_final_);
 }
 
 std::vector<float> Map::Depths(const View& view) const {
@@ -321,10 +351,12 @@ void Map::Append(Map&& other, const Similarity& S_world_other) {
     constraints_.push_back(constraint);
   }
   ListFree(first_point);
+  ListAnew();
   other.points_.clear();
   other.keyframes_.clear();
   other.constraints_.clear();
   other.free_.clear();
+  other.ListAnew();
 }
 
 void Map::Rescale(double factor) {

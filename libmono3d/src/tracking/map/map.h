@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -134,6 +135,7 @@ class Map {
         points_(std::move(points)),
         keyframes_(std::move(keyframes)) {
     ListFree(0);
+    ListAnew();
   }
 
   int id() const { return id_; }
@@ -196,7 +198,17 @@ class Map {
                                          std::optional<KeyframeId> excluded = std::nullopt) const;
 
   // The keyframes, also the culled ones, by time: those from before a start came later.
-  std::vector<KeyframeId> InOrderOfFlight() const;
+  const std::vector<KeyframeId>& InOrderOfFlight() const { return in_flight_; }
+  // The end of it, from the first one on that is not final: as long at the end of a long flight as
+  // at its beginning. Until keyframes come.
+  std::span<const KeyframeId> FromFirstNotFinal();
+
+  // Has the point be looked at by whoever takes the watched ones next. New points are watched.
+  void Watch(PointId point) { watched_.push_back(point); }
+  // Those that are alive, in the order of their places; none is watched then.
+  std::vector<PointId> TakeWatched();
+  // The keyframes that were culled since the last call, in any order.
+  std::vector<KeyframeId> TakeCulled() { return std::exchange(culled_, {}); }
 
   // Where a view with a rolling shutter would show what it shows at `pixel`, a point, if all its
   // lines were read with the middle one, at T_cam_world.
@@ -236,6 +248,7 @@ class Map {
 
  private:
   void ListFree(std::size_t first);
+  void ListAnew();
 
   int id_;
   CameraModel camera_;
@@ -245,6 +258,12 @@ class Map {
   std::vector<MapKeyframe> keyframes_;
   std::vector<MapConstraint> constraints_;
   std::vector<std::uint32_t> free_;  // places of points that are not alive
+
+  // What follows from these, so that nothing has to look at all of them with each keyframe.
+  std::vector<KeyframeId> in_flight_;  // all keyframes, by time
+  std::size_t num_final_ = 0;          // so many at its beginning are final
+  std::vector<PointId> watched_;       // with repetitions
+  std::vector<KeyframeId> culled_;
 };
 
 }  // namespace mono3d::tracking

@@ -208,6 +208,7 @@ void Map::ExchangeState(Archive& archive) {
   archive.NextSection();
   if constexpr (Archive::kReads) {
     if (!AreConsistent(*this) || !AreFreePlaces(*this, free_)) archive.Refuse("contradicts itself");
+    ListAnew();
   }
 }
 

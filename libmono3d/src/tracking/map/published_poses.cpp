@@ -13,9 +13,16 @@ namespace mono3d::tracking {
 
 void PublishedPoses::Publish(const std::vector<std::unique_ptr<Map>>& maps) {
   std::vector<KeyframePose> poses;
+  std::vector<Pose> T_cam_world;  // of one map
   for (const std::unique_ptr<Map>& map : maps) {
+    T_cam_world.clear();
     for (KeyframeId id = 0; id < map->keyframes().size(); ++id) {
-      poses.push_back({map->keyframe(id).id, map->id(), map->S_world_kf(id)});
+      const MapKeyframe& keyframe = map->keyframe(id);
+      // Anchors may be culled in their turn; they are older, so known by now.
+      const bool is_known = !keyframe.alive && keyframe.anchor < id;
+      T_cam_world.push_back(is_known ? keyframe.T_cam_anchor * T_cam_world[keyframe.anchor]
+                                     : map->T_cam_world(id));
+      poses.push_back({keyframe.id, map->id(), {keyframe.scale, T_cam_world.back().Inverse()}});
     }
   }
   auto next = std::make_shared<const KeyframePoses>(Latest()->version() + 1, std::move(poses));

@@ -14,6 +14,17 @@
 #include "tracking/optimisation/map_adjustment.h"
 
 namespace mono3d::tracking {
+namespace {
+
+// Images are for new points and patches, which only the newest keyframes get; what has been noted
+// by then is little more than what will be.
+void LetGoOfImage(View& view) {
+  view.octaves = Octaves();
+  view.features.shrink_to_fit();
+  view.points.shrink_to_fit();
+}
+
+}  // namespace
 
 void LocalMapper::MapKeyframe(Map& map, KeyframeId keyframe, MappingLock& lock) const {
   AddPoints(map, keyframe, lock);
@@ -37,10 +48,9 @@ void LocalMapper::Adjust(Map& map, KeyframeId keyframe, MappingLock& lock) const
   lock.Yield();
   const ScopedStageTimer timer(times_, "tracking/keyframe_culling");
   CullKeyframes(map, keyframe, options_);
-  // Images are for new points and patches, which only the newest keyframes get.
   // The neighbours of a new keyframe are among so many.
   constexpr KeyframeId kNumWithImages = 20;
-  if (keyframe >= kNumWithImages) map.keyframe(keyframe - kNumWithImages).view.octaves = {};
+  if (keyframe >= kNumWithImages) LetGoOfImage(map.keyframe(keyframe - kNumWithImages).view);
 }
 
 void LocalMapper::AddPoints(Map& map, KeyframeId keyframe, MappingLock& lock) const {

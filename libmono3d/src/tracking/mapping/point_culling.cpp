@@ -22,10 +22,14 @@ bool IsDue(const Map& map, PointId id, const View& view) {
   return ProjectMapPoint(map, id, view) && LooksAlike(map, point, from, view.Centre());
 }
 
+bool IsOnProbation(const MapPoint& point, KeyframeId newest) {
+  constexpr KeyframeId kProbation = 3;  // keyframes
+  return point.created_at + kProbation >= newest;
+}
+
 // New points have to prove themselves at once.
 bool HasFailedProbation(const MapPoint& point, KeyframeId newest) {
-  constexpr KeyframeId kProbation = 3;  // keyframes
-  if (point.created_at + kProbation < newest) return false;
+  if (!IsOnProbation(point, newest)) return false;
   const bool rarely_found = point.num_found < kMinFoundRatio * point.num_predicted;
   const bool rarely_seen =
       newest >= point.created_at + 2 && point.observations.size() < kMinConfirmedObservations;
@@ -55,15 +59,20 @@ void CountShown(Map& map, KeyframeId keyframe) {
       if (!is_shown && !IsDue(map, *id, view)) continue;
       ++point.num_due_keyframes;
       point.num_showing_keyframes += is_shown ? 1 : 0;
+      map.Watch(*id);
     }
   }
 }
 
 void CullPoints(Map& map) {
   const KeyframeId newest = map.keyframes().size() - 1;
-  for (const PointId id : map.PointIds()) {
+  for (const PointId id : map.TakeWatched()) {
     const MapPoint& point = map.point(id);
-    if (HasFailedProbation(point, newest) || IsStale(point)) map.RemovePoint(id);
+    if (HasFailedProbation(point, newest) || IsStale(point)) {
+      map.RemovePoint(id);
+    } else if (IsOnProbation(point, newest)) {
+      map.Watch(id);
+    }
   }
 }
 

@@ -27,6 +27,9 @@ constexpr double kMinOfBestShare = 0.7;
 constexpr std::size_t kMaxStartPairs = 200;
 // Rounds of taking photos out and placing them again.
 constexpr int kMaxRounds = 4;
+// Rounds of taking motions from poses, and poses from what was moved: what is left falls with each
+// by the share of the way between photos that the readout takes.
+constexpr int kShutterRounds = 3;
 
 struct PhotoStart {
   std::size_t a = 0;
@@ -101,12 +104,21 @@ std::vector<PhotoStart> FindPhotoStarts(const PhotoScene& scene, std::span<const
   return starts;
 }
 
+int NumFittingInAll(const PhotoScene& scene) {
+  int sum = 0;
+  for (const std::size_t photo : scene.posed()) sum += scene.NumFitting(photo);
+  return sum;
+}
+
 // One map of the free photos that grows.
 class PhotoGrowth {
  public:
-  PhotoGrowth(PhotoScene& scene, const std::vector<char>& is_free,
+  PhotoGrowth(PhotoScene& scene, const std::vector<char>& is_free, std::span<const PhotoTime> times,
               const PhotoMapperOptions& options)
-      : scene_(scene), is_free_(is_free), options_(options) {}
+      : scene_(scene), is_free_(is_free), times_(times), options_(options) {
+    has_shutter_ = std::ranges::any_of(
+        times, [](const PhotoTime& time) { return !time.sensor.shutter.IsGlobal(); });
+  }
 
   int GrowFrom(const PhotoStart& start) {
     scene_.Clear();
@@ -118,6 +130,18 @@ class PhotoGrowth {
     scene_.Normalise(start.a);
     Settle(kGrowingMinGain);
     while (PlaceNext()) Settle(kGrowingMinGain);
+    Complete();
+    if (has_shutter_) {
+      if (FollowShutters()) Complete();
+    } else if (!times_.empty()) {
+      scene_.FollowShutters(times_);  // moves nothing, but who calibrates asks how they moved
+    }
+    return static_cast<int>(scene_.posed().size());
+  }
+
+ private:
+  // Photos out that do not fit, and in that do, until nothing changes.
+  void Complete() {
     for (int round = 0; round < kMaxRounds; ++round) {
       Settle(kFinalMinGain);
       const bool has_removed = RemoveWeak();
@@ -131,10 +155,27 @@ class PhotoGrowth {
     }
     RemoveWeak();
     Settle(kFinalMinGain);
-    return static_cast<int>(scene_.posed().size());
   }
 
- private:
+  // Poses tell how each photo moved while its lines were read, and that moves what they rest on.
+  // False, and as it was before, where no more of the features fit then: photos may be too far
+  // apart in time to tell of each other's motion.
+  bool FollowShutters() {
+    const std::vector<std::size_t> posed = scene_.posed();
+    std::vector<Pose> before;
+    for (const std::size_t photo : posed) before.push_back(*scene_.T_cam_world(photo));
+    const int num_fitting = NumFittingInAll(scene_);
+    for (int round = 0; round < kShutterRounds; ++round) {
+      scene_.FollowShutters(times_);
+      Settle(kFinalMinGain);
+    }
+    if (NumFittingInAll(scene_) > num_fitting) return true;
+    scene_.ForgetShutters();
+    for (std::size_t i = 0; i < posed.size(); ++i) scene_.SetPose(posed[i], before[i]);
+    Settle(kFinalMinGain);
+    return false;
+  }
+
   // Points of all that is placed, then all adjusted; what fits only then makes more points.
   void Settle(double min_gain) {
     scene_.Triangulate();
@@ -185,25 +226,21 @@ class PhotoGrowth {
 
   PhotoScene& scene_;
   const std::vector<char>& is_free_;
+  std::span<const PhotoTime> times_;
   const PhotoMapperOptions& options_;
+  bool has_shutter_ = false;
   std::vector<int> failed_at_;  // points that each photo had when it could not be placed
 };
-
-int NumFittingInAll(const PhotoScene& scene) {
-  int sum = 0;
-  for (const std::size_t photo : scene.posed()) sum += scene.NumFitting(photo);
-  return sum;
-}
 
 }  // namespace
 
 int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
-                 const std::vector<char>& is_free, const PhotoMapperOptions& options,
-                 std::string& reason) {
+                 const std::vector<char>& is_free, std::span<const PhotoTime> times,
+                 const PhotoMapperOptions& options, std::string& reason) {
   constexpr int kMinPhotos = 3;
   const std::vector<PhotoStart> starts = FindPhotoStarts(scene, pairs, is_free, options, reason);
   const auto num_free = std::ranges::count(is_free, 1);
-  PhotoGrowth growth(scene, is_free, options);
+  PhotoGrowth growth(scene, is_free, times, options);
   std::vector<char> is_placed(scene.num_photos(), 0);  // from a start before
   std::optional<std::size_t> best;
   int most = 0;

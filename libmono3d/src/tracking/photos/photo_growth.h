@@ -14,9 +14,9 @@ namespace mono3d::tracking {
 
 // Places as many of the photos for which `is_free` holds as hang together, from the best pair of
 // them on. How many it has placed, 0 where there is no start; `scene` holds them. `reason`: of no
-// start, why.
+// start, why. `times`: of each photo, where they are the frames of a video; else empty.
 int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
-                 const std::vector<char>& is_free, const PhotoMapperOptions& options,
-                 std::string& reason);
+                 const std::vector<char>& is_free, std::span<const PhotoTime> times,
+                 const PhotoMapperOptions& options, std::string& reason);
 
 }  // namespace mono3d::tracking

@@ -65,6 +65,8 @@ SparseModel SparseOfScene(const PhotoScene& scene, const std::vector<std::size_t
     SparseImage& image = model.images.emplace_back();
     image.id = static_cast<std::int64_t>(photo);
     image.T_world_cam = scene.T_cam_world(photo)->Inverse();
+    const CameraVelocity& velocity = scene.shutter(photo).velocity();
+    if (!(velocity == CameraVelocity())) image.velocity = velocity;
   }
   for (const PhotoTrack& track : scene.tracks()) {
     if (!track.p_world) continue;
@@ -74,7 +76,7 @@ SparseModel SparseOfScene(const PhotoScene& scene, const std::vector<std::size_t
       const PhotoFeatures& features = scene.features(seen.photo);
       point.colour = features.colours[seen.feature];
       model.images[*image_of[seen.photo]].observations.push_back(
-          {features.pixels[seen.feature], model.points.size()});
+          {scene.Pixel(seen), model.points.size()});
     }
     model.points.push_back(point);
   }
@@ -117,14 +119,14 @@ std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos
 }
 
 PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<PhotoPair>& pairs,
-                    const CameraModel& camera, const PhotoMapperOptions& options,
-                    double tolerance) {
+                    const CameraModel& camera, const PhotoMapperOptions& options, double tolerance,
+                    std::span<const PhotoTime> times) {
   PhotoMaps result;
   PhotoScene scene(camera, photos, pairs, options.min_parallax_deg);
   scene.SetTolerance(tolerance);
   std::vector<char> is_free(photos.size(), 1);
   std::string reason;
-  while (GrowPhotoMap(scene, pairs, is_free, options, reason) > 0) {
+  while (GrowPhotoMap(scene, pairs, is_free, times, options, reason) > 0) {
     scene.Normalise(scene.posed().front());
     result.maps.push_back(ToPhotoMap(scene));
     for (const std::size_t photo : scene.posed()) is_free[photo] = 0;

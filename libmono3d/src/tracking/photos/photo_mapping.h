@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "mono3d/tracking/photo_mapper.h"
 #include "tracking/photos/photo_features.h"
 #include "tracking/photos/photo_matching.h"
+#include "tracking/photos/photo_scene.h"
 
 namespace mono3d::tracking {
 
@@ -37,10 +39,11 @@ struct PhotoMaps {
 
 // Places photos whose features have the pixels of `camera`, which has no distortion; `pairs` are
 // those of MatchPhotos. `tolerance`: by how much the errors of a camera that is not known exactly
-// exceed those of the features.
+// exceed those of the features. `times`: of each photo, where they are the frames of a video; else
+// empty. Poses are then those of the middle lines.
 PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<PhotoPair>& pairs,
                     const CameraModel& camera, const PhotoMapperOptions& options,
-                    double tolerance = 1);
+                    double tolerance = 1, std::span<const PhotoTime> times = {});
 
 // Sorts photos by what they show, so that nothing rests on the order in which they came.
 std::vector<std::size_t> OrderOfContent(const std::vector<PhotoFeatures>& photos);

@@ -14,6 +14,7 @@
 #include "mono3d/core/statistics.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/geometry/triangulation.h"
+#include "tracking/motion_model.h"
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/pose_optimisation.h"
@@ -77,7 +78,9 @@ PhotoScene::PhotoScene(const CameraModel& camera, const std::vector<PhotoFeature
       tracks_(JoinPhotoMatches(photos, pairs)),
       seen_(photos.size()),
       T_cam_world_(photos.size()),
-      centre_(photos.size(), Eigen::Vector3d::Zero()) {
+      centre_(photos.size(), Eigen::Vector3d::Zero()),
+      shutters_(photos.size()),
+      moved_(photos.size()) {
   for (std::size_t track = 0; track < tracks_.size(); ++track) {
     const auto& observations = tracks_[track].observations;
     for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -89,6 +92,7 @@ PhotoScene::PhotoScene(const CameraModel& camera, const std::vector<PhotoFeature
 void PhotoScene::Clear() {
   while (!posed_.empty()) RemovePose(posed_.back());
   for (PhotoTrack& track : tracks_) track.p_world.reset();
+  ForgetShutters();
 }
 
 void PhotoScene::SetPose(std::size_t photo, const Pose& T_cam_world) {
@@ -102,6 +106,64 @@ void PhotoScene::RemovePose(std::size_t photo) {
   std::erase(posed_, photo);
   for (const Seen& seen : seen_[photo]) {
     tracks_[seen.track].observations[seen.observation].fits = false;
+  }
+}
+
+void PhotoScene::ForgetShutters() {
+  shutters_.assign(photos_.size(), ShutterMotion());
+  for (std::vector<Eigen::Vector2d>& pixels : moved_) pixels.clear();
+}
+
+void PhotoScene::FollowShutters(std::span<const PhotoTime> times) {
+  constexpr std::size_t kOnSide = 2;  // as many as the polynomial of the motion model takes
+  std::vector<std::size_t> in_time = posed_;
+  std::ranges::stable_sort(in_time, {},
+                           [&](std::size_t photo) { return times[photo].timestamp_s; });
+  std::vector<ShutterMotion> found(photos_.size());
+  for (std::size_t i = 0; i < in_time.size(); ++i) {
+    const std::size_t photo = in_time[i];
+    MotionModel motion;
+    const std::size_t first = i - std::min(i, kOnSide);
+    const std::size_t last = std::min(i + kOnSide, in_time.size() - 1);
+    for (std::size_t k = first + 1; k <= last; ++k) {
+      const std::size_t before = in_time[k - 1];
+      const std::size_t after = in_time[k];
+      motion.Add(*T_cam_world_[after] * T_cam_world_[before]->Inverse(),
+                 times[after].timestamp_s - times[before].timestamp_s);
+    }
+    found[photo] = {times[photo].sensor, motion.Velocity(last - i).mean};
+  }
+  shutters_ = std::move(found);
+  for (std::size_t photo = 0; photo < photos_.size(); ++photo) MoveToMiddleLine(photo);
+}
+
+double PhotoScene::MedianDepth(std::size_t photo) const {
+  std::vector<double> depths;
+  for (const Seen& seen : seen_[photo]) {
+    const PhotoTrack& track = tracks_[seen.track];
+    if (track.p_world && At(seen).fits) {
+      depths.push_back((*T_cam_world_[photo] * *track.p_world).z());
+    }
+  }
+  return depths.empty() ? 1 : UpperMedian(std::move(depths));
+}
+
+// What is no point yet is taken to be as far away as most of what is.
+void PhotoScene::MoveToMiddleLine(std::size_t photo) {
+  moved_[photo].clear();
+  const ShutterMotion& shutter = shutters_[photo];
+  if (shutter.IsStill()) return;
+  const std::vector<Eigen::Vector2d>& pixels = photos_[photo].pixels;
+  const double depth = MedianDepth(photo);
+  for (const Eigen::Vector2d& pixel : pixels) {
+    moved_[photo].push_back(shutter.AtMiddleLine(camera_, pixel, depth * camera_.Unproject(pixel)));
+  }
+  for (const Seen& seen : seen_[photo]) {
+    const PhotoTrack& track = tracks_[seen.track];
+    if (!track.p_world || !At(seen).fits) continue;
+    const std::size_t feature = At(seen).feature;
+    moved_[photo][feature] =
+        shutter.AtMiddleLine(camera_, pixels[feature], *T_cam_world_[photo] * *track.p_world);
   }
 }
 
@@ -250,21 +312,14 @@ void PhotoScene::Adjust(double min_gain) {
 }
 
 void PhotoScene::Normalise(std::size_t photo) {
-  std::vector<double> depths;
-  for (const Seen& seen : seen_[photo]) {
-    const PhotoTrack& track = tracks_[seen.track];
-    if (track.p_world && At(seen).fits) {
-      depths.push_back((*T_cam_world_[photo] * *track.p_world).z());
-    }
-  }
-  if (depths.empty()) return;
-  const Similarity S_cam_world =
-      Similarity(1 / UpperMedian(std::move(depths)), Pose()) * Similarity(1, *T_cam_world_[photo]);
+  const double scale = 1 / MedianDepth(photo);
+  const Similarity S_cam_world = Similarity(scale, Pose()) * Similarity(1, *T_cam_world_[photo]);
   for (PhotoTrack& track : tracks_) {
     if (track.p_world) track.p_world = S_cam_world * *track.p_world;
   }
   for (const std::size_t posed : posed_) {
     SetPose(posed, (S_cam_world * T_cam_world_[posed]->Inverse()).Inverse());
+    shutters_[posed].Rescale(scale);
   }
 }
 

@@ -11,9 +11,16 @@
 
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
 #include "tracking/photos/photo_tracks.h"
 
 namespace mono3d::tracking {
+
+// When a photo was taken, and by which camera: of use where the camera has a rolling shutter.
+struct PhotoTime {
+  double timestamp_s = 0;
+  CameraModel sensor;  // as Frame has it
+};
 
 // Photos, what they show of each other, and what is known so far of where both are. All pixels are
 // those of one camera without distortion; photos of another one are brought to it by their rays.
@@ -30,12 +37,26 @@ class PhotoScene {
   // With a pose, in the order in which they got it.
   const std::vector<std::size_t>& posed() const { return posed_; }
 
+  // Where the feature is, as if all lines had been read with the middle one.
+  const Eigen::Vector2d& Pixel(const PhotoObservation& observation) const {
+    const std::vector<Eigen::Vector2d>& moved = moved_[observation.photo];
+    return (moved.empty() ? photos_[observation.photo].pixels : moved)[observation.feature];
+  }
+
   // Forgets all poses and points.
   void Clear();
   // Multiplies the standard deviations of all features: poses and a camera that are not right yet
   // make larger errors than the features.
   void SetTolerance(double tolerance) { tolerance_ = tolerance; }
   void SetPose(std::size_t photo, const Pose& T_cam_world);
+  // Takes how each photo with a pose moved from the photos with a pose that were taken before and
+  // after it, and where it shows its points from the middle line of its shutter. `times`: of each
+  // photo.
+  void FollowShutters(std::span<const PhotoTime> times);
+  // All lines of each photo as read at once.
+  void ForgetShutters();
+  // How the photo moved, also where its shutter is a global one; zero where it is not known.
+  const ShutterMotion& shutter(std::size_t photo) const { return shutters_[photo]; }
   void RemovePose(std::size_t photo);
 
   // Points found so far that the photo should show.
@@ -63,9 +84,6 @@ class PhotoScene {
   const PhotoObservation& At(const Seen& seen) const {
     return tracks_[seen.track].observations[seen.observation];
   }
-  const Eigen::Vector2d& Pixel(const PhotoObservation& observation) const {
-    return photos_[observation.photo].pixels[observation.feature];
-  }
   double Sigma_px(const PhotoObservation& observation) const {
     return tolerance_ * photos_[observation.photo].sigma_px[observation.feature];
   }
@@ -74,6 +92,9 @@ class PhotoScene {
   bool MarkFitting(PhotoTrack& track) const;
   void TriangulateTrack(PhotoTrack& track) const;
   bool HasParallax(const PhotoTrack& track, const Eigen::Vector3d& p_world) const;
+  // Of the points that the photo shows; 1 where there are none.
+  double MedianDepth(std::size_t photo) const;
+  void MoveToMiddleLine(std::size_t photo);
 
   CameraModel camera_;
   const std::vector<PhotoFeatures>& photos_;
@@ -83,6 +104,9 @@ class PhotoScene {
   std::vector<std::optional<Pose>> T_cam_world_;
   std::vector<Eigen::Vector3d> centre_;  // of those with a pose, in the world
   std::vector<std::size_t> posed_;
+  std::vector<ShutterMotion> shutters_;
+  // Pixels of the features of each photo at the middle line; empty: as the photo shows them.
+  std::vector<std::vector<Eigen::Vector2d>> moved_;
   double tolerance_ = 1;
 };
 

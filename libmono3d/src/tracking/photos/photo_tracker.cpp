@@ -20,11 +20,15 @@ Keyframe KeyframeOfPhoto(const Frame& frame, std::int64_t id, const SparseImage&
   Keyframe keyframe;
   keyframe.id = id;
   keyframe.frame = frame;
+  keyframe.velocity = image.velocity.value_or(CameraVelocity());
+  const ShutterMotion shutter(frame.sensor, keyframe.velocity);
   const Pose T_cam_world = image.T_world_cam.Inverse();
   for (const SparseObservation& seen : image.observations) {
-    const double z = (T_cam_world * sparse.points[*seen.point].p_world).z();
-    keyframe.sparse_depths_su.push_back(static_cast<float>(z));
-    keyframe.sparse_pixels.emplace_back(seen.pixel.cast<float>());
+    const Eigen::Vector3d p_cam = T_cam_world * sparse.points[*seen.point].p_world;
+    // From the middle line back to its own.
+    const Eigen::Vector2d way = shutter.Project(frame.camera, p_cam) - frame.camera.Project(p_cam);
+    keyframe.sparse_depths_su.push_back(static_cast<float>(p_cam.z()));
+    keyframe.sparse_pixels.emplace_back((seen.pixel + way).cast<float>());
   }
   return keyframe;
 }
@@ -71,7 +75,11 @@ void PhotoTracker::Place() {
   }
   {
     const ScopedStageTimer timer(times_, "tracking/photo_mapping");
-    placed_ = MapPhotos(features_, pairs, camera, options_);
+    std::vector<PhotoTime> times;
+    if (options_.are_frames) {
+      for (const Frame& frame : frames_) times.push_back({frame.timestamp_s, frame.sensor});
+    }
+    placed_ = MapPhotos(features_, pairs, camera, options_, /*tolerance=*/1, times);
   }
   features_.clear();
   for (PhotoMap& map : placed_->maps) {

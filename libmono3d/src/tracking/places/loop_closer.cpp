@@ -26,11 +26,9 @@ bool LoopCloser::CloseLoopIfAny(KeyframeId keyframe, MappingLock& lock) const {
   std::optional<PlaceFound> loop;
   {
     const ScopedStageTimer timer(times_, "tracking/place_recognition");
+    for (const KeyframeId id : map.TakeCulled()) atlas_->places().Remove(id);
     loop = FindLoop(map, atlas_->places(), keyframe, options_.seed);
     atlas_->AddPlace(keyframe);
-    for (KeyframeId id = 0; id < keyframe; ++id) {
-      if (!map.keyframe(id).alive) atlas_->places().Remove(id);
-    }
   }
   if (!loop) return false;
   const ScopedStageTimer timer(times_, "tracking/loop_closing");

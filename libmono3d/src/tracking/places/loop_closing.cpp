@@ -28,9 +28,8 @@ constexpr int kMinShared = 15;
 std::vector<char> NotAskedFor(const Map& map, KeyframeId keyframe,
                               const std::vector<Covisible>& covisible) {
   std::vector<char> is_left_out(map.keyframes().size(), 0);
-  for (KeyframeId id = 0; id < is_left_out.size(); ++id) {
-    is_left_out[id] = id + kMinReturnGap > keyframe || !map.keyframe(id).alive ? 1 : 0;
-  }
+  const KeyframeId first_young = keyframe + 1 - std::min(keyframe + 1, kMinReturnGap);
+  for (KeyframeId id = first_young; id < is_left_out.size(); ++id) is_left_out[id] = 1;
   for (const Covisible& other : covisible) is_left_out[other.keyframe] = 1;
   return is_left_out;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "image/state_archive.h"
 #include "tracking/features/descriptor.h"
@@ -13,8 +14,14 @@
 namespace mono3d::tracking {
 namespace {
 
-// A bucket with more entries says nothing about the place, and costs most of the time.
-constexpr std::size_t kMaxBucket = 200;
+// Of these, a query compares with all.
+constexpr std::size_t kMaxBucket = 64;
+// Where all bits agree, more entries say nothing about the place, and cost most of the time.
+constexpr std::size_t kMaxAlike = 200;
+
+bool HasBit(const Descriptor& descriptor, std::uint8_t bit) {
+  return ((descriptor[bit / 64U] >> (bit % 64U)) & 1U) != 0;
+}
 
 }  // namespace
 
@@ -28,18 +35,112 @@ std::vector<Feature> FeaturesWithPoints(const View& view) {
 
 PlaceIndex::PlaceIndex() {
   std::mt19937 random(1);  // its sequence is laid down by the standard
-  for (auto& bits : bits_) {
-    for (std::uint8_t& bit : bits) bit = static_cast<std::uint8_t>(random() % kDescriptorBits);
-  }
-  for (auto& table : buckets_) table.resize(std::size_t{1} << kNumBits);
+  const auto draw = [&](std::size_t begin, std::size_t end) {
+    for (Table& table : tables_) {
+      for (std::size_t i = begin; i < end; ++i) {
+        table.bits[i] = static_cast<std::uint8_t>(random() % kDescriptorBits);
+      }
+    }
+  };
+  draw(0, kNumBits);
+  draw(kNumBits, kMaxBits);
+  for (Table& table : tables_) table.nodes.resize(std::size_t{1} << kNumBits);
 }
 
-std::uint32_t PlaceIndex::Hash(const Descriptor& descriptor, std::size_t table) const {
+std::uint32_t PlaceIndex::Hash(const Table& table, const Descriptor& descriptor) {
   std::uint32_t hash = 0;
-  for (const std::uint8_t bit : bits_[table]) {
-    hash = (hash << 1U) | static_cast<std::uint32_t>((descriptor[bit / 64U] >> (bit % 64U)) & 1U);
+  for (std::size_t i = 0; i < kNumBits; ++i) {
+    hash = (hash << 1U) | (HasBit(descriptor, table.bits[i]) ? 1U : 0U);
   }
   return hash;
+}
+
+void PlaceIndex::Insert(Table& table, std::uint32_t entry) {
+  const Descriptor& descriptor = entries_[entry].descriptor;
+  std::uint32_t at = Hash(table, descriptor);
+  std::size_t depth = kNumBits;
+  for (; table.nodes[at].first_child != 0; ++depth) {
+    ++table.nodes[at].num_entries;
+    at = table.nodes[at].first_child + (HasBit(descriptor, table.bits[depth]) ? 1U : 0U);
+  }
+  ++table.nodes[at].num_entries;
+  table.nodes[at].entries.push_back(entry);
+  Split(table, at, depth);
+}
+
+// As long as there are too many: the bits that follow may be the same for all.
+void PlaceIndex::Split(Table& table, std::uint32_t node, std::size_t depth) {
+  while (table.nodes[node].num_entries > kMaxBucket && depth < kMaxBits) {
+    if (table.free_pairs.empty()) {
+      table.free_pairs.push_back(static_cast<std::uint32_t>(table.nodes.size()));
+      table.nodes.resize(table.nodes.size() + 2);
+    }
+    const std::uint32_t first_child = table.free_pairs.back();
+    table.free_pairs.pop_back();
+    table.nodes[node].first_child = first_child;
+    for (const std::uint32_t entry : std::exchange(table.nodes[node].entries, {})) {
+      const bool bit = HasBit(entries_[entry].descriptor, table.bits[depth]);
+      Node& child = table.nodes[first_child + (bit ? 1U : 0U)];
+      child.entries.push_back(entry);
+      ++child.num_entries;
+    }
+    const bool is_second = table.nodes[first_child].num_entries == 0 ||
+                           table.nodes[first_child + 1].num_entries > kMaxBucket;
+    node = first_child + (is_second ? 1U : 0U);
+    ++depth;
+  }
+}
+
+void PlaceIndex::Erase(Table& table, std::uint32_t entry) {
+  const Descriptor& descriptor = entries_[entry].descriptor;
+  std::uint32_t at = Hash(table, descriptor);
+  for (std::size_t depth = kNumBits;; ++depth) {
+    Node& node = table.nodes[at];
+    --node.num_entries;
+    if (node.first_child != 0 && node.num_entries <= kMaxBucket) Merge(table, at);
+    if (node.first_child == 0) break;
+    at = node.first_child + (HasBit(descriptor, table.bits[depth]) ? 1U : 0U);
+  }
+  std::vector<std::uint32_t>& bucket = table.nodes[at].entries;
+  std::erase(bucket, entry);
+  // Else every bucket that was ever used would keep its memory.
+  if (bucket.empty()) bucket = std::vector<std::uint32_t>();
+}
+
+// The nodes below become one bucket again, with the entry that is about to be erased.
+void PlaceIndex::Merge(Table& table, std::uint32_t node) {
+  std::vector<std::uint32_t> pairs = {table.nodes[node].first_child};
+  std::vector<std::uint32_t> entries;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const std::uint32_t child : {pairs[i], pairs[i] + 1}) {
+      Node& below = table.nodes[child];
+      entries.insert(entries.end(), below.entries.begin(), below.entries.end());
+      if (below.first_child != 0) pairs.push_back(below.first_child);
+      below = {};
+    }
+    table.free_pairs.push_back(pairs[i]);
+  }
+  table.nodes[node].first_child = 0;
+  table.nodes[node].entries = std::move(entries);
+}
+
+const std::vector<std::uint32_t>& PlaceIndex::Bucket(const Table& table,
+                                                     const Descriptor& descriptor) {
+  static const std::vector<std::uint32_t> nothing;
+  std::uint32_t at = Hash(table, descriptor);
+  for (std::size_t depth = kNumBits; table.nodes[at].first_child != 0; ++depth) {
+    at = table.nodes[at].first_child + (HasBit(descriptor, table.bits[depth]) ? 1U : 0U);
+  }
+  const std::vector<std::uint32_t>& bucket = table.nodes[at].entries;
+  return bucket.size() > kMaxAlike ? nothing : bucket;
+}
+
+std::size_t PlaceIndex::NumCompared(std::span<const Feature> features) const {
+  std::size_t count = 0;
+  for (const Feature& feature : features) {
+    for (const Table& table : tables_) count += Bucket(table, feature.descriptor).size();
+  }
+  return count;
 }
 
 void PlaceIndex::Add(KeyframeId keyframe, std::span<const Feature> features) {
@@ -54,21 +155,14 @@ void PlaceIndex::Add(KeyframeId keyframe, std::span<const Feature> features) {
     free_.pop_back();
     entries_[entry] = {feature.descriptor, keyframe};
     entries_of_[keyframe].push_back(entry);
-    for (std::size_t table = 0; table < kNumTables; ++table) {
-      buckets_[table][Hash(feature.descriptor, table)].push_back(entry);
-    }
+    for (Table& table : tables_) Insert(table, entry);
   }
 }
 
 void PlaceIndex::Remove(KeyframeId keyframe) {
   if (keyframe >= entries_of_.size()) return;
   for (const std::uint32_t entry : entries_of_[keyframe]) {
-    for (std::size_t table = 0; table < kNumTables; ++table) {
-      std::vector<std::uint32_t>& bucket = buckets_[table][Hash(entries_[entry].descriptor, table)];
-      std::erase(bucket, entry);
-      // Else every bucket that was ever used would keep its memory.
-      if (bucket.empty()) bucket = std::vector<std::uint32_t>();
-    }
+    for (Table& table : tables_) Erase(table, entry);
     free_.push_back(entry);
   }
   entries_of_[keyframe] = std::vector<std::uint32_t>();
@@ -85,10 +179,8 @@ std::vector<PlaceMatch> PlaceIndex::Query(std::span<const Feature> features,
     if (is_left_out[id] != 0) voted_by[id] = kAlways;
   }
   for (std::size_t i = 0; i < features.size(); ++i) {
-    for (std::size_t table = 0; table < kNumTables; ++table) {
-      const auto& bucket = buckets_[table][Hash(features[i].descriptor, table)];
-      if (bucket.size() > kMaxBucket) continue;
-      for (const std::uint32_t index : bucket) {
+    for (const Table& table : tables_) {
+      for (const std::uint32_t index : Bucket(table, features[i].descriptor)) {
         const Entry& entry = entries_[index];
         const std::size_t voter = voted_by[entry.keyframe];
         if (voter == i || voter == kAlways) continue;
