@@ -132,7 +132,7 @@ TEST(GroundControl, NamesAMarkThatWasSetInTheWrongPlace) {
   EXPECT_THAT(residual.contradicting_images, ElementsAre(image));
   EXPECT_EQ(residual.num_marks_used + 1, residual.num_marks);
   EXPECT_LT(residual.enu_m.norm(), 0.1);
-  const auto known = KnownPointsOf(control, *result.georeference, false);
+  const auto known = KnownPointsOf(control, *result.georeference);
   ASSERT_EQ(known.size(), 6U);
   EXPECT_EQ(known[2].sights.size(), residual.num_marks_used);
 }
@@ -149,8 +149,7 @@ TEST(GroundControl, LeavesOutAPointThatContradictsAllOthers) {
     }
     EXPECT_THAT(result.georeference->control[wrong].why_unused, HasSubstr("contradicts"));
     EXPECT_NEAR(result.georeference->control[wrong].enu_m.x(), -0.8, 0.15);
-    EXPECT_EQ(KnownPointsOf(control, *result.georeference, false).size(), 5U);
-    EXPECT_EQ(KnownPointsOf(control, *result.georeference, true).size(), 6U);
+    EXPECT_EQ(KnownPointsOf(control, *result.georeference).size(), 5U);
   }
 }
 
@@ -168,7 +167,7 @@ TEST(GroundControl, CheckPointsTakeNoPart) {
   // Half a metre from 50 m away.
   EXPECT_NEAR(check.rms_px, 0.5 / 50 * kFocal_px, 1);
   EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-7);
-  EXPECT_EQ(KnownPointsOf(control, *result.georeference, true).size(), 5U);
+  EXPECT_EQ(KnownPointsOf(control, *result.georeference).size(), 5U);
 }
 
 TEST(GroundControl, AHeightMayBeMissing) {
@@ -180,7 +179,7 @@ TEST(GroundControl, AHeightMayBeMissing) {
   EXPECT_TRUE(result.georeference->control[1].is_used);
   EXPECT_EQ(result.georeference->control[1].enu_m.z(), 0);
   EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-3);
-  EXPECT_EQ(KnownPointsOf(control, *result.georeference, false)[1].sigma_m.z(), 0);
+  EXPECT_EQ(KnownPointsOf(control, *result.georeference)[1].sigma_m.z(), 0);
 }
 
 TEST(GroundControl, SaysWhatIsMissing) {

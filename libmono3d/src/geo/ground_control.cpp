@@ -424,12 +424,11 @@ std::vector<ControlResidual> ControlResidualsOf(std::span<const FrameInMap> fram
 }
 
 std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
-                                      const Georeference& georeference, bool with_contradicted) {
+                                      const Georeference& georeference) {
   std::vector<KnownPoint> known;
   for (std::size_t i = 0; i < georeference.control.size(); ++i) {
     const ControlResidual& residual = georeference.control[i];
-    const bool is_contradicted = residual.is_seen && !residual.is_check && !residual.is_used;
-    if (!residual.is_used && !(with_contradicted && is_contradicted)) continue;
+    if (!residual.is_used) continue;
     const ControlPoint& point = control.points[i];
     const double vertical_m = point.has_height ? control.options.vertical_m : 0;
     KnownPoint& target = known.emplace_back();

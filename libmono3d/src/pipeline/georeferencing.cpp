@@ -107,8 +107,7 @@ GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
 }
 
 std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
-                                                 const PipelinePositions& positions,
-                                                 bool with_contradicted) {
+                                                 const PipelinePositions& positions) {
   const PlacesOfMap places = FindPlaces(map, positions);
   const std::optional<Georeference>& by_positions = places.by_positions.georeference;
   const std::optional<Georeference>& by_control = places.by_control.georeference;
@@ -127,7 +126,7 @@ std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
       for (CameraPosition& position : told.positions) position.p_m.z() -= higher_m;
     }
     told.S_metric_map = by_control->S_enu_map;
-    told.points = KnownPointsOf(*positions.control, *by_control, with_contradicted);
+    told.points = KnownPointsOf(*positions.control, *by_control);
   }
   told.map_id = map.map_id;
   return told;

@@ -26,8 +26,6 @@ bool PositionFeed::IsDue(int map_id, std::size_t num_keyframes) const {
 }
 
 void PositionFeed::Give(int map_id, std::size_t num_keyframes, Tracker& tracker) {
-  // The first time a map may still be bent, and what looks wrong in it need not be.
-  const bool is_first = !due_at_.contains(map_id);
   due_at_[map_id] = num_keyframes + num_keyframes / 2;
   MapReconstruction map;
   map.map_id = map_id;
@@ -36,7 +34,7 @@ void PositionFeed::Give(int map_id, std::size_t num_keyframes, Tracker& tracker)
   EraseOthers(map_id, map.trajectory);
   EraseOthers(map_id, map.keyframes);
   if (positions_.track.clock == PositionClock::kImages) map.sparse = tracker.Sparse(map_id);
-  const std::optional<CameraPositions> told = PositionsToFollow(map, positions_, is_first);
+  const std::optional<CameraPositions> told = PositionsToFollow(map, positions_);
   if (told) tracker.FollowPositions(*told);
 }
 

@@ -79,8 +79,8 @@ std::vector<ControlResidual> ControlResidualsOf(std::span<const FrameInMap> fram
                                                 const Georeference& georeference);
 
 // The points that were used for `georeference`, with the marks that were, for
-// Tracker::FollowPositions. `with_contradicted`: also those that contradict the others.
+// Tracker::FollowPositions.
 std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
-                                      const Georeference& georeference, bool with_contradicted);
+                                      const Georeference& georeference);
 
 }  // namespace mono3d

@@ -35,13 +35,11 @@ GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
                                     const PipelinePositions& positions);
 
 // What Tracker::FollowPositions is to be told of such a map: the positions, and the ground control
-// points where these determine the place. `with_contradicted`: also those that contradict the
-// others, which in a map that is still bent need not be wrong. Nothing where neither determines the
-// place. Beside control points, heights of positions count from wherever these have them: their
-// median difference is taken out.
+// points where these determine the place, but for those that contradict the others. Nothing where
+// neither determines the place. Beside control points, heights of positions count from wherever
+// these have them: their median difference is taken out.
 std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
-                                                 const PipelinePositions& positions,
-                                                 bool with_contradicted);
+                                                 const PipelinePositions& positions);
 
 // Moves a map that is in its tracker's own axes onto the earth, by FindPlaceOnEarth: metres, x
 // east, y north, z up of the origin. map.georeference is set, and map.axes. Where nothing
