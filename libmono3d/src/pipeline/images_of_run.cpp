@@ -135,6 +135,11 @@ void WriteImages(const std::string& input, ImagePlacing placing, const fs::path&
     WriteJpeg(folder / images.at(index).name, bgr);
     missing.erase(index);
   });
+  if (!missing.empty()) {
+    Log(LogLevel::kWarning, std::to_string(missing.size()) +
+                                " frames of the video cannot be read again: images/ and sparse/ "
+                                "are without them");
+  }
   for (const std::int64_t index : missing) images.erase(index);
 }
 
