@@ -13,6 +13,7 @@
 
 #include "common/tool.h"
 #include "view/model_blocks.h"
+#include "view/model_errors.h"
 #include "view/ply_vertices.h"
 #include "view/run_folder.h"
 #include "view/view_server.h"
@@ -29,8 +30,10 @@ struct Arguments {
 int View(const Arguments& arguments) {
   const RunFolder folder(arguments.run);
   const PlyVertices vertices(folder.model_path());
-  const ModelBlocks blocks(vertices);
+  const auto errors = ModelErrors::Beside(folder.model_path(), vertices);
+  const ModelBlocks blocks(vertices, errors.get());
   ViewStore store;
+  if (errors) store.SetErrors(errors->largest_m());
   std::vector<SurfelBlock> preview = blocks.Preview();
   std::vector<std::int64_t> ids(preview.size());
   std::iota(ids.begin(), ids.end(), std::int64_t{0});

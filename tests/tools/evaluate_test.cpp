@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -16,6 +17,7 @@
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/pfm_file.h"
+#include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
 #include "tools/command.h"
 #include "tools/small_run.h"
@@ -184,6 +186,15 @@ TEST_F(Evaluate, RunPutsAllPartsIntoOneTableOneRecordAndOnePage) {
   EXPECT_NEAR(json["depth"]["mean"]["l1_rel"], 0.01, kFileRounding);
   EXPECT_LT(json["model"]["model"]["rmse_of_mean_depth"], 1e-4);
   EXPECT_TRUE(json["left_out"].empty()) << json["left_out"];
+  // Beside the model, and of its points: they lie on the truth, but for the registration.
+  const std::string errors = ReadText(folder_ / "run/model_errors.ply");
+  EXPECT_THAT(errors, HasSubstr("property float z\nproperty float error\nend_header\n"));
+  const PointCloud model = ReadPly(folder_ / "run/model.ply");
+  EXPECT_EQ(ReadPly(folder_ / "run/model_errors.ply").points, model.points);
+  float last = 0;
+  std::memcpy(&last, errors.data() + errors.size() - sizeof last, sizeof last);
+  EXPECT_LT(last, 1e-3);
+  EXPECT_GE(last, 0);
   for (const char* name : {"trajectory_final.png", "trajectory_model.png", "depth_only.png",
                            "confidence_only.png", "sparsification.svg", "model_beside_truth.png",
                            "model_two_colours.png", "model_by_distance.png"}) {

@@ -18,7 +18,7 @@
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
 #include "view/live_view.h"
-#include "view/model_blocks.h"
+#include "view/small_picture.h"
 #include "view/view_server.h"
 
 namespace mono3d::tools {
@@ -63,6 +63,11 @@ const char* const kHasAll = "window.mono3d !== undefined && mono3d.state().compl
 // The whole window shows the model alone.
 const char* const kBare =
     "document.querySelectorAll('section, #menu').forEach((e) => e.style.display = 'none')";
+
+// Until what was asked for is drawn, however long a picture takes.
+const char* const kDrawn =
+    "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => "
+    "requestAnimationFrame(done))))";
 
 class ViewInBrowser : public TemporaryFolderTest {};
 
@@ -279,12 +284,201 @@ TEST_F(ViewInBrowser, MeasuresWhatIsClickedOn) {
   browser.Evaluate(
       "mono3d.lookFrom([0, 0, 0, 0, 0, 0, 1],"
       "{fx: 500, fy: 500, cx: 319.5, cy: 239.5, width: 640, height: 480})");
-  browser.Evaluate("new Promise((done) => setTimeout(done, 300))");
+  browser.Evaluate(kDrawn);
   browser.Evaluate("document.getElementById('measure').click()");
   browser.Evaluate("mono3d.click(200, 240)");
   browser.Evaluate("mono3d.click(350, 240)");
   EXPECT_NEAR(browser.Evaluate("mono3d.state().distance").get<double>(), 1.5, 0.1);
   EXPECT_TRUE(browser.Evaluate("mono3d.pick(20, 20) === null").get<bool>());
+  EXPECT_EQ(browser.errors(), "");
+}
+
+// A wall, 4 units wide and high, 5 before the camera at the origin: 100 px are 1 unit. Its left
+// half and its right half are blocks of their own, of which all else but the colour differs.
+void ShowTwoHalves(ViewStore& store) {
+  std::vector<SurfelBlock> blocks;
+  for (const bool is_right : {false, true}) {
+    std::vector<ViewSurfel> half;
+    for (int i = 0; i < 5000; ++i) {
+      ViewSurfel surfel;
+      const float x = 0.04F * static_cast<float>(i % 50) + (is_right ? 0.02F : -1.98F);
+      surfel.point = {x, 0.04F * static_cast<float>(i / 50) - 2, 5};
+      surfel.normal = {0, 0, -1};
+      surfel.radius = 0.04F;
+      surfel.confidence = is_right ? 1.0F : 0.0F;
+      surfel.observations = is_right ? 31 : 1;
+      surfel.error = is_right ? 1.0F : 0.0F;
+      half.push_back(surfel);
+    }
+    blocks.push_back(MakeSurfelBlock(std::move(half)));
+    blocks.back().id = is_right ? 1 : 0;
+    blocks.back().frame_index = is_right ? 10 : 0;
+  }
+  store.SetModel({0, 1}, std::move(blocks));
+  store.SetUp({0, -1, 0});
+  store.SetStatus({{"phase", "file"}});
+}
+
+const char* const kBeforeTheWall =
+    "mono3d.lookFrom([0, 0, 0, 0, 0, 0, 1],"
+    "{fx: 500, fy: 500, cx: 319.5, cy: 239.5, width: 640, height: 480})";
+const cv::Point kLeft(220, 240), kRight(420, 240), kTop(320, 80), kBottom(320, 400);
+
+// Red, green and blue there.
+cv::Vec3b ColourAt(const cv::Mat& picture, cv::Point at) {
+  const auto bgr = picture.at<cv::Vec3b>(at);
+  return {bgr[2], bgr[1], bgr[0]};
+}
+// The colours of a scale begin with black and blue and end with red.
+bool IsLow(const cv::Vec3b& rgb) { return rgb[0] < 100; }
+bool IsHigh(const cv::Vec3b& rgb) { return rgb[0] > 120 && rgb[0] > rgb[2] + 50; }
+
+TEST_F(ViewInBrowser, ColoursTheModelByWhatIsAskedFor) {
+  ViewStore store;
+  ShowTwoHalves(store);
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  browser.Evaluate(kBare);
+  browser.Evaluate(kBeforeTheWall);
+  const auto picture_by = [&](const std::string& value) {
+    browser.Evaluate("(() => { const colour = document.getElementById('colour'); colour.value = '" +
+                     value + "'; colour.dispatchEvent(new Event('change')); })()");
+    browser.Evaluate(kDrawn);
+    return browser.Screenshot();
+  };
+  EXPECT_EQ(ColourAt(picture_by("0"), kLeft), cv::Vec3b(200, 200, 200)) << "as seen";
+  for (const char* value : {"1", "4", "5"}) {  // confidence, time, observations
+    const cv::Mat picture = picture_by(value);
+    EXPECT_TRUE(IsLow(ColourAt(picture, kLeft))) << value << ColourAt(picture, kLeft);
+    EXPECT_TRUE(IsHigh(ColourAt(picture, kRight))) << value << ColourAt(picture, kRight);
+  }
+  const cv::Vec3b normal = ColourAt(picture_by("2"), kRight);
+  EXPECT_NEAR(normal[0], 128, 3);
+  EXPECT_NEAR(normal[1], 128, 3);
+  EXPECT_NEAR(normal[2], 0, 3) << "it faces -z";
+  const cv::Mat height = picture_by("3");
+  EXPECT_TRUE(IsHigh(ColourAt(height, kTop))) << ColourAt(height, kTop);
+  EXPECT_TRUE(IsLow(ColourAt(height, kBottom))) << ColourAt(height, kBottom);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('colour-error').disabled"), true);
+  store.SetErrors(0.25);
+  ASSERT_TRUE(browser.WaitFor("!document.getElementById('colour-error').disabled"));
+  const cv::Mat error = picture_by("6");
+  EXPECT_TRUE(IsLow(ColourAt(error, kLeft))) << ColourAt(error, kLeft);
+  EXPECT_TRUE(IsHigh(ColourAt(error, kRight))) << ColourAt(error, kRight);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('legend-high').textContent"),
+            "0.25 m or more");
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, CutsTheModelOpen) {
+  ViewStore store;
+  ShowTwoHalves(store);
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  browser.Evaluate(kBare);
+  browser.Evaluate(kBeforeTheWall);
+  const auto cut_at = [&](const std::string& name, int value) {
+    browser.Evaluate("(() => { const input = document.querySelector('#cuts input[name=\"" + name +
+                     "\"]'); input.value = " + std::to_string(value) +
+                     "; input.dispatchEvent(new Event('input')); })()");
+    browser.Evaluate(kDrawn);
+    return browser.Screenshot();
+  };
+  const cv::Vec3b white(255, 255, 255), wall(200, 200, 200);
+  cv::Mat picture = cut_at("across, from", 500);
+  EXPECT_EQ(ColourAt(picture, kLeft), white);
+  EXPECT_EQ(ColourAt(picture, kRight), wall);
+  EXPECT_TRUE(browser.Evaluate("mono3d.pick(220, 240) === null").get<bool>()) << "it is gone";
+  picture = cut_at("height, to", 500);
+  EXPECT_EQ(ColourAt(picture, {420, 80}), white) << "the upper half";
+  EXPECT_EQ(ColourAt(picture, {420, 400}), wall);
+  browser.Evaluate("document.getElementById('uncut').click()");
+  browser.Evaluate(kDrawn);
+  picture = browser.Screenshot();
+  EXPECT_EQ(ColourAt(picture, kLeft), wall);
+  EXPECT_EQ(ColourAt(picture, kTop), wall);
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, GoesThroughTheFlightWithItsPictures) {
+  ViewStore store;
+  ShowTwoHalves(store);
+  store.SetCamera(SeeingCamera());
+  store.SetKeyframes({{.id = 7, .T_world_cam = Pose(Eigen::Quaterniond::Identity(), {-1, 0, 1})},
+                      {.id = 9, .T_world_cam = Pose(Eigen::Quaterniond::Identity(), {1, 0.5, 1})}});
+  const SharedBytes jpeg = ToJpeg(cv::Mat(30, 40, CV_8UC3, cv::Scalar(0, 0, 255)));
+  store.SetPictureOfKeyframe("image", 7, jpeg);
+  store.SetPictureOfKeyframe("image", 9, jpeg);
+  store.SetPictureOfKeyframe("depth", 9, jpeg);
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  const auto slide_to = [&](int stop) {
+    browser.Evaluate("(() => { const slider = document.getElementById('slider'); slider.value = " +
+                     std::to_string(stop) + "; slider.dispatchEvent(new Event('input')); })()");
+  };
+  const auto says = [&](const std::string& id, const std::string& text) {
+    return browser.WaitFor("document.getElementById('" + id + "').textContent === '" + text + "'");
+  };
+  const std::string depth_is_shown = "document.getElementById('depth').offsetHeight > 20";
+  slide_to(1);
+  EXPECT_TRUE(says("image-caption", "keyframe 2 of 2"));
+  EXPECT_TRUE(browser.WaitFor(depth_is_shown));
+  slide_to(0);
+  EXPECT_TRUE(says("image-caption", "keyframe 1 of 2"));
+  EXPECT_TRUE(says("depth-caption", "no depth map of this keyframe"));
+  EXPECT_FALSE(browser.Evaluate(depth_is_shown).get<bool>());
+  browser.Evaluate("document.getElementById('ride').click()");
+  EXPECT_TRUE(
+      browser.WaitFor("Math.hypot(mono3d.state().eye[0] + 1, mono3d.state().eye[2] - 1) < 0.01"));
+  slide_to(1);
+  EXPECT_TRUE(
+      browser.WaitFor("Math.hypot(mono3d.state().eye[0] - 1, mono3d.state().eye[1] - 0.5) < 0.01"));
+  EXPECT_EQ(browser.errors(), "");
+}
+
+TEST_F(ViewInBrowser, FitsAPhone) {
+  ViewStore store;
+  ShowTwoHalves(store);
+  store.SetStatus({{"phase", "running"},
+                   {"frame", 12345},
+                   {"surfels", 12'345'678},
+                   {"tracking", "tracking"},
+                   {"health", "degraded"},
+                   {"memory_mb", 12345},
+                   {"counts",
+                    {{"frames", 12345},
+                     {"tracked", 12345},
+                     {"dropped_frames", 1234},
+                     {"keyframes", 1234},
+                     {"depth_maps", 1234},
+                     {"fused", 1234},
+                     {"dropped_bundles", 123}}}});
+  const ViewServer server(FreePort(), store);
+  constexpr int kPhoneWidth = 390, kPhoneHeight = 844;
+  Browser browser(folder_, kPhoneWidth, kPhoneHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  const std::string rectangle = "document.getElementById('panel').getBoundingClientRect()";
+  EXPECT_EQ(browser.Evaluate(rectangle + ".width"), 0) << "the panel is folded away";
+  EXPECT_EQ(browser.Evaluate("[...document.querySelectorAll('#numbers > *')]"
+                             ".filter((e) => e.getBoundingClientRect().height > 20).length"),
+            0)
+      << "a row takes two lines";
+  browser.Evaluate("document.getElementById('menu').click()");
+  EXPECT_TRUE(browser.WaitFor(rectangle + ".width > 200"));
+  EXPECT_EQ(browser.Evaluate(
+                "[...document.querySelectorAll('section, button, select, dd')]"
+                ".map((e) => e.getBoundingClientRect())"
+                ".filter((r) => r.width > 0 && (r.left < 0 || r.right > innerWidth)).length"),
+            0)
+      << "something is beside the window";
+  EXPECT_EQ(browser.Evaluate("document.documentElement.scrollWidth"), kPhoneWidth);
   EXPECT_EQ(browser.errors(), "");
 }
 

@@ -7,7 +7,9 @@
 
 #include <fstream>
 #include <string>
+#include <vector>
 
+#include "evaluate/error_file.h"
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/ply_file.h"
@@ -76,6 +78,44 @@ TEST_F(ModelInBlocks, TakesASmallModelAsOneBlock) {
   const std::vector<SurfelBlock> blocks = ModelBlocks(vertices).All();
   ASSERT_EQ(blocks.size(), 1U);
   EXPECT_EQ(blocks[0].num_surfels(), 9);
+}
+
+TEST_F(ModelInBlocks, KnowsHowFarItsSurfelsAreFromTheTruth) {
+  const std::filesystem::path path = WriteModel(100);
+  const PointCloud model = ReadPly(path);
+  const PlyVertices vertices(path);
+  EXPECT_EQ(ModelErrors::Beside(path, vertices), nullptr) << "nothing is known";
+  std::vector<double> distances_m(model.size());
+  for (std::size_t i = 0; i < model.size(); ++i) distances_m[i] = 0.001 * static_cast<double>(i);
+  WriteErrorFile(folder_ / kErrorFileName, model, distances_m);
+  const auto errors = ModelErrors::Beside(path, vertices);
+  ASSERT_NE(errors, nullptr);
+  EXPECT_NEAR(errors->largest_m(), 9.8, 0.01) << "one in fifty of 10 m is further off";
+  EXPECT_NEAR(errors->ShareAt(4900), 0.5, 0.001);
+  EXPECT_EQ(errors->ShareAt(9900), 1);
+  const std::vector<SurfelBlock> blocks = ModelBlocks(vertices, errors.get()).All();
+  ASSERT_EQ(blocks.size(), 1U);
+  double sum = 0;
+  for (std::int64_t i = 0; i < blocks[0].num_surfels(); ++i) {
+    sum += static_cast<unsigned char>((*blocks[0].surfels)[i * kBytesOfSurfel + 11]);
+  }
+  // The mean of a rise to 255 that one in fifty stands at.
+  EXPECT_NEAR(sum / 10000, 255 * (0.5 * 0.98 + 0.02), 0.1);
+}
+
+TEST_F(ModelInBlocks, LeavesTheErrorsOfAnotherModelAlone) {
+  const std::filesystem::path path = WriteModel(30);
+  PointCloud model = ReadPly(path);
+  const std::vector<double> distances_m(model.size(), 0.1);
+  const PlyVertices vertices(path);
+  model.points[7].x() += 0.01F;
+  WriteErrorFile(folder_ / kErrorFileName, model, distances_m);
+  EXPECT_EQ(ModelErrors::Beside(path, vertices), nullptr);
+  model.points.pop_back();
+  WriteErrorFile(folder_ / kErrorFileName, model, distances_m);
+  EXPECT_EQ(ModelErrors::Beside(path, vertices), nullptr);
+  WriteText(kErrorFileName, "hello");
+  EXPECT_EQ(ModelErrors::Beside(path, vertices), nullptr);
 }
 
 TEST_F(ModelInBlocks, RefusesWhatIsNoModel) {

@@ -27,6 +27,7 @@ TEST(SurfelBlock, HasTheSurfelsAsThePageReadsThem) {
   a.colour = {10, 20, 30};
   a.confidence = 0.5F;
   a.observations = 1000;
+  a.error = 0.25F;
   b.point = {2, 4, 7};
   b.radius = 1;
   const SurfelBlock block = MakeSurfelBlock({a, b});
@@ -38,13 +39,41 @@ TEST(SurfelBlock, HasTheSurfelsAsThePageReadsThem) {
   const std::size_t at = Word(bytes, 0) == 0 ? 0 : kBytesOfSurfel;
   EXPECT_EQ(Word(bytes, at + 4), 0);
   EXPECT_EQ(Word(bytes, at + 6), 32768);
-  EXPECT_EQ(static_cast<signed char>(bytes[at + 8]), 0);
-  EXPECT_EQ(static_cast<signed char>(bytes[at + 9]), 76);
-  EXPECT_EQ(static_cast<signed char>(bytes[at + 10]), -102);
-  EXPECT_EQ(static_cast<unsigned char>(bytes[at + 11]), 255);
+  // (0, 3/7, -4/7) on the octahedron; its lower half is unfolded outwards: (4/7, 1).
+  EXPECT_EQ(static_cast<signed char>(bytes[at + 8]), 73);
+  EXPECT_EQ(static_cast<signed char>(bytes[at + 9]), 127);
+  EXPECT_EQ(static_cast<unsigned char>(bytes[at + 10]), 255);
+  EXPECT_EQ(static_cast<unsigned char>(bytes[at + 11]), 64);
   EXPECT_EQ(bytes.substr(at + 12, 3), std::string("\x0a\x14\x1e"));
   EXPECT_EQ(static_cast<unsigned char>(bytes[at + 15]), 128);
   EXPECT_EQ(Word(bytes, kBytesOfSurfel - at), 65535);
+  EXPECT_EQ(static_cast<signed char>(bytes[kBytesOfSurfel - at + 8]), -128) << "no normal";
+}
+
+// As the page does it.
+Eigen::Vector3f Unfolded(const std::string& bytes) {
+  const float x = static_cast<float>(static_cast<signed char>(bytes[8])) / 127;
+  const float y = static_cast<float>(static_cast<signed char>(bytes[9])) / 127;
+  Eigen::Vector3f n(x, y, 1 - std::abs(x) - std::abs(y));
+  if (n.z() < 0) {
+    n.x() = (1 - std::abs(y)) * (x < 0 ? -1.0F : 1.0F);
+    n.y() = (1 - std::abs(x)) * (y < 0 ? -1.0F : 1.0F);
+  }
+  return n.normalized();
+}
+
+TEST(SurfelBlock, KeepsTheDirectionOfANormal) {
+  constexpr double kMaxAngle_rad = 0.0175;  // a degree: the steps of two bytes
+  for (int i = 0; i < 2000; ++i) {
+    // Evenly over the sphere.
+    const double z = (2 * i + 1) / 2000.0 - 1, angle = 2.39996 * i;
+    const double r = std::sqrt(1 - z * z);
+    ViewSurfel surfel;
+    surfel.normal = Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z).cast<float>();
+    const Eigen::Vector3f kept = Unfolded(*MakeSurfelBlock({surfel}).surfels);
+    EXPECT_LT(kept.cross(surfel.normal).norm(), kMaxAngle_rad) << surfel.normal.transpose();
+    EXPECT_GT(kept.dot(surfel.normal), 0) << surfel.normal.transpose();
+  }
 }
 
 TEST(SurfelBlock, LeavesOutWhatIsNotFinite) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "drawing/cloud_picture.h"
+#include "evaluate/error_file.h"
 #include "evaluate/trajectory_part.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
@@ -180,6 +181,11 @@ ModelEvaluation EvaluateModel(const std::string& name, const std::filesystem::pa
                            .found = {}});
   }
   return model;
+}
+
+void WriteErrorsBeside(const std::filesystem::path& model_path, const ModelEvaluation& model) {
+  WriteErrorFile(model_path.parent_path() / kErrorFileName, ReadPly(model_path),
+                 model.cloud.error.estimate_plane_distances_m);
 }
 
 Json ToJson(const ModelEvaluation& model) {

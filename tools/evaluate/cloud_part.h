@@ -33,6 +33,10 @@ ModelEvaluation EvaluateModel(const std::string& name, const std::filesystem::pa
                               const std::optional<Similarity>& S_truth_estimate,
                               std::optional<double> mean_depth_m);
 
+// model_errors.ply beside the model: how far each of its points is from the truth. Throws Error
+// when it cannot be written.
+void WriteErrorsBeside(const std::filesystem::path& model_path, const ModelEvaluation& model);
+
 Json ToJson(const ModelEvaluation& model);
 // With pictures: the model from three sides beside the truth, in two colours, and by distance.
 Section ModelSection(const ModelEvaluation& model, bool with_pictures);

@@ -149,6 +149,8 @@ void CompareModels(Comparison& comparison) {
     Try(comparison, name, [&] {
       comparison.models.push_back(EvaluateModel(name, map.model, comparison.sequence.cloud,
                                                 S_truth_estimate, comparison.mean_depth_m));
+      // Of the map that mono3d-view shows.
+      if (map.suffix.empty()) WriteErrorsBeside(map.model, comparison.models.back());
       if (map.mesh.empty()) return;
       Try(comparison, NameOf(map, "mesh"), [&] { AddMesh(comparison, map.mesh); });
     });

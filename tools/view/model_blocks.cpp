@@ -16,29 +16,34 @@ constexpr std::int64_t kMaxSample = 200'000;
 // Vertices that are read together, of one page of the file.
 constexpr std::int64_t kRun = 64;
 
-std::vector<ViewSurfel> Sample(const PlyVertices& vertices) {
-  const std::int64_t num_runs = std::max<std::int64_t>(1, kMaxSample / kRun);
-  const std::int64_t step = std::max<std::int64_t>(kRun, vertices.size() / num_runs);
-  std::vector<ViewSurfel> sample;
-  for (std::int64_t begin = 0; begin < vertices.size(); begin += step) {
-    const std::int64_t end = std::min(begin + kRun, vertices.size());
-    for (std::int64_t i = begin; i < end; ++i) {
-      const ViewSurfel surfel = vertices.At(i);
-      if (IsFinite(surfel)) sample.push_back(surfel);
-    }
-  }
-  return sample;
-}
-
 }  // namespace
 
-ModelBlocks::ModelBlocks(const PlyVertices& vertices)
-    : vertices_(vertices), sample_(Sample(vertices)) {
+ModelBlocks::ModelBlocks(const PlyVertices& vertices, const ModelErrors* errors)
+    : vertices_(vertices), errors_(errors) {
+  TakeSample();
   while ((kSurfelsOfBlock << num_levels_) < vertices.size()) ++num_levels_;
   splits_.resize((std::size_t{1} << num_levels_) - 1);
   std::vector<Eigen::Vector3f> points;
   for (const ViewSurfel& surfel : sample_) points.push_back(surfel.point);
   Build(0, points);
+}
+
+ViewSurfel ModelBlocks::At(std::int64_t i) const {
+  ViewSurfel surfel = vertices_.At(i);
+  if (errors_ != nullptr) surfel.error = errors_->ShareAt(i);
+  return surfel;
+}
+
+void ModelBlocks::TakeSample() {
+  const std::int64_t num_runs = std::max<std::int64_t>(1, kMaxSample / kRun);
+  const std::int64_t step = std::max<std::int64_t>(kRun, vertices_.size() / num_runs);
+  for (std::int64_t begin = 0; begin < vertices_.size(); begin += step) {
+    const std::int64_t end = std::min(begin + kRun, vertices_.size());
+    for (std::int64_t i = begin; i < end; ++i) {
+      const ViewSurfel surfel = At(i);
+      if (IsFinite(surfel)) sample_.push_back(surfel);
+    }
+  }
 }
 
 void ModelBlocks::Build(std::size_t node, std::span<Eigen::Vector3f> points) {
@@ -106,8 +111,7 @@ std::vector<SurfelBlock> ModelBlocks::All() const {
   for (std::int64_t i = 0; i < vertices_.size(); ++i) {
     const std::uint16_t index = block_of[static_cast<std::size_t>(i)];
     if (index == kNone) continue;
-    EncodeSurfel(vertices_.At(i), blocks[index],
-                 bytes[index].data() + filled[index]++ * kBytesOfSurfel);
+    EncodeSurfel(At(i), blocks[index], bytes[index].data() + filled[index]++ * kBytesOfSurfel);
   }
   for (std::size_t k = 0; k < num_blocks; ++k) {
     ShuffleSurfels(bytes[k]);

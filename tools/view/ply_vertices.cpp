@@ -107,6 +107,7 @@ void PlyVertices::ReadHeader(const std::string& header, const std::filesystem::p
   radius_at_ = Find(properties, "float", {"radius"});
   confidence_at_ = Find(properties, "float", {"confidence"});
   observations_at_ = Find(properties, "uint", {"observations"});
+  error_at_ = Find(properties, "float", {"error"});
 }
 
 template <typename T>
@@ -121,6 +122,8 @@ Eigen::Vector3f PlyVertices::Point(std::int64_t i) const {
   const auto point = Read<std::array<float, 3>>(i, point_at_);
   return {point[0], point[1], point[2]};
 }
+
+float PlyVertices::Error(std::int64_t i) const { return Read<float>(i, *error_at_); }
 
 ViewSurfel PlyVertices::At(std::int64_t i) const {
   ViewSurfel surfel;

@@ -27,6 +27,9 @@ class PlyVertices {
   std::int64_t size() const { return num_vertices_; }
   Eigen::Vector3f Point(std::int64_t i) const;
   ViewSurfel At(std::int64_t i) const;
+  // Of model_errors.ply, in metres.
+  bool has_errors() const { return error_at_.has_value(); }
+  float Error(std::int64_t i) const;
 
  private:
   template <typename T>
@@ -39,7 +42,8 @@ class PlyVertices {
   std::size_t stride_ = 0;
   std::int64_t num_vertices_ = 0;
   std::size_t point_at_ = 0;  // within a vertex
-  std::optional<std::size_t> normal_at_, colour_at_, radius_at_, confidence_at_, observations_at_;
+  std::optional<std::size_t> normal_at_, colour_at_, radius_at_, confidence_at_, observations_at_,
+      error_at_;
 };
 
 }  // namespace mono3d::tools

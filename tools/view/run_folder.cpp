@@ -175,7 +175,7 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
                            {"memory_mb", Number(record_, "peak_memory_bytes") / (1 << 20)}};
   if (const auto counts = record_.find("counts"); counts != record_.end() && counts->is_object()) {
     status["counts"] = {{"frames", Number(*counts, "frames")},
-                        {"tracked", Number(*counts, "tracked")},
+                        {"tracked", Number(*counts, "tracked") + Number(*counts, "recovered")},
                         {"keyframes", Number(*counts, "keyframes")},
                         {"bundles", Number(*counts, "bundles")},
                         {"dropped_bundles", Number(*counts, "bundles_dropped")},

@@ -17,8 +17,9 @@ static_assert(std::endian::native == std::endian::little, "the page reads little
 struct EncodedSurfel {
   std::uint16_t position[3];
   std::uint16_t radius;
-  std::int8_t normal[3];
+  std::int8_t normal[2];
   std::uint8_t observations;
+  std::uint8_t error;
   std::uint8_t colour[3];
   std::uint8_t confidence;
 };
@@ -29,6 +30,27 @@ std::uint16_t ToUint16(float share) {
   return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0F, 1.0F)));
 }
 
+std::uint8_t ToUint8(float share) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0F, 1.0F)));
+}
+
+// The normal's place on an octahedron that is unfolded to a square: two bytes, off by less than a
+// degree.
+void EncodeNormal(const Eigen::Vector3f& normal, std::int8_t* to) {
+  const float sum = normal.cwiseAbs().sum();
+  if (!(sum > 0)) {
+    to[0] = to[1] = -128;
+    return;
+  }
+  Eigen::Vector2f flat = normal.head<2>() / sum;
+  if (normal.z() < 0) {
+    const Eigen::Vector2f folded =
+        Eigen::Vector2f::Ones() - Eigen::Vector2f(flat.y(), flat.x()).cwiseAbs();
+    flat = {std::copysign(folded.x(), flat.x()), std::copysign(folded.y(), flat.y())};
+  }
+  for (int k = 0; k < 2; ++k) to[k] = static_cast<std::int8_t>(std::lround(127 * flat[k]));
+}
+
 }  // namespace
 
 void EncodeSurfel(const ViewSurfel& surfel, const SurfelBlock& block, char* to) {
@@ -36,17 +58,16 @@ void EncodeSurfel(const ViewSurfel& surfel, const SurfelBlock& block, char* to) 
   for (int k = 0; k < 3; ++k) {
     const float size = block.high[k] - block.low[k];
     encoded.position[k] = size > 0 ? ToUint16((surfel.point[k] - block.low[k]) / size) : 0;
-    encoded.normal[k] =
-        static_cast<std::int8_t>(std::lround(127 * std::clamp(surfel.normal[k], -1.0F, 1.0F)));
     encoded.colour[k] = surfel.colour[static_cast<std::size_t>(k)];
   }
+  EncodeNormal(surfel.normal, encoded.normal);
   // Not 0: the smallest is still there.
   encoded.radius = block.max_radius > 0
                        ? std::max<std::uint16_t>(1, ToUint16(surfel.radius / block.max_radius))
                        : std::uint16_t{0};
   encoded.observations = static_cast<std::uint8_t>(std::min(surfel.observations, 255U));
-  encoded.confidence =
-      static_cast<std::uint8_t>(std::lround(255 * std::clamp(surfel.confidence, 0.0F, 1.0F)));
+  encoded.error = ToUint8(surfel.error);
+  encoded.confidence = ToUint8(surfel.confidence);
   std::memcpy(to, &encoded, sizeof encoded);
 }
 

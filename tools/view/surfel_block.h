@@ -24,6 +24,7 @@ struct ViewSurfel {
   std::array<std::uint8_t, 3> colour = {200, 200, 200};  // red, green, blue
   float confidence = 1;
   std::uint32_t observations = 1;
+  float error = 0;  // 0 to 1 of the largest one that colours tell apart; 0 where none is known
 };
 
 inline constexpr std::size_t kBytesOfSurfel = 16;
@@ -32,9 +33,10 @@ inline constexpr std::size_t kBytesOfSurfel = 16;
 struct SurfelBlock {
   std::int64_t id = 0;
   // kBytesOfSurfel for each, little endian: uint16 x y z from `low` (0) to `high` (65535), uint16
-  // radius over `max_radius`, int8 normal over 127, uint8 observations (255: or more), uint8 red
-  // green blue, uint8 confidence over 255. In a random order: the first ones, alone, are a coarser
-  // block.
+  // radius over `max_radius`, normal as two int8 over 127 (the sphere folded to an octahedron, its
+  // lower half outwards; -128: none), uint8 observations (255: or more), uint8 error over 255,
+  // uint8 red green blue, uint8 confidence over 255. In a random order: the first ones, alone, are
+  // a coarser block.
   std::shared_ptr<const std::string> surfels = {};
   Eigen::Vector3f low = Eigen::Vector3f::Zero(), high = Eigen::Vector3f::Zero();
   float max_radius = 0;

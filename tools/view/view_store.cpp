@@ -107,6 +107,8 @@ void ViewStore::SetNextViews(const std::vector<ViewProposal>& next_views) {
   Set("next_views", std::move(list));
 }
 
+void ViewStore::SetErrors(double largest_m) { Set("errors", {{"largest_m", largest_m}}); }
+
 void ViewStore::SetStatus(nlohmann::json status) { Set("status", std::move(status)); }
 
 void ViewStore::SetPicture(const std::string& kind, SharedBytes jpeg) {

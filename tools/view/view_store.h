@@ -57,6 +57,7 @@ class ViewStore {
   void SetCamera(const CameraModel& camera);
   void SetUp(const Eigen::Vector3d& up);
   void SetNextViews(const std::vector<ViewProposal>& next_views);
+  void SetErrors(double largest_m);       // how far off are surfels with an error of 1, or further
   void SetStatus(nlohmann::json status);  // what the page says in words and numbers
   // JPEG. The latest ones are "image" and "depth"; those of a keyframe are kept beside, the newest
   // up to some megabytes.

@@ -57,18 +57,23 @@ function render(now) {
   const begin = performance.now();
   renderer.render(scene, camera);
   const gl = renderer.getContext();
-  if (surfels.isComplete !== true || isMoving) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);  // waits
+  const isMeasured = surfels.isComplete !== true || isMoving;
+  if (isMeasured) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);  // waits
   pictureMs = performance.now() - begin;
   measure.place(camera, width, height);
   nextViews.place(camera, width, height);
   if (isMoving && wasMoving) surfels.adapt(pictureMs);
+  else if (isMeasured) surfels.limit(pictureMs);
   wasMoving = isMoving;
   lastMs = pictureMs;
   drawnAt = now;
   if (surfels.numDrawn > 0) numPictures++;
   if (goesOn) draw();
 }
-window.addEventListener('resize', draw);
+window.addEventListener('resize', () => {
+  if (!controls.isTouched && fittedTo > 0 && !$('ride').checked) fit(true);  // a phone is turned
+  draw();
+});
 
 // --- Where the model lies ---
 
@@ -125,7 +130,7 @@ function fit(isAtOnce) {
   const half = Math.atan(Math.tan(camera.fov * Math.PI / 360) * Math.min(1, window.innerWidth / window.innerHeight));
   const eye = camera.clone();
   eye.up.copy(up);
-  eye.position.copy(centre).addScaledVector(towards, 0.95 * radius / Math.sin(half));
+  eye.position.copy(centre).addScaledVector(towards, 1.05 * radius / Math.sin(half));
   eye.lookAt(centre);
   fittedTo = surfels.numSurfels;
   if (isAtOnce) controls.set(eye.position, eye.quaternion, eye.position.distanceTo(centre));
@@ -143,7 +148,7 @@ function pick(x, y) {
 
 // --- What the server says ---
 
-let version = 0, server = null, status = {};
+let version = 0, server = null, status = {}, largestError_m = null;
 
 async function poll() {
   let pause = POLL_MS;
@@ -154,6 +159,7 @@ async function poll() {
     if (server !== null && changes.server !== server) {  // another run: from the beginning
       server = null;
       version = 0;
+      largestError_m = null;
       surfels.clear();
       setTimeout(poll, 0);
       return;
@@ -177,14 +183,19 @@ function take(changes) {
   surfels.update(changes);
   if (changes.next_views) nextViews.update(changes.next_views);
   $('next').hidden = nextViews.views.length === 0;
+  if (changes.errors) largestError_m = changes.errors.largest_m;
   if (changes.up && !controls.isTouched) up = new THREE.Vector3(...changes.up).normalize();
-  if (changes.status) status = changes.status;
+  if (changes.status) {
+    if (changes.status.phase === 'finished' && status.phase === 'running') isFittedToAll = false;  // once more, to what there is in the end
+    status = changes.status;
+  }
   if (changes.picture_image && !isAway) setPicture('image', `image?v=${changes.picture_image}`, 'image now');
-  if (changes.picture_depth && !isAway) setPicture('depth', `depth?v=${changes.picture_depth}`);
+  if (changes.picture_depth && !isAway) setPicture('depth', `depth?v=${changes.picture_depth}`, DEPTH_CAPTION);
   if (status.pose && !$('ride').checked) flight.setNow(fromPose(status.pose));
   showStatus();
   showSlider();
   $('colour-time').disabled = !surfels.hasTimes;
+  $('colour-error').disabled = largestError_m === null;
   followGrowth();
   draw();
 }
@@ -239,12 +250,22 @@ function showStatus() {
 
 let isAway = false;  // the pictures of a keyframe are shown, not the latest ones
 
-function setPicture(kind, url, caption) {
+const DEPTH_CAPTION = 'depth: near red, far blue';
+
+function setPicture(kind, url, caption, none) {
   const picture = $(kind), figure = picture.parentElement;
-  picture.onload = () => { figure.hidden = false; $('pictures').classList.add('some'); };
-  picture.onerror = () => { figure.hidden = true; };
+  picture.onload = () => {
+    figure.hidden = picture.hidden = false;
+    $(`${kind}-caption`).textContent = caption;
+    $('pictures').classList.add('some');
+  };
+  // That there is none is said where one was asked for.
+  picture.onerror = () => {
+    picture.hidden = true;
+    figure.hidden = none === undefined;
+    if (none !== undefined) $(`${kind}-caption`).textContent = none;
+  };
   picture.src = url;
-  if (caption) $(`${kind}-caption`).textContent = caption;
 }
 let shownKeyframe = null;
 function showKeyframe(keyframe) {
@@ -252,8 +273,8 @@ function showKeyframe(keyframe) {
   isAway = true;
   shownKeyframe = keyframe.id;
   const number = flight.keyframes.findIndex(({id}) => id === keyframe.id) + 1;
-  setPicture('image', `keyframe_image?id=${keyframe.id}`, `keyframe ${number} of ${flight.keyframes.length}`);
-  setPicture('depth', `keyframe_depth?id=${keyframe.id}`);
+  setPicture('image', `keyframe_image?id=${keyframe.id}`, `keyframe ${number} of ${flight.keyframes.length}`, 'the image of this keyframe is not there');
+  setPicture('depth', `keyframe_depth?id=${keyframe.id}`, DEPTH_CAPTION, 'no depth map of this keyframe');
   $('pictures-close').hidden = status.phase === 'file';
 }
 $('pictures-close').onclick = () => {
@@ -261,7 +282,7 @@ $('pictures-close').onclick = () => {
   shownKeyframe = null;
   $('pictures-close').hidden = true;
   setPicture('image', `image?v=${version}`, 'image now');
-  setPicture('depth', `depth?v=${version}`);
+  setPicture('depth', `depth?v=${version}`, DEPTH_CAPTION);
 };
 
 // --- Going through the flight ---
@@ -341,7 +362,7 @@ function click(x, y) {
 
 const LEGENDS = {
   1: () => ['0', '1'], 3: () => heights.map((height) => height.toPrecision(3)),
-  4: () => ['first', 'last'], 5: () => ['0', '31 or more'],
+  4: () => ['first', 'last'], 5: () => ['0', '31 or more'], 6: () => ['0 m', `${largestError_m.toPrecision(2)} m or more`],
 };
 function showLegend() {
   const legend = LEGENDS[$('colour').value];
@@ -408,6 +429,7 @@ window.mono3d = {
     complete: surfels.isComplete === true && surfels.numLoaded > 0, connected: document.body.dataset.connected === 'yes',
     budget: surfels.budget, frameMs: lastMs, phase: status.phase, keyframes: flight.keyframes.length,
     distance: measure.distance, nextViews: nextViews.isVisible ? nextViews.views.length : 0, up: [...up], blocks: surfels.blocks.size,
+    eye: [...camera.position],
   }),
   lookFrom: (pose, lens) => {
     const {position, quaternion} = fromPose(pose);

@@ -46,12 +46,19 @@ vec3 ramp(float x) {  // after Google's Turbo
     0.0, 1.0);
 }
 float signedByte(uint word, int shift) { return float(int(word << (24 - shift)) >> 24) / 127.0; }
+// From the square that an octahedron is unfolded to; nothing where there is none.
+vec3 unfolded(vec2 flat2) {
+  if (flat2.x < -1.0) return vec3(0.0);
+  vec3 n = vec3(flat2, 1.0 - abs(flat2.x) - abs(flat2.y));
+  if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+  return normalize(n);
+}
 float unsignedByte(uint word, int shift) { return float((word >> shift) & 255u); }
 
 void main() {
   vec3 p = low + size * vec3(float(surfel.x & 65535u), float(surfel.x >> 16), float(surfel.y & 65535u)) / 65535.0;
   float radius = maxRadius * float(surfel.y >> 16) / 65535.0 * blockScale * grow;
-  vec3 normal = vec3(signedByte(surfel.z, 0), signedByte(surfel.z, 8), signedByte(surfel.z, 16));
+  vec3 normal = unfolded(vec2(signedByte(surfel.z, 0), signedByte(surfel.z, 8)));
   vec3 world = (modelMatrix * vec4(p, 1.0)).xyz;
   vec3 centre = (viewMatrix * vec4(world, 1.0)).xyz;
   gl_Position = projectionMatrix * vec4(centre, 1.0);
@@ -66,10 +73,11 @@ void main() {
   vec3 rgb = vec3(unsignedByte(surfel.w, 0), unsignedByte(surfel.w, 8), unsignedByte(surfel.w, 16)) / 255.0;
   if (mode == 0) vColour = rgb;
   else if (mode == 1) vColour = ramp(unsignedByte(surfel.w, 24) / 255.0);
-  else if (mode == 2) vColour = 0.5 + 0.5 * normalize(mat3(modelMatrix) * normal);
+  else if (mode == 2) vColour = dot(normal, normal) > 0.1 ? 0.5 + 0.5 * normalize(mat3(modelMatrix) * normal) : vec3(0.5);
   else if (mode == 3) vColour = ramp((dot(world, up) - heights.x) / (heights.y - heights.x));
   else if (mode == 4) vColour = ramp(blockTime);
-  else vColour = ramp(log2(1.0 + unsignedByte(surfel.z, 24)) / 5.0);
+  else if (mode == 5) vColour = ramp(log2(1.0 + unsignedByte(surfel.z, 16)) / 5.0);
+  else vColour = ramp(unsignedByte(surfel.z, 24) / 255.0);
 }`;
 
 const FRAGMENT_SHADER = `
@@ -302,7 +310,8 @@ export class Surfels {
   draw(block, count, latest) {
     const drawn = Math.min(count, block.loaded);
     this.numDrawn += drawn;
-    const grow = drawn > 0 ? Math.min(8, Math.sqrt(block.info.surfels / drawn)) : 1;
+    // A part of them covers as much area in all, but as they fall, with holes: larger by a quarter, they close most of them.
+    const grow = drawn > 0 ? Math.min(8, Math.sqrt(1 + 1.6 * (block.info.surfels / drawn - 1))) : 1;
     let begin = 0;
     for (const {points, words} of block.levels) {
       const num = Math.max(0, Math.min(drawn - begin, words.length / 4));
@@ -349,6 +358,11 @@ export class Surfels {
       }
     }
     return false;
+  }
+  // After a picture of a resting camera that took so long: where it begins to move, the first
+  // pictures are not to take as long.
+  limit(ms) {
+    if (ms > SLOW_MS) this.budget = Math.max(MIN_BUDGET, Math.min(this.budget, this.numDrawn * SLOW_MS / ms));
   }
   // After a picture of a moving camera that took so long.
   adapt(ms) {
