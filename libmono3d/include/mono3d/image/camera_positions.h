@@ -45,20 +45,6 @@ struct KnownPoint {
   std::vector<PointSight> sights;
 };
 
-// Where a frame shows a point.
-struct PointSight {
-  std::int64_t frame_index = 0;
-  Eigen::Vector3d ray_cam = Eigen::Vector3d::UnitZ();  // at z = 1, free of distortion
-  double sigma = 0;                                    // standard deviation at z = 1, of x and of y
-};
-
-// A place on the ground that was surveyed, in metres.
-struct KnownPoint {
-  Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  // 0: not known
-  std::vector<PointSight> sights;
-};
-
 // What was measured of where the cameras of one map were, in axes of its own with z up.
 struct CameraPositions {
   int map_id = 0;
