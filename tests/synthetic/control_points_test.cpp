@@ -28,7 +28,7 @@ FilmedFlight Strip(const CameraModel& camera) {
   return flight;
 }
 
-CameraModel Lens() {
+CameraModel BentLens() {
   CameraModel camera{.width = 320, .height = 240, .fx = 300, .fy = 300, .cx = 160, .cy = 118};
   camera.distortion = {-0.1, 0.02, 0.001, -0.001, 0};
   return camera;
@@ -36,7 +36,7 @@ CameraModel Lens() {
 
 TEST(ControlPoints, LieWhereTheImagesShowThem) {
   const Scene scene = BuildPlaneAndBox();
-  const FilmedFlight flight = Strip(Lens());
+  const FilmedFlight flight = Strip(BentLens());
   const std::vector<TrueControlPoint> points = ControlPointsOf(scene, flight, 5);
   ASSERT_GE(points.size(), 4U);
   double least_y = 1e9, most_y = -1e9;
@@ -56,7 +56,7 @@ TEST(ControlPoints, LieWhereTheImagesShowThem) {
 
 TEST(ControlPoints, AreNotMarkedWhereSomethingHidesThem) {
   const Scene scene = BuildPlaneAndBox();
-  const FilmedFlight flight = Strip(Lens());
+  const FilmedFlight flight = Strip(BentLens());
   // Every image is looked at by its rays: what a mark shows is the point, and no wall before it.
   for (const TrueControlPoint& point : ControlPointsOf(scene, flight, 12)) {
     for (const TrueMark& mark : point.marks) {
@@ -72,7 +72,7 @@ TEST(ControlPoints, AreNotMarkedWhereSomethingHidesThem) {
 // Lines that are read later are taken from farther on.
 TEST(ControlPoints, FollowTheReadoutOfARollingShutter) {
   const Scene scene = BuildPlane();
-  CameraModel camera = Lens();
+  CameraModel camera = BentLens();
   camera.distortion = {};
   camera.shutter.readout_s = 0.04;
   const FilmedFlight flight = Strip(camera);
