@@ -360,9 +360,9 @@ TEST(FitPath, KnownPointsAloneStraightenABentPath) {
   const PathFit fit = FitPath(flight.path);
   ASSERT_TRUE(fit.is_found);
   EXPECT_EQ(std::ranges::count(fit.is_outlier, 1), 0);
-  // An even bend of 3e-4 rad every 4 m, held at points 240 m apart, sags by .5 m between two of them
-  // and is off by 9 mrad at each: .5 m for a camera 60 m above the point. Behind the last one, 80 m
-  // before the end, both are twice that, and so it is where the scale bends as well.
+  // An even bend of 3e-4 rad every 4 m, held at points 240 m apart, sags by .5 m between two of
+  // them and is off by 9 mrad at each: .5 m for a camera 60 m above the point. Behind the last one,
+  // 80 m before the end, both are twice that, and so it is where the scale bends as well.
   constexpr double kLeft_m = 2;
   EXPECT_LT(RmsError(flight.path.S_metric_kf, flight.truth), kLeft_m);
   EXPECT_LT(RmsLocalError(flight.path.S_metric_kf, flight.truth), 1.5 * local_before_m);
