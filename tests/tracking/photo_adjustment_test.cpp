@@ -81,7 +81,7 @@ Survey MakeSurvey(double bowl_m) {
 }
 
 // Places that are known to 2 cm, marked to half a pixel.
-void AddKnownPoints(Survey& survey) {
+void AddSurveyedPoints(Survey& survey) {
   std::mt19937 random(8);
   std::normal_distribution<double> normal;
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(90, 0), Vector2d(0, 50), Vector2d(90, 50),
@@ -153,7 +153,7 @@ TEST(AdjustToEarth, PositionsTakeTheBowlOutOfABlock) {
 TEST(AdjustToEarth, KnownPointsTakeTheBowlOutOfABlock) {
   Survey survey = MakeSurvey(3);
   survey.positions.positions.clear();
-  AddKnownPoints(survey);
+  AddSurveyedPoints(survey);
   const auto fit = AdjustToEarth(survey.map, survey.positions);
   ASSERT_TRUE(fit.has_value());
   EXPECT_EQ(fit->num_points_used, 6U);

@@ -24,7 +24,7 @@ namespace {
 std::size_t NumBytes(const Surfels& surfels) { return surfels.size() * kBytesPerSurfel; }
 
 // The fields one after the other.
-std::string BytesOf(const Surfels& surfels) {
+std::string BytesOfParts(const Surfels& surfels) {
   std::string bytes(NumBytes(surfels), '\0');
   const std::size_t size = surfels.size() * sizeof(Surfels::Float4);
   std::memcpy(bytes.data(), surfels.position_radius.data(), size);
@@ -83,7 +83,7 @@ void SurfelDepot::MoveToFile() {
   Open();
   while (host_bytes_ > max_host_bytes_) {
     const auto oldest = in_memory_.begin();
-    const std::string bytes = BytesOf(oldest->second);
+    const std::string bytes = BytesOfParts(oldest->second);
     const std::uint64_t offset = Allocate(bytes.size());
     try {
       WriteAt(file_, bytes, offset, folder_);

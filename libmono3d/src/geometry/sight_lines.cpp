@@ -49,8 +49,8 @@ bool IsBetter(const Agreement& a, const Agreement& b) {
 }
 
 // Gauss and Newton over the lines that agree. False where they do not hold the point.
-bool Refine(std::span<const SightLine> lines, const std::vector<char>& agrees, Vector3d& p_world,
-            Matrix3d& covariance) {
+bool RefineMeeting(std::span<const SightLine> lines, const std::vector<char>& agrees,
+                   Vector3d& p_world, Matrix3d& covariance) {
   constexpr int kRounds = 10;
   for (int round = 0; round < kRounds; ++round) {
     Matrix3d information = Matrix3d::Zero();
@@ -143,7 +143,7 @@ SightLineResult MeetSightLines(std::span<const SightLine> lines, double min_para
   // The point moves with those that agree, and then more or fewer may.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    if (!Refine(lines, best_agreement.agrees, meeting.p_world, meeting.covariance)) {
+    if (!RefineMeeting(lines, best_agreement.agrees, meeting.p_world, meeting.covariance)) {
       return {std::nullopt, SightLineProblem::kNoParallax};
     }
     Agreement next = AgreementOn(lines, meeting.p_world, gate);
