@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "io/temporary_folder.h"
+#include "mono3d/io/frame_source.h"
 #include "tools/command.h"
 
 namespace mono3d {
@@ -35,8 +36,21 @@ class Resume : public TemporaryFolderTest {
   std::string Command(const std::string& output, const std::string& extra = "") const {
     return std::string(MONO3D_RECONSTRUCT_TOOL) + " " + input_.string() + " --camera " +
            (kOrbit / "camera.yaml").string() + " --camera-fixed -o " + (folder_ / output).string() +
-           " --fps 1 --resize 384x224 --tracking.features.num_features 600" +
+           (extra.find("--fps") == std::string::npos ? " --fps 1" : "") +
+           " --resize 384x224 --tracking.features.num_features 600" +
            (extra.find("--max-frames") == std::string::npos ? " --max-frames 40" : "") + extra;
+  }
+  // Each image of the flight `times` times, as a camera of so many times the rate would see a
+  // flight by jerks.
+  void Repeat(int times) {
+    input_ = folder_ / "repeated";
+    std::filesystem::create_directories(input_);
+    int number = 1000;
+    for (const std::string& image : ListImages(kOrbit.string())) {
+      for (int i = 0; i < times; ++i) {
+        std::filesystem::create_symlink(image, input_ / (std::to_string(number++) + ".jpg"));
+      }
+    }
   }
   CommandResult Reconstruct(const std::string& output, const std::string& extra = "") const {
     return RunCommand(Command(output, extra), folder_);
@@ -116,6 +130,26 @@ TEST_F(Resume, ARunThatWasStoppedGoesOnWithTheNextFrame) {
   ExpectSameResults();
   EXPECT_THAT(Record("out")["resumed_after_frames"],
               ElementsAre(stopped["counts"]["frames"].get<int>() - 1));
+}
+
+TEST_F(Resume, ImagesThatAreChosenByMotionAreTheSameAgain) {
+  Repeat(3);
+  const std::string by_motion = " --fps 3 --stride auto";
+  const CommandResult whole = Reconstruct("whole", by_motion);
+  ASSERT_EQ(whole.exit_status, 0) << whole.errors;
+  EXPECT_THAT(whole.output, HasSubstr("images taken 40, left out with next to no motion 78"));
+  EXPECT_EQ(Record("whole")["options"]["stride"], "auto");
+  EXPECT_EQ(Record("whole")["counts"]["images_passed_over"], 78);
+  // The last frame taken is number 3 * 39.
+  ASSERT_NO_FATAL_FAILURE(Break(by_motion, "000030.depth.pfm", SIGKILL));
+  const CommandResult resumed = Reconstruct("out", by_motion + " --resume");
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+  ExpectSameResults();
+  // What is left out is missed by nobody: the model is that of a camera of a third of the rate.
+  input_ = kOrbit;
+  ASSERT_EQ(Reconstruct("plain").exit_status, 0);
+  EXPECT_TRUE(Results("plain").at("model.ply") == Results("whole").at("model.ply"));
+  EXPECT_EQ(Results("plain").at("trajectory.txt"), Results("whole").at("trajectory.txt"));
 }
 
 TEST_F(Resume, RefusesOtherOptionsAndADamagedJournal) {

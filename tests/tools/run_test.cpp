@@ -16,6 +16,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -23,6 +26,7 @@
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/colmap_model.h"
+#include "mono3d/io/frame_source.h"
 #include "mono3d/io/pfm_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
@@ -215,6 +219,56 @@ TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
   EXPECT_EQ(record["counts"]["images_skipped"], 1);
   EXPECT_EQ(record["counts"]["frames"], 35);
+  EXPECT_GE(record["counts"]["fused"], 1);
+}
+
+TEST_F(ExampleRun, GoesOnBehindImagesOfAnotherSizeAndCountsThem) {
+  const std::filesystem::path images = folder_ / "images";
+  std::filesystem::copy(kExample / "images", images);
+  std::vector<std::filesystem::path> names(std::filesystem::directory_iterator(images), {});
+  std::sort(names.begin(), names.end());
+  for (std::size_t i = 14; i < 17; ++i) {
+    cv::Mat image = cv::imread(names.at(i));
+    cv::resize(image, image, {}, 0.5, 0.4);
+    cv::imwrite(names.at(i), image);
+  }
+  const CommandResult result =
+      RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images.string() + " --camera " +
+                     (kExample / "camera.yaml").string() + " -o " + (folder_ / "out").string() +
+                     kSmallRun + " --video --max-frames 36",
+                 folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("another shape"));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["counts"]["images_skipped"], 3);
+  EXPECT_EQ(record["counts"]["frames"], 33);
+  EXPECT_EQ(record["maps"].size(), 1U);
+  EXPECT_GE(record["counts"]["fused"], 1);
+}
+
+TEST_F(ExampleRun, AVideoThatBreaksOffIsReconstructedUpToThere) {
+  const std::string video = folder_ / "flight.avi";
+  {
+    cv::VideoWriter writer(video, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           30, {384, 224});
+    const std::vector<std::string> images = ListImages(kExample);
+    for (std::size_t i = 0; i < 44; ++i) {
+      cv::Mat image = cv::imread(images.at(i));
+      cv::resize(image, image, {384, 224}, 0, 0, cv::INTER_AREA);
+      writer.write(image);
+    }
+  }
+  std::filesystem::resize_file(video, std::filesystem::file_size(video) * 4 / 5);
+  const CommandResult result = RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + video +
+                                              " --camera " + (kExample / "camera.yaml").string() +
+                                              " -o " + (folder_ / "out").string() + kSmallRun,
+                                          folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("the video ends after"));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["end"], "finished");
+  EXPECT_GE(record["counts"]["frames"], 30);
+  EXPECT_LT(record["counts"]["frames"], 44);
   EXPECT_GE(record["counts"]["fused"], 1);
 }
 

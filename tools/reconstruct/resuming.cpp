@@ -38,6 +38,7 @@ class DigestedSource : public FrameSource {
   }
   std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
   std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
   const CameraModel& camera() const override { return source_->camera(); }
 
  private:

@@ -117,7 +117,7 @@ class ByteReader {
     std::uint8_t is_there = 0;
     Number(is_there);
     value.reset();
-    if (is_there != 0) exchange(value.emplace());
+    if (is_there != 0) exchange(value.emplace(T()));
   }
 
   void Bytes(void* data, std::size_t num_bytes) {

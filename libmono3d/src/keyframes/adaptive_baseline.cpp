@@ -19,7 +19,7 @@ constexpr std::int64_t kExpiry = 16;
 void AdaptiveBaseline::ReportDepthQuality(std::size_t step, double density, double confidence) {
   ++num_reports_;
   std::optional<Quality>& quality = qualities_.at(step);
-  if (!IsRecent(step)) quality.emplace();
+  if (!IsRecent(step)) quality = Quality();
   quality->count = std::min(quality->count + 1, kMaxCount);
   quality->confidence += (confidence - quality->confidence) / quality->count;
   quality->latest = num_reports_;

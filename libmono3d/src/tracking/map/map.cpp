@@ -59,7 +59,7 @@ std::vector<PointId> Map::TakeWatched() {
   std::vector<PointId> taken = std::exchange(watched_, {});
   std::erase_if(taken, [&](PointId id) { return !IsAlive(id); });
   std::ranges::sort(taken, {}, &PointId::index);
-  taken.erase(std::ranges::unique(taken).begin(), taken.end());
+  taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
   return taken;
 }
 
