@@ -45,10 +45,15 @@ void SurfaceLayers::Draw(const MapSurfelBlock& surfels, double radius_scale) {
     // A disc smaller than a cell still shows the cell it lies in: to the cell's corner.
     const double reach = std::max(radius, std::sqrt(0.5));
     const double row = centre.y() - first_row_;
-    const int top = std::max(0, static_cast<int>(std::ceil(row - reach)));
-    const int bottom = std::min(num_rows_ - 1, static_cast<int>(std::floor(row + reach)));
-    const int left = std::max(0, static_cast<int>(std::ceil(centre.x() - reach)));
-    const int right = std::min(grid_.width - 1, static_cast<int>(std::floor(centre.x() + reach)));
+    // The disc may lie anywhere, also far outside.
+    const auto within = [](double cell, int size) {
+      return static_cast<int>(std::clamp(cell, -1.0, static_cast<double>(size)));
+    };
+    const int top = std::max(0, within(std::ceil(row - reach), num_rows_));
+    const int bottom = std::min(num_rows_ - 1, within(std::floor(row + reach), num_rows_));
+    const int left = std::max(0, within(std::ceil(centre.x() - reach), grid_.width));
+    const int right =
+        std::min(grid_.width - 1, within(std::floor(centre.x() + reach), grid_.width));
     const float confidence = cloud.confidences.empty() ? 1 : cloud.confidences[i];
     // Rows go southwards.
     const double slope_x = -normal.x() / normal.z() * height_units_;
