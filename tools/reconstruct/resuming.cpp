@@ -26,23 +26,18 @@ std::uint64_t Hashed(std::uint64_t before, std::string_view bytes) {
   return (std::rotl(before, 23) ^ hash) * kOddFactor;
 }
 
-class DigestedSource : public FrameSource {
+class DigestedSource : public ForwardingSource {
  public:
   DigestedSource(std::unique_ptr<FrameSource> source, InputDigest& digest)
-      : source_(std::move(source)), digest_(digest) {}
+      : ForwardingSource(std::move(source)), digest_(digest) {}
 
   std::optional<Frame> Next() override {
-    std::optional<Frame> frame = source_->Next();
+    std::optional<Frame> frame = ForwardingSource::Next();
     if (frame) digest_.Add(*frame);
     return frame;
   }
-  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
-  std::int64_t num_skipped() const override { return source_->num_skipped(); }
-  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
-  const CameraModel& camera() const override { return source_->camera(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
   InputDigest& digest_;
 };
 

@@ -65,23 +65,18 @@ void TakeSample(const nlohmann::json& json, EvenSample<Element>& sample) {
                  json.at("num_seen").get<std::int64_t>());
 }
 
-class NotedSource : public FrameSource {
+class NotedSource : public ForwardingSource {
  public:
   NotedSource(std::unique_ptr<FrameSource> source, RunNotes& notes)
-      : source_(std::move(source)), notes_(notes) {}
+      : ForwardingSource(std::move(source)), notes_(notes) {}
 
   std::optional<Frame> Next() override {
-    std::optional<Frame> frame = source_->Next();
+    std::optional<Frame> frame = ForwardingSource::Next();
     if (frame) notes_.AddImage(*frame);
     return frame;
   }
-  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
-  std::int64_t num_skipped() const override { return source_->num_skipped(); }
-  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
-  const CameraModel& camera() const override { return source_->camera(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
   RunNotes& notes_;
 };
 

@@ -27,23 +27,18 @@ constexpr double kWatchedFor_s = 10;
 constexpr std::size_t kMaxWaitingPictures = 16;
 
 // Frames of another source, shown to a view as they pass.
-class WatchedSource final : public FrameSource {
+class WatchedSource final : public ForwardingSource {
  public:
   WatchedSource(std::unique_ptr<FrameSource> source, LiveView& view)
-      : source_(std::move(source)), view_(view) {}
+      : ForwardingSource(std::move(source)), view_(view) {}
 
   std::optional<Frame> Next() override {
-    std::optional<Frame> frame = source_->Next();
+    std::optional<Frame> frame = ForwardingSource::Next();
     if (frame) view_.NoteFrame(frame->bgr);
     return frame;
   }
-  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
-  std::int64_t num_skipped() const override { return source_->num_skipped(); }
-  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
-  const CameraModel& camera() const override { return source_->camera(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
   LiveView& view_;
 };
 

@@ -26,11 +26,11 @@ double PacedClock_s() { return 1e-3 * WallClockMs(); }
 }  // namespace
 
 PacedSource::PacedSource(std::unique_ptr<FrameSource> source, const std::atomic<bool>* stop)
-    : source_(std::move(source)), stop_(stop) {}
+    : ForwardingSource(std::move(source)), stop_(stop) {}
 
 std::optional<Frame> PacedSource::Next() {
   if (IsStopped()) return std::nullopt;
-  std::optional<Frame> frame = source_->Next();
+  std::optional<Frame> frame = ForwardingSource::Next();
   if (!frame) return std::nullopt;
   if (!start_s_) start_s_ = PacedClock_s() - frame->timestamp_s;
   const double gap_s = *start_s_ + frame->timestamp_s - PacedClock_s();

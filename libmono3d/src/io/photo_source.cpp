@@ -75,6 +75,7 @@ class CommonFrames : public FrameSource {
 
   std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
   std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
   const CameraModel& camera() const override { return camera_; }
 
  private:

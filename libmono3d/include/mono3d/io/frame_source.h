@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mono3d/core/export.h"
@@ -52,6 +53,22 @@ class FrameSource {
   // Images that kStrideByMotion has left out so far.
   virtual std::int64_t num_passed_over() const { return 0; }
   virtual const CameraModel& camera() const = 0;  // of the frames that come out
+};
+
+// Hands on the frames of another source, and says of them what that one says: the base of sources
+// that watch or delay frames on their way.
+class ForwardingSource : public FrameSource {
+ public:
+  explicit ForwardingSource(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+
+  [[nodiscard]] std::optional<Frame> Next() override { return source_->Next(); }
+  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
+  std::int64_t num_skipped() const override { return source_->num_skipped(); }
+  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
+  const CameraModel& camera() const override { return source_->camera(); }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
 };
 
 // The images of a folder (of a sequence's folder: those in images/) or of a glob, in natural order:

@@ -16,7 +16,7 @@ namespace MONO3D_EXPORT mono3d {
 // Plays another source as a camera would: Next returns a frame when it is due by its time stamp, as
 // long as reading keeps up with that. A gap of more than ten seconds is not waited for, with a
 // warning. Calls from one thread at a time.
-class PacedSource final : public FrameSource {
+class PacedSource final : public ForwardingSource {
  public:
   // Where `*stop` becomes true, Next no longer waits, and there are no more frames.
   explicit PacedSource(std::unique_ptr<FrameSource> source,
@@ -25,15 +25,9 @@ class PacedSource final : public FrameSource {
   // The first frame is due as soon as it is read.
   [[nodiscard]] std::optional<Frame> Next() override;
 
-  std::optional<std::int64_t> num_frames() const override { return source_->num_frames(); }
-  std::int64_t num_skipped() const override { return source_->num_skipped(); }
-  std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
-  const CameraModel& camera() const override { return source_->camera(); }
-
  private:
   bool IsStopped() const { return stop_ != nullptr && stop_->load(); }
 
-  std::unique_ptr<FrameSource> source_;
   const std::atomic<bool>* stop_;
   std::optional<double> start_s_;  // when a frame with time stamp 0 would have been due
 };
