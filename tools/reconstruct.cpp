@@ -3,7 +3,6 @@
 
 // mono3d-reconstruct: from an image folder, a glob, a video or a camera to a coloured surfel model.
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -28,11 +27,11 @@
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/next_views.h"
-#include "mono3d/pipeline/photo_detection.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "reconstruct/adopted_files.h"
+#include "reconstruct/footage.h"
 #include "reconstruct/ground_control.h"
 #include "reconstruct/interim_results.h"
 #include "reconstruct/live_run.h"
@@ -114,25 +113,6 @@ std::optional<std::int64_t> NumFrames(const FrameSource& source, const Arguments
   return source.num_frames();
 }
 
-// How the images of the folder go on from one to the next.
-Footage FootageOfFolder(const Arguments& arguments) {
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(arguments.input, ignored)) return Footage::kVideo;
-  CameraModel as_taken = FindPrior(arguments.input, arguments.camera).camera;
-  as_taken.distortion = {};
-  as_taken.lens = LensModel::kBrown;
-  as_taken.shutter = {};
-  const auto open = [&](int start, int max_frames) {
-    FrameSourceOptions part = arguments.source;
-    part.stride = std::max(1, part.stride);
-    part.start += start * part.stride;
-    if (max_frames > 0) part.max_frames = max_frames;
-    return OpenFrameSource(arguments.input, as_taken, part);
-  };
-  const std::int64_t num_images = open(0, 0)->num_frames().value_or(0);
-  return JudgeFootage(num_images, [&](int start) { return open(start, 2); });
-}
-
 // Says on stdout what was found out.
 Footage FindFootage(const Arguments& arguments, StageTimes& times) {
   const char* unlike = arguments.pipeline.is_live    ? "--live"
@@ -145,24 +125,8 @@ Footage FindFootage(const Arguments& arguments, StageTimes& times) {
   if (unlike != nullptr || arguments.photos != 0) {
     return arguments.photos > 0 ? Footage::kPhotographs : Footage::kVideo;
   }
-  const ScopedStageTimer timer(&times, "photo_detection");
-  if (AreOfSeveralCameras(arguments.input)) {
-    std::printf(
-        "the images are of several cameras, zooms or sizes: they are taken for photographs in any "
-        "order (--video: for a video of one camera)\n");
-    return Footage::kPhotographs;
-  }
-  const Footage footage = FootageOfFolder(arguments);
-  if (footage == Footage::kPhotographs) {
-    std::printf(
-        "the images do not go on from one to the next: they are taken for photographs in any "
-        "order (--video: for a video)\n");
-  } else if (footage == Footage::kSparseVideo) {
-    std::printf(
-        "neighbouring images share less than half of what they show: they are placed together at "
-        "the end, not tracked from one to the next (--video: tracked)\n");
-  }
-  return footage;
+  const ScopedStageTimer timer(&times, "footage");
+  return FootageOf(arguments.input, arguments.camera, arguments.source);
 }
 
 // Says on stdout what the photographs say of their cameras.

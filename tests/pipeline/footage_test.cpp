@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/pipeline/photo_detection.h"
+#include "mono3d/pipeline/footage.h"
 
 #include <gtest/gtest.h>
 
@@ -51,12 +51,12 @@ std::vector<cv::Mat> FilmHouses(int num_images) {
   return images;
 }
 
-TEST(PhotoDetection, AVideoGoesOnFromFrameToFrame) {
+TEST(JudgeFootage, AVideoGoesOnFromFrameToFrame) {
   EXPECT_EQ(JudgeFootage(FilmHouses(12)), Footage::kVideo);
 }
 
 // Three frames a second of the same flight, in another order.
-TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
+TEST(JudgeFootage, PhotographsInAnyOrderDoNot) {
   const std::vector<cv::Mat> film = FilmHouses(40);
   std::vector<cv::Mat> photos;
   for (const std::size_t i : {20U, 0U, 32U, 8U, 36U, 12U, 28U, 4U, 24U, 39U}) {
@@ -66,14 +66,14 @@ TEST(PhotoDetection, PhotographsInAnyOrderDoNot) {
 }
 
 // A frame and a half a second.
-TEST(PhotoDetection, ASparseVideoSharesLittleFromFrameToFrame) {
+TEST(JudgeFootage, ASparseVideoSharesLittleFromFrameToFrame) {
   const std::vector<cv::Mat> film = FilmHouses(60);
   std::vector<cv::Mat> sparse;
   for (std::size_t i = 0; i < film.size(); i += 6) sparse.push_back(film[i]);
   EXPECT_EQ(JudgeFootage(sparse), Footage::kSparseVideo);
 }
 
-TEST(PhotoDetection, WhatShowsNothingIsTakenForAVideo) {
+TEST(JudgeFootage, WhatShowsNothingIsTakenForAVideo) {
   EXPECT_EQ(JudgeFootage(std::vector<cv::Mat>(12, tracking::BlackFrame(0).bgr)), Footage::kVideo);
   EXPECT_EQ(JudgeFootage(FilmHouses(2)), Footage::kVideo);
   const auto cannot = [](int) -> std::unique_ptr<FrameSource> { throw Error("cannot be read"); };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "mono3d/pipeline/photo_detection.h"
+#include "mono3d/pipeline/footage.h"
 
 #include <algorithm>
 #include <cstdint>
