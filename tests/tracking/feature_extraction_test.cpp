@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
@@ -175,6 +176,27 @@ TEST(FeatureGrid, FindsAlongALineWhatALookAtAllFinds) {
     num_found += found.size();
   }
   EXPECT_GT(num_found, 1000U);
+}
+
+// A point just before the camera has a pixel that no integer holds.
+TEST(FeatureGrid, FindsNothingFarOutside) {
+  std::mt19937 random(SeedFromTestName());
+  const FeatureGrid grid(RandomExtractedFeatures(random), kWidth, kImageHeight);
+  std::vector<std::size_t> found;
+  for (const double far : {1e18, -1e18, std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    grid.Find({far, far}, 20, 0, 7, found);
+    grid.FindAlong({{far, 0}, {far, 10}, 20, 0, 7}, found);
+    EXPECT_TRUE(found.empty());
+  }
+}
+
+TEST(PyramidScales, OfADistanceThatNoPointHasAreThoseOfAnEnd) {
+  const PyramidScales scales(FeatureOptions{});
+  EXPECT_EQ(scales.Predict(0, 1), scales.num_levels() - 1);
+  EXPECT_EQ(scales.Predict(1, 0), 0);
+  EXPECT_EQ(scales.Nearest(0, 1), scales.num_levels() - 1);
+  EXPECT_EQ(scales.Nearest(1, 0), 0);
 }
 
 TEST(PyramidScales, PredictsTheLevelOfADistance) {

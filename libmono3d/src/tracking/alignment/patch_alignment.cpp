@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/clamped_int.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -157,8 +159,7 @@ std::optional<int> OctaveFor(const Patch& patch, const Eigen::Matrix2d& warp,
   const double determinant = warp.determinant();
   if (!(determinant > 0)) return std::nullopt;
   const double scale = std::sqrt(determinant) * std::ldexp(1.0, patch.octave);
-  return std::clamp(static_cast<int>(std::lround(std::log2(scale))), 0,
-                    static_cast<int>(octaves.size()) - 1);
+  return ClampedInt(std::round(std::log2(scale)), 0, static_cast<int>(octaves.size()) - 1);
 }
 
 // The difference between a patch and the image, linear in: the contrast, the place in x and y, the

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/clamped_int.h"
 #include "geometry/geometry_state.h"
 #include "image/state_archive.h"
 
@@ -25,9 +26,8 @@ FeatureGrid::FeatureGrid(const std::vector<Feature>& features, int width, int he
                          const std::function<bool(std::size_t)>& use)
     : num_columns_(width / kGridCell + 1), num_rows_(height / kGridCell + 1) {
   const auto cell_of = [&](const Feature& feature) {
-    const int column =
-        std::clamp(static_cast<int>(feature.pixel.x()) / kGridCell, 0, num_columns_ - 1);
-    const int row = std::clamp(static_cast<int>(feature.pixel.y()) / kGridCell, 0, num_rows_ - 1);
+    const int column = ClampedInt(feature.pixel.x() / kGridCell, 0, num_columns_ - 1);
+    const int row = ClampedInt(feature.pixel.y() / kGridCell, 0, num_rows_ - 1);
     return static_cast<std::size_t>(row * num_columns_ + column);
   };
   first_of_cell_.assign(static_cast<std::size_t>(num_columns_ * num_rows_) + 1, 0);
@@ -48,7 +48,7 @@ FeatureGrid::FeatureGrid(const std::vector<Feature>& features, int width, int he
 void FeatureGrid::Find(const Eigen::Vector2d& pixel, double radius_px, int min_level, int max_level,
                        std::vector<std::size_t>& found) const {
   const auto column_of = [](double coordinate, int count) {
-    return std::clamp(static_cast<int>(std::floor(coordinate / kGridCell)), 0, count - 1);
+    return ClampedInt(coordinate / kGridCell, 0, count - 1);
   };
   const int first_column = column_of(pixel.x() - radius_px, num_columns_);
   const int last_column = column_of(pixel.x() + radius_px, num_columns_);
@@ -63,8 +63,8 @@ void FeatureGrid::Find(const Eigen::Vector2d& pixel, double radius_px, int min_l
     for (std::size_t i = first_of_cell_[cell]; i < end; ++i) {
       const Entry& entry = entries_[i];
       if (entry.level < min_level || entry.level > max_level) continue;
-      if (std::abs(entry.pixel.x() - centre.x()) > radius) continue;
-      if (std::abs(entry.pixel.y() - centre.y()) > radius) continue;
+      if (!(std::abs(entry.pixel.x() - centre.x()) <= radius)) continue;
+      if (!(std::abs(entry.pixel.y() - centre.y()) <= radius)) continue;
       found.push_back(entry.index);
     }
   }
@@ -72,7 +72,7 @@ void FeatureGrid::Find(const Eigen::Vector2d& pixel, double radius_px, int min_l
 
 void FeatureGrid::FindAlong(const Stripe& stripe, std::vector<std::size_t>& found) const {
   const auto cell_of = [](double coordinate, int count) {
-    return std::clamp(static_cast<int>(std::floor(coordinate / kGridCell)), 0, count - 1);
+    return ClampedInt(coordinate / kGridCell, 0, count - 1);
   };
   Eigen::Vector2d upper = stripe.first;
   Eigen::Vector2d lower = stripe.last;

@@ -3,8 +3,9 @@
 
 #include "tracking/features/pyramid_scales.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "core/clamped_int.h"
 
 namespace mono3d::tracking {
 
@@ -16,12 +17,12 @@ PyramidScales::PyramidScales(const FeatureOptions& options) : factor_(options.sc
 
 int PyramidScales::Predict(double distance, double max_distance) const {
   const double level = std::log(max_distance / distance) / std::log(factor_);
-  return std::clamp(static_cast<int>(std::ceil(level)), 0, num_levels() - 1);
+  return ClampedInt(std::ceil(level), 0, num_levels() - 1);
 }
 
 int PyramidScales::Nearest(double distance, double max_distance) const {
   const double level = std::log(max_distance / distance) / std::log(factor_);
-  return std::clamp(static_cast<int>(std::lround(level)), 0, num_levels() - 1);
+  return ClampedInt(std::round(level), 0, num_levels() - 1);
 }
 
 }  // namespace mono3d::tracking

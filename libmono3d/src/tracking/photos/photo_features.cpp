@@ -9,6 +9,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/clamped_int.h"
+
 namespace mono3d::tracking {
 namespace {
 
@@ -55,8 +57,8 @@ std::uint64_t DigestOf(const cv::Mat& bytes) {
 }
 
 std::array<std::uint8_t, 3> PhotoColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel) {
-  const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, bgr.cols - 1);
-  const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, bgr.rows - 1);
+  const int x = ClampedInt(std::round(pixel.x()), 0, bgr.cols - 1);
+  const int y = ClampedInt(std::round(pixel.y()), 0, bgr.rows - 1);
   const auto& colour = bgr.at<cv::Vec3b>(y, x);
   return {colour[2], colour[1], colour[0]};
 }
