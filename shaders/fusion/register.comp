@@ -15,6 +15,7 @@
 #define MONO3D_FUSION_OWN_PARAMS
 #include "fusion/surfel.glsl"
 #include "fusion/view.glsl"
+#include "fusion/nearest_cell.glsl"
 
 layout(binding = 0, rgba32f) uniform readonly imageBuffer position_radius;  // per surfel
 layout(binding = 1, rgba32f) uniform readonly imageBuffer normal_weight;    // per surfel
@@ -27,6 +28,8 @@ layout(binding = 7, r32ui) uniform readonly uimageBuffer anchor_of_block;
 layout(binding = 8, rgba32f) uniform readonly imageBuffer anchors;  // two per anchor, see UseAnchor
 // Per row kVectorsPerRow: head, tail, depth, light, light2 of the accumulator.
 layout(binding = 9, std430) writeonly buffer Sums { vec4 sums_of_row[]; };
+// Per cell, where hidden surfels are left out: see register_nearest.comp.
+layout(binding = 10, std430) readonly buffer Nearest { uint nearest[]; };
 
 const uint kSurfelsPerRow = 16u;
 const uint kVectorsPerRow = 14u;
@@ -122,6 +125,17 @@ Row7 Light(inout Accumulator sums, vec3 p_cam, uint rgb10, out float weight) {
   return Row7(vec4(cross(p_cam, by_point), by_point.x), vec4(by_point.yz, 0.0, residual));
 }
 
+// Whether the model itself hides a surfel: what lies behind its own nearest surface says nothing
+// against a depth map that shows that surface. A surface that runs away from the camera does not
+// hide itself: its inverse depth changes evenly over the cell.
+bool IsHidden(vec3 p_cam, vec3 n_surfel, vec2 pixel, float sigma) {
+  const float nearest_depth = uintBitsToFloat(nearest[NearestCellOf(pixel)]);
+  const float slope = (abs(n_surfel.x) / params.fx + abs(n_surfel.y) / params.fy) /
+                      max(abs(Dot(n_surfel, p_cam)), 1e-12);
+  const float margin = params.association_sigmas * sigma + kNearestCell_px * slope;
+  return 1.0 / nearest_depth > 1.0 / p_cam.z + margin;
+}
+
 void AddSurfel(inout Accumulator sums, uint i, uint block) {
   const vec4 surfel_normal = imageLoad(normal_weight, int(i));
   if (surfel_normal.w <= 0.0) return;
@@ -148,6 +162,10 @@ void AddSurfel(inout Accumulator sums, uint i, uint block) {
   const float sigma = JointSigma(measured, inverse_depth, WeightToCamera(surfel_normal.w));
   precise float difference = inverse_depth - expected;
   if (abs(difference) > params.association_sigmas * sigma) {
+    if (params.leaves_out_hidden != 0u && difference < 0.0 &&
+        IsHidden(p_cam, n_surfel, rounded, sigma)) {
+      return;
+    }
     sums.depth.zw += difference > 0.0 ? vec2(1.0, 0.0) : vec2(0.0, 1.0);
     return;
   }

@@ -27,6 +27,9 @@ float grey_gain;    // grey of the image = gain * grey of the surfel + bias; gai
 float grey_bias;
 float grey_noise;     // sigma of a grey difference without texture, grey values
 float grey_shift_px;  // sigma of the place at which a surfel's colour was taken
+// Whether surfels that other surfels hide are left out: those far behind the nearest one of their
+// cell of kNearestCell_px pixels.
+uint leaves_out_hidden;
 MONO3D_PARAMS_END
 
 #endif

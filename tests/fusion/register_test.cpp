@@ -41,13 +41,32 @@ std::vector<float> GreyLevel(const cv::Mat& bgr, int level) {
   return {grey.ptr<float>(), grey.ptr<float>() + grey.total()};
 }
 
-// The house seen from 4 degrees aside, at a slightly wrong pose, against a model of the first view.
+constexpr double kAnchorUnitsPerSu = 1.7;
+
+// Of the first view.
+Surfels Model() {
+  const TrackedMap first = HouseView({}, 0);
+  Surfels model;
+  reference::Integrate(MakeViewParams(first, {}, 0, 0), {}, Pack(first), model);
+  return InUnit(model, kAnchorUnitsPerSu);
+}
+// The same, and what a scene of many surfaces has behind them.
+Surfels ModelWithSurfacesBehind() {
+  Surfels model = Model();
+  const Surfels front = model;
+  for (const double farther : {1.4, 1.8, 2.5}) Append(model, InUnit(front, farther));
+  return model;
+}
+
+// The house seen from 4 degrees aside, at a slightly wrong pose, against such a model.
 struct Case {
-  explicit Case(unsigned level, unsigned stride)
+  Case(unsigned level, unsigned stride, const Surfels& model = Model(),
+       bool leaves_out_hidden = false)
       : map(Misplaced(HouseView({}, 4), {0.002, -0.003, 0.001}, {0.02, 0.01, -0.03}, 1)),
-        scene(map, Model(), {}, {S_world_anchor()}),
+        scene(map, model, {}, {S_world_anchor()}),
         params(ParamsFor(scene.view, level)) {
     params.stride = stride;
+    params.leaves_out_hidden = leaves_out_hidden ? 1 : 0;
     params.num_blocks = scene.all_blocks.size();
     scene.RunPrepare();
     Registrar registrar(TestDevice());
@@ -58,17 +77,10 @@ struct Case {
                                    scene.surfels, GreyLevel(map.bgr, static_cast<int>(level)));
   }
 
-  static Surfels Model() {
-    const TrackedMap first = HouseView({}, 0);
-    Surfels model;
-    reference::Integrate(MakeViewParams(first, {}, 0, 0), {}, Pack(first), model);
-    return InUnit(model, kAnchorUnitsPerSu);
-  }
   // A percent off: the scale has something to tell.
   static Similarity S_world_anchor() {
     return {0.99 / kAnchorUnitsPerSu, HouseView({}, 0).T_world_cam};
   }
-  static constexpr double kAnchorUnitsPerSu = 1.7;
 
   TrackedMap map;
   StageScene scene;
@@ -115,6 +127,72 @@ TEST(Register, EqualsReferenceWithNumericalDerivatives) {
       }
     }
   }
+}
+
+// Only of surfels behind the depth map is it asked what hides them: all else stays as it is.
+TEST(Register, LeavesOutWhatTheModelHides) {
+  const Surfels model = ModelWithSurfacesBehind();
+  for (const auto& [level, stride] : {std::pair{0U, 1U}, {0U, 5U}, {2U, 1U}}) {
+    const Case with(level, stride, model, false);
+    const Case without(level, stride, model, true);
+    EXPECT_NEAR(static_cast<double>(without.found.num_behind),
+                static_cast<double>(without.expected.num_behind), 3);
+    EXPECT_GT(with.found.num_behind, with.found.num_agree);
+    EXPECT_LT(without.found.num_behind, with.found.num_behind / 20);
+    EXPECT_EQ(without.found.num_agree, with.found.num_agree);
+    EXPECT_EQ(without.found.num_before, with.found.num_before);
+    EXPECT_EQ(without.found.information, with.found.information);
+  }
+}
+
+// A map of one surface hides nothing, however it runs away from the camera.
+TEST(Register, LeavesOutNothingOfOneSurfaceBehind) {
+  const CameraModel camera = HouseCamera();
+  Plane ground;
+  ground.normal = Eigen::Vector3d(0, -1, -0.2).normalized();
+  ground.offset_su = -2;
+  const TrackedMap seen = PlaneMap(camera, Pose(), ground);
+  Surfels model;
+  reference::Integrate(MakeViewParams(seen, {}, 0, 0), {}, Pack(seen), model);
+  Plane nearer = ground;
+  nearer.offset_su = -1.5;
+  const TrackedMap map = PlaneMap(camera, Pose(), nearer);
+  const auto num_behind = [&](std::uint32_t leaves_out_hidden) {
+    StageScene scene(map, model);
+    RegisterParams params = ParamsFor(scene.view, 0);
+    params.num_blocks = scene.all_blocks.size();
+    params.leaves_out_hidden = leaves_out_hidden;
+    scene.RunPrepare();
+    Registrar registrar(TestDevice());
+    registrar.UploadGrey(map);
+    return registrar
+        .Evaluate(scene.recorder, params, scene.anchor_table, scene.buffers, scene.storage,
+                  scene.all_blocks, nullptr)
+        .num_behind;
+  };
+  EXPECT_GT(num_behind(0), 1000);
+  EXPECT_EQ(num_behind(1), num_behind(0));
+}
+
+// Whether a depth map `factor` times as far away as it is fits the model with surfaces behind it.
+std::string RejectionAt(double factor) {
+  TrackedMap map = HouseView({}, 4);
+  map.depth *= factor;
+  SurfelMapOptions options;
+  StageScene scene(map, ModelWithSurfacesBehind(), options, {Case::S_world_anchor()});
+  scene.RunPrepare();
+  Registrar registrar(TestDevice());
+  const std::vector<Similarity> anchors = {Case::S_world_anchor()};
+  const Registration registration =
+      registrar.Register(scene.recorder, map, scene.buffers, scene.storage, scene.all_blocks,
+                         anchors, {Similarity(1, map.T_world_cam)}, options, nullptr);
+  return registration.evidence.registered ? registration.rejection : "not registered";
+}
+
+// Nor is one believed that stands before all that the model shows.
+TEST(Registrar, IsNotContradictedByWhatTheModelHides) {
+  EXPECT_EQ(RejectionAt(1), "");
+  EXPECT_NE(RejectionAt(0.7), "");
 }
 
 TEST(Register, LeavesGreyValuesOutWithoutGain) {

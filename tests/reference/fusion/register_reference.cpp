@@ -4,7 +4,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "reference/fusion/fusion_reference.h"
 #include "reference/fusion/view_reference.h"
@@ -125,12 +127,50 @@ void AddGrey(const RegisterParams& params, const std::vector<float>& grey, const
   sums.Add(seen, of_surfel, std::min(1.0, kHuber / std::max(residual, 1e-12)));
 }
 
+// The nearest surfel of each cell of some pixels.
+class NearestSurfels {
+ public:
+  NearestSurfels(const RegisterParams& params, const AnchorTransforms& anchors,
+                 const Surfels& surfels)
+      : params_(params) {
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+      if (IsRemoved(surfels, i)) continue;
+      const Vector3f p_cam =
+          FromAnchorOf(anchors, surfels, i).Point(Head(surfels.position_radius[i]));
+      const auto pixel = CellOf(ViewOf(params), p_cam, 1);
+      if (!pixel) continue;
+      float& nearest = depth_of_cell_.try_emplace(CellAt(*pixel), p_cam.z()).first->second;
+      nearest = std::min(nearest, p_cam.z());
+    }
+  }
+
+  // By their inverse depths, that of the surfel's plane over the cell included.
+  bool Hide(const Vector3f& p_cam, const Vector3f& n, std::size_t pixel, float sigma) const {
+    const float across =
+        (std::abs(n.x()) / params_.fx + std::abs(n.y()) / params_.fy) / std::abs(Dot(n, p_cam));
+    return 1 / depth_of_cell_.at(CellAt(pixel)) >
+           1 / p_cam.z() + params_.association_sigmas * sigma + kCell_px * across;
+  }
+
+ private:
+  static constexpr int kCell_px = 4;
+
+  std::pair<int, int> CellAt(std::size_t pixel) const {
+    const auto number = static_cast<int>(pixel), width = static_cast<int>(params_.width_px);
+    return {number % width / kCell_px, number / width / kCell_px};
+  }
+
+  RegisterParams params_;
+  std::map<std::pair<int, int>, float> depth_of_cell_;
+};
+
 }  // namespace
 
 RegistrationSystem Register(const RegisterParams& params, const AnchorTransforms& anchors,
                             const PackedDepthMap& map, const Candidates& candidates,
                             const Surfels& surfels, const std::vector<float>& grey) {
   const ViewParams view = ViewOf(params);
+  const NearestSurfels nearest(params, anchors, surfels);
   RegistrationSystem system;
   GreySums sums;
   for (std::size_t i = 0; i < surfels.size(); i += params.stride) {
@@ -150,6 +190,10 @@ RegistrationSystem Register(const RegisterParams& params, const AnchorTransforms
         JointSigma(view, 1 / depth, 1 / p_cam.z(), to_camera.Weight(surfels.normal_weight[i][3]));
     const float difference = 1 / p_cam.z() - expected;
     if (std::abs(difference) > params.association_sigmas * sigma) {
+      if (params.leaves_out_hidden != 0 && difference < 0 &&
+          nearest.Hide(p_cam, n_surfel, *pixel, sigma)) {
+        continue;
+      }
       ++(difference > 0 ? system.num_before : system.num_behind);
       continue;
     }

@@ -13,6 +13,7 @@
 
 #include "fusion/grid.h"
 #include "fusion/register.spirv.h"
+#include "fusion/register_nearest.spirv.h"
 #include "fusion/registration/constraint.h"
 #include "fusion/registration/gate.h"
 
@@ -108,10 +109,28 @@ bool TellsTooLittle(const RegistrationEvidence& evidence, const SurfelMapOptions
          evidence.uncertainty_px > options.gate.max_join_uncertainty_px;
 }
 
+// Whether so much of the model lies behind the depth map that it counts against the stricter gate.
+// What the model itself hides must then be told from what it shows elsewhere.
+bool HidesMuch(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate) {
+  const double share_behind = 1 - evidence.agreement - evidence.contradiction;
+  return evidence.registered && share_behind > 1 - Strict(gate).min_agreement;
+}
+
+// As in shaders/fusion/nearest_cell.glsl.
+constexpr int kNearestCell_px = 4;
+
+std::size_t NumNearestCells(const RegisterParams& params) {
+  return std::size_t{DivideRoundingUp(params.width_px, kNearestCell_px)} *
+         DivideRoundingUp(params.height_px, kNearestCell_px);
+}
+
 }  // namespace
 
 Registrar::Registrar(const std::shared_ptr<Device>& device)
-    : device_(device), register_(device, {"fusion/register", fusion_register_spirv}) {}
+    : device_(device),
+      register_(device, {"fusion/register", fusion_register_spirv}),
+      draw_nearest_(device, {"fusion/register_nearest", fusion_register_nearest_spirv}),
+      nearest_(device, sizeof(std::uint32_t), "fusion/nearest") {}
 
 void Registrar::UploadGrey(const DepthMap& map) {
   cv::Mat grey;
@@ -150,15 +169,28 @@ RegistrationSystem Registrar::Evaluate(Recorder& recorder, const RegisterParams&
   if (rows_.size_bytes() < num_floats * sizeof(float)) {
     rows_ = Buffer(device_, num_floats * sizeof(float), "fusion/registration_rows");
   }
+  if (params.leaves_out_hidden != 0) DrawNearest(recorder, params, anchors, surfels, blocks);
   recorder.Dispatch(register_,
                     {surfels.position_radius(), surfels.normal_weight(), surfels.history(),
                      buffers.depth, buffers.candidate, grey_.at(params.grey_level), blocks.buffer(),
-                     surfels.anchor_of_block(), anchors.buffer(), rows_},
+                     surfels.anchor_of_block(), anchors.buffer(), rows_, nearest_},
                     params, GridFor(register_, num_rows));
   recorder.Submit(times);
   downloaded_.resize(num_floats);
   rows_.Download(std::span<float>(downloaded_));
   return SumRegistrationRows(downloaded_);
+}
+
+void Registrar::DrawNearest(Recorder& recorder, const RegisterParams& params,
+                            const AnchorTable& anchors, const SurfelStorage& surfels,
+                            const BlockList& blocks) {
+  const std::size_t bytes = NumNearestCells(params) * sizeof(std::uint32_t);
+  if (nearest_.size_bytes() < bytes) nearest_ = Buffer(device_, bytes, "fusion/nearest");
+  recorder.Fill(nearest_, 0xFFFFFFFFU);
+  recorder.Dispatch(draw_nearest_,
+                    {surfels.position_radius(), surfels.normal_weight(), blocks.buffer(),
+                     surfels.anchor_of_block(), anchors.buffer(), nearest_},
+                    params, blocks.grid());
 }
 
 // Surfels, depth map, and how to work on them.
@@ -170,6 +202,7 @@ struct Registrar::Target {
   std::span<const Similarity> S_world_anchor;
   const SurfelMapOptions& options;
   StageTimes* times;
+  bool leaves_out_hidden = false;  // surfels that others hide
 
   bool with_grey(const DepthMap& map) const {
     return options.registration.with_grey && !map.bgr.empty();
@@ -184,6 +217,7 @@ Registrar::Evaluation Registrar::EvaluateAt(const Target& target,
   RegisterParams params =
       MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), level);
   anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
+  params.leaves_out_hidden = target.leaves_out_hidden ? 1 : 0;
   if (level == 0) params.stride *= kCoarseStride;
   evaluation.stride = params.stride;
   for (int i = 0; i < (target.with_grey(problem.map) ? 2 : 1); ++i) {
@@ -227,6 +261,7 @@ Registrar::Evaluation Registrar::Converge(const Target& target, const Registrati
       RegisterParams params =
           MakeRegisterParams(problem, target.surfels.size(), target.blocks.size(), pass.level);
       anchors_.Set(device_, evaluation.S_world_kf, target.S_world_anchor);
+      params.leaves_out_hidden = target.leaves_out_hidden ? 1 : 0;
       params.stride *= pass.stride;
       if (target.with_grey(problem.map)) SetExposure(params, evaluation.system);
       evaluation.system = Evaluate(target.recorder, params, anchors_, target.buffers,
@@ -254,7 +289,7 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
                                  std::span<const Similarity> S_world_anchor,
                                  const Predictions& predictions, const SurfelMapOptions& options,
                                  StageTimes* times) {
-  const Target target{recorder, buffers, surfels, blocks, S_world_anchor, options, times};
+  Target target{recorder, buffers, surfels, blocks, S_world_anchor, options, times};
   const RegistrationProblem of_tracker = MakeProblem(map, options, predictions.front());
   UploadGrey(map);
   int num_evaluations = 0;
@@ -264,6 +299,10 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   bool is_tracker_wrong = false;
   for (const Similarity& predicted : predictions) {
     Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
+    if (!target.leaves_out_hidden && HidesMuch(assessment.evidence, options.gate)) {
+      target.leaves_out_hidden = true;
+      assessment = Assess(target, of_tracker, predicted, num_evaluations);
+    }
     RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
     if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > kToldMisfit;

@@ -55,7 +55,8 @@ class Registrar {
                         std::span<const Similarity> S_world_anchor, const Predictions& predictions,
                         const SurfelMapOptions& options, StageTimes* times);
 
-  // One evaluation. `params` as the shader has them; `anchors` as the depth map's camera has them.
+  // One evaluation, of two dispatches where hidden surfels are left out. `params` as the shader has
+  // them; `anchors` as the depth map's camera has them.
   RegistrationSystem Evaluate(Recorder& recorder, const RegisterParams& params,
                               const AnchorTable& anchors, const DepthMapBuffers& buffers,
                               const SurfelStorage& surfels, const BlockList& blocks,
@@ -71,6 +72,10 @@ class Registrar {
     std::uint32_t stride = 1;
   };
   struct Target;  // what there is to register with
+
+  // Writes nearest_.
+  void DrawNearest(Recorder& recorder, const RegisterParams& params, const AnchorTable& anchors,
+                   const SurfelStorage& surfels, const BlockList& blocks);
 
   Evaluation EvaluateAt(const Target& target, const RegistrationProblem& problem, int level,
                         int& num_evaluations);
@@ -90,9 +95,11 @@ class Registrar {
 
   std::shared_ptr<Device> device_;
   Kernel register_;
+  Kernel draw_nearest_;
   std::array<Buffer, kNumLevels> grey_;
   AnchorTable anchors_;
   Buffer rows_;
+  Buffer nearest_;  // depth of the nearest surfel per cell
   std::vector<float> downloaded_;
 };
 
