@@ -34,7 +34,7 @@ enum class Way { kOrbit, kStrip };
 
 // 12 views of 300 points with relief: an orbit that looks down obliquely, or a straight strip that
 // looks straight down on flat ground. Poses and points are the true ones.
-SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed) {
+SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed, double sway_of_strip = 0) {
   std::mt19937 random(seed);
   const double relief = way == Way::kOrbit ? 3 : 0.05;
   SparseModel map;
@@ -54,7 +54,9 @@ SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed) {
                                            {0.5 * std::sin(3 * angle), 0, 0});
     } else {
       const double x = 0.8 * i - 4;
-      image.T_world_cam = tracking::LookAt({x, 0.001, 12}, {x, 0, 0});
+      const Eigen::Vector3d sway(std::sin(3 * i), std::cos(2 * i), 0);
+      image.T_world_cam =
+          tracking::LookAt({x, 0.001, 12}, Eigen::Vector3d(x, 0, 0) + sway_of_strip * sway);
     }
     const Pose T_cam_world = image.T_world_cam.Inverse();
     for (std::size_t k = 0; k < map.points.size(); ++k) {
@@ -199,6 +201,26 @@ TEST(CameraAdjustment, KeepsThePriorOfWhatAStripDoesNotTell) {
   EXPECT_FALSE(found.is_determined[kLogFocal]);
   EXPECT_EQ(found.camera.fx, 600);
   EXPECT_NEAR(std::sqrt(found.covariance(kLogFocal, kLogFocal)), 0.03, 1e-12);
+}
+
+// An error of the focal length that hardly adds to the residuals can hide behind what the model
+// leaves out: metadata stand where a swaying strip tells it so, and give way on an orbit.
+TEST(CameraAdjustment, KeepsAFocalLengthOfMetadataThatTheResidualsHardlyTell) {
+  CameraPrior metadata = UnknownCamera();
+  metadata.source = CameraPriorSource::kExif;
+  metadata.camera.fx = metadata.camera.fy = 0.95 * TrueCamera().fx;
+  metadata.focal_sigma = 0.06;
+  const SparseModel strip = MakeMap(TrueCamera(), Way::kStrip, 3, 0.8);
+  CameraPrior unknown = metadata;
+  unknown.source = CameraPriorSource::kDefault;
+  EXPECT_TRUE(Adjust(unknown, strip).is_determined[kLogFocal]);
+  const CameraAdjustment of_strip = Adjust(metadata, strip);
+  EXPECT_FALSE(of_strip.is_determined[kLogFocal]);
+  EXPECT_NEAR(of_strip.camera.fx, metadata.camera.fx, 1e-9);  // by way of its logarithm
+  EXPECT_NEAR(of_strip.covariance(kLogFocal, kLogFocal), 0.06 * 0.06, 1e-12);
+  const CameraAdjustment of_orbit = Adjust(metadata, MakeMap(TrueCamera(), Way::kOrbit, 3));
+  EXPECT_TRUE(of_orbit.is_determined[kLogFocal]);
+  EXPECT_NEAR(of_orbit.camera.fx, TrueCamera().fx, 0.003 * TrueCamera().fx);
 }
 
 TEST(CameraAdjustment, FindsTheReadoutTimeAndItsDirection) {

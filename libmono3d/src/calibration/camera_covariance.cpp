@@ -171,8 +171,8 @@ ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& o
 }
 
 // Of one camera, whose rows of the inverse `rows` are.
-ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<PointTerm>& terms,
-                             std::size_t camera, const CameraRows& rows) {
+CameraCovariance CovarianceOf(const CameraProblem& problem, const std::vector<PointTerm>& terms,
+                              std::size_t camera, const CameraRows& rows) {
   const Eigen::Index cameras_at = RowOfImage(problem.num_images());
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
@@ -235,12 +235,12 @@ ParameterMatrix CovarianceOf(const CameraProblem& problem, const std::vector<Poi
     covariance.row(i) *= scale;
     covariance.col(i) *= scale;
   }
-  return covariance;
+  return {covariance, inverse.diagonal()};
 }
 
 }  // namespace
 
-std::vector<ParameterMatrix> CameraCovariances(const CameraProblem& problem) {
+std::vector<CameraCovariance> CameraCovariances(const CameraProblem& problem) {
   std::vector<PointTerm> terms;
   ReducedSystem system(problem);
   ForEachPoint(problem, [&](Observations observations) {
@@ -248,7 +248,7 @@ std::vector<ParameterMatrix> CameraCovariances(const CameraProblem& problem) {
     system.Add(observations, terms.back());
   });
   const std::vector<CameraRows> rows = system.CameraRowsOfInverse(problem);
-  std::vector<ParameterMatrix> covariances;
+  std::vector<CameraCovariance> covariances;
   for (std::size_t camera = 0; camera < rows.size(); ++camera) {
     covariances.push_back(CovarianceOf(problem, terms, camera, rows[camera]));
   }
