@@ -49,6 +49,12 @@ TEST(VoxelGrid, KeepsAllWhereCellsAreSmall) {
   EXPECT_TRUE(ThinToVoxels({}, 1).empty());
 }
 
+TEST(VoxelGrid, TellsPointsApartThatLieBeyondAllCells) {
+  PointCloud cloud;
+  cloud.points = {{3e38F, 0, 0}, {-3e38F, 0, 0}};
+  EXPECT_EQ(ThinToVoxels(cloud, 1e-3).size(), 2U);
+}
+
 TEST(VoxelGrid, RefusesWhatItCannotThin) {
   EXPECT_THROW(ThinToVoxels(ThreePoints(), 0), Error);
   PointCloud uneven = ThreePoints();

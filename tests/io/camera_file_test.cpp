@@ -431,7 +431,28 @@ TEST_F(CameraFile, ReadsOpenCvXmlAndJson) {
     EXPECT_EQ(ReadCameraFile(folder_ / name), camera) << name;
   }
   EXPECT_THAT([&] { ReadCameraFile(WriteText("bad.xml", "<?xml version=\"1.0\"?>\n<a><b>")); },
-              ThrowsMessage<Error>(HasSubstr("bad.xml")));
+              ThrowsMessage<Error>(HasSubstr("bad.xml:2: camera calibration: not XML of")));
+}
+
+// OpenCV's own parser reads address 0 here.
+TEST_F(CameraFile, RefusesXmlThatIsNotWhole) {
+  using std::string_literals::operator""s;
+  for (const std::string& xml :
+       {"<?xml version=\0\0\0\1\"?>\n<opencv_storage>\n<a>3<"s,
+        "<?xml version=\"1.0\"?>\n<!DOCTYPE a [<!ENTITY b \"c\">]>\n<opencv_storage/>"s,
+        "<?xml version=\"1.0\"?>\n<storage><image_width>640</image_width></storage>"s}) {
+    EXPECT_THAT([&] { ReadCameraFile(WriteText("bad.xml", xml)); },
+                ThrowsMessage<Error>(HasSubstr("camera calibration: not XML of cv::FileStorage")))
+        << xml;
+  }
+}
+
+TEST_F(CameraFile, NamesTheLineOfXml) {
+  const std::string xml =
+      "<?xml version=\"1.0\"?>\n<opencv_storage>\n<when>\"it's noon\"</when>\n"
+      "<image_width>640</image_width>\n<image_height>tall</image_height>\n</opencv_storage>\n";
+  EXPECT_THAT([&] { ReadCameraFile(WriteText("bad.xml", xml)); },
+              ThrowsMessage<Error>(HasSubstr("bad.xml:5: camera calibration: bad image_height")));
 }
 
 TEST_F(CameraFile, RefusesASizeOfKalibrThatIsNone) {

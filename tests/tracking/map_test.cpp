@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "tracking/map/map_checks.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -107,6 +109,36 @@ TEST(Map, FindsACulledKeyframeByItsAnchor) {
   // It moves with the anchor.
   map.keyframe(0).view.T_cam_world = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 5));
   EXPECT_EQ(map.T_cam_world(1).translation(), Eigen::Vector3d(-1, 0, 5));
+}
+
+// As no tracker makes it, but a file may have it: each culled keyframe is fixed to the one before.
+TEST(Map, FollowsAChainOfAnchorsOfAnyLength) {
+  constexpr std::size_t kLength = 60'000;  // beyond what the stack holds of calls
+  std::vector<MapKeyframe> keyframes(kLength);
+  for (KeyframeId id = 1; id < kLength; ++id) {
+    keyframes[id].alive = false;
+    keyframes[id].anchor = id - 1;
+    keyframes[id].T_cam_anchor = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 0, 0));
+  }
+  const Map map(0, SmallCamera(), FeatureOptions{}, {}, std::move(keyframes));
+  EXPECT_EQ(map.T_cam_world(kLength - 1).translation(), Eigen::Vector3d(kLength - 1, 0, 0));
+}
+
+TEST(Map, TellsWhatIsAFeature) {
+  const Feature feature{.pixel = {10, 10}, .angle_deg = 90};
+  const auto is_feature = [](Feature changed) { return IsFeatureOf(SmallCamera(), 8, changed); };
+  EXPECT_TRUE(is_feature(feature));
+  for (const double angle_deg : {-1.0, 361.0, 1e30}) {
+    Feature turned = feature;
+    turned.angle_deg = angle_deg;
+    EXPECT_FALSE(is_feature(turned)) << angle_deg;
+  }
+  Feature outside = feature;
+  outside.pixel.x() = 1e9;
+  EXPECT_FALSE(is_feature(outside));
+  Feature on_no_level = feature;
+  on_no_level.level = 8;
+  EXPECT_FALSE(is_feature(on_no_level));
 }
 
 TEST(Map, TakesTheNewestKeyframesBackAsIfTheyHadNeverCome) {

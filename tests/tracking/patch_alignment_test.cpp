@@ -94,6 +94,19 @@ TEST(AlignPatch, RefusesWhatCannotBeFound) {
                AlignPatch(*patch, 0.2 * kSame, waves, at).has_value());
 }
 
+// Just before a camera pixels are beyond what an int holds.
+TEST(AlignPatch, RefusesPixelsFarAway) {
+  const Octaves waves = BuildOctaves(Waves({0, 0}));
+  const auto patch = TakePatch(waves, {70, 58}, 0);
+  ASSERT_TRUE(patch.has_value());
+  const double two_to_32 = std::ldexp(1.0, 32);
+  for (const double far : {1e12, 1e30, two_to_32 + 70}) {
+    EXPECT_FALSE(AlignPatch(*patch, kSame, waves, {far, 58}).has_value()) << far;
+    EXPECT_FALSE(AlignPatch(*patch, kSame, waves, {70, far}).has_value()) << far;
+    EXPECT_FALSE(TakePatch(waves, {far, 58}, 0).has_value()) << far;
+  }
+}
+
 TEST(AlignPatch, RefusesAPatchWithoutTextureInSomeDirection) {
   cv::Mat edge(120, 160, CV_8UC1, cv::Scalar(50));
   edge.colRange(80, 160).setTo(150);

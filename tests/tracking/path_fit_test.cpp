@@ -280,6 +280,13 @@ TEST(EstimateDrift, FindsTheSizesOfDriftAndErrors) {
   EXPECT_LT(estimate.noise.drift.log_scale, kWhite.drift.log_scale * 3);
 }
 
+// Such a state of a run is refused; the search must end all the same.
+TEST(EstimateDrift, EndsWhereNothingIsLikelierThanAnything) {
+  DriftingFlight flight = FlyWithDrift(50, {kWhite, 0.5, 0.02}, 5);
+  flight.path.worth = -1;
+  EXPECT_FALSE(EstimateDrift(flight.path).is_outlier.empty());
+}
+
 // 2 km, which drift by tens of metres: long waves from the positions, the local shape as it was.
 TEST(FitPath, TakesTheDriftAwayAndBendsNothing) {
   for (const PathNoise& noise : {kWandering, kWhite}) {

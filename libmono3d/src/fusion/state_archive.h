@@ -49,7 +49,9 @@ void ExchangeSimilarity(Archive& archive, Similarity& similarity) {
   ExchangeMatrix(archive, q);
   ExchangeMatrix(archive, t);
   if constexpr (kIsReader<Archive>) {
-    RequireSound(archive, scale > 0);
+    // Of what lies beyond, squares of products would no longer be numbers.
+    constexpr double kMost = 1e30;
+    RequireSound(archive, scale >= 1 / kMost && scale <= kMost && t.cwiseAbs().maxCoeff() <= kMost);
     try {
       similarity = Similarity(scale, Pose::Exactly(Eigen::Quaterniond(q), t));
     } catch (const Error&) {

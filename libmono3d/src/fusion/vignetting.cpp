@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/clamped_int.h"
 #include "fusion/state_archive.h"
 #include "mono3d/core/log.h"
 #include "mono3d/core/statistics.h"
@@ -184,7 +185,8 @@ cv::Mat Vignetting::Corrected(const cv::Mat& bgr, const CameraModel& camera) con
     auto* to = corrected.ptr<cv::Vec3b>(y);
     for (int x = 0; x < bgr.cols; ++x) {
       const double step = RadiusSquare(camera, x, y) * (kSteps / kMaxRadiusSquare);
-      const int factor = factors[std::min(static_cast<std::size_t>(step), kSteps)];
+      const auto nearest = static_cast<std::size_t>(ClampedInt(step, 0, kSteps));
+      const int factor = factors[nearest];
       for (int channel = 0; channel < 3; ++channel) {
         const int value = (from[x][channel] * factor + 128) >> 8;
         to[x][channel] = static_cast<std::uint8_t>(std::min(value, 255));

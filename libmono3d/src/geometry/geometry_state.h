@@ -16,9 +16,35 @@ namespace mono3d {
 
 // For the archives of image/state_archive.h.
 
+// Places, lengths and ratios of lengths are far from these in any run; of what lies beyond,
+// squares of products would no longer be numbers.
+inline constexpr double kMostOfState = 1e30;
+inline constexpr double kLeastScaleOfState = 1 / kMostOfState;
+
+template <typename Archive>
+void ExchangePlace(Archive& archive, double& number) {
+  archive.Number(number);
+  if constexpr (Archive::kReads) {
+    if (!(std::abs(number) <= kMostOfState)) archive.Refuse("a number is too large");
+  }
+}
+
+template <typename Archive>
+void ExchangeScale(Archive& archive, double& scale) {
+  archive.Number(scale);
+  if constexpr (Archive::kReads) {
+    if (!(scale >= kLeastScaleOfState && scale <= kMostOfState)) archive.Refuse("a scale is none");
+  }
+}
+
 template <typename Archive, typename Matrix>
 void ExchangeElements(Archive& archive, Matrix& matrix) {
   archive.Numbers(matrix.data(), static_cast<std::size_t>(matrix.size()));
+  if constexpr (Archive::kReads) {
+    if (!(matrix.template cast<double>().cwiseAbs().maxCoeff() <= kMostOfState)) {
+      archive.Refuse("a number is too large");
+    }
+  }
 }
 
 template <typename Archive>
@@ -37,19 +63,18 @@ template <typename Archive>
 void ExchangeState(Archive& archive, Similarity& similarity) {
   double scale = similarity.scale();
   Pose pose = similarity.pose();
-  archive.Number(scale);
+  ExchangeScale(archive, scale);
   ExchangeState(archive, pose);
-  if constexpr (Archive::kReads) {
-    if (!(scale > 0)) archive.Refuse("a scale is none");
-    similarity = {scale, pose};
-  }
+  if constexpr (Archive::kReads) similarity = {scale, pose};
 }
 
 template <typename Archive>
 void ExchangeState(Archive& archive, CameraModel& camera) {
   archive.Number(camera.width);
   archive.Number(camera.height);
-  for (double* number : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) archive.Number(*number);
+  for (double* number : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) {
+    ExchangePlace(archive, *number);
+  }
   archive.Numbers(camera.distortion.data(), camera.distortion.size());
   archive.Number(camera.shutter.readout_s);
   archive.Number(camera.shutter.reads_columns);

@@ -49,9 +49,11 @@ void RequireCloudAndVoxel(const PointCloud& cloud, double voxel_su) {
 
 Cell CellOf(const Eigen::Vector3f& point, double voxel_su) {
   Cell cell{};
+  constexpr double kOutermost = 1e18;  // of which a double no longer tells the neighbours apart
   for (int axis = 0; axis < 3; ++axis) {
+    const double place = std::floor(static_cast<double>(point[axis]) / voxel_su);
     cell[static_cast<std::size_t>(axis)] =
-        static_cast<std::int64_t>(std::floor(static_cast<double>(point[axis]) / voxel_su));
+        static_cast<std::int64_t>(std::clamp(place, -kOutermost, kOutermost));
   }
   return cell;
 }

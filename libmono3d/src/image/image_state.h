@@ -17,7 +17,7 @@ namespace mono3d {
 template <typename Archive>
 void ExchangeState(Archive& archive, Frame& frame) {
   archive.Number(frame.index);
-  archive.Number(frame.timestamp_s);
+  ExchangePlace(archive, frame.timestamp_s);
   archive.Text(frame.name);
   ExchangeState(archive, frame.camera);
   ExchangeState(archive, frame.sensor);
@@ -30,6 +30,16 @@ void ExchangeState(Archive& archive, Frame& frame) {
     constexpr int kMaxSide = 1 << 15;
     if (frame.camera.width > kMaxSide || frame.camera.height > kMaxSide) {
       archive.Refuse("an image is too large");
+    }
+    constexpr std::int64_t kMaxIndex = std::int64_t{1} << 53;
+    const cv::Rect& content = frame.content;
+    const auto is_part = [](int first, int count, int size) {
+      return first >= 0 && first <= size && count >= 0 && count <= size - first;
+    };
+    if (frame.index < 0 || frame.index > kMaxIndex ||
+        !is_part(content.x, content.width, frame.camera.width) ||
+        !is_part(content.y, content.height, frame.camera.height)) {
+      archive.Refuse("contradicts itself");
     }
     if (frame.bgr.empty()) {
       Validate(frame.camera, frame.name);
@@ -47,6 +57,12 @@ void ExchangeState(Archive& archive, Keyframe& keyframe) {
   archive.List(keyframe.sparse_depths_su, [&](float& depth) { archive.Number(depth); });
   archive.List(keyframe.sparse_pixels,
                [&](Eigen::Vector2f& pixel) { ExchangeElements(archive, pixel); });
+  if constexpr (Archive::kReads) {
+    const bool has_pixels = !keyframe.sparse_pixels.empty();
+    if (has_pixels && keyframe.sparse_pixels.size() != keyframe.sparse_depths_su.size()) {
+      archive.Refuse("contradicts itself");
+    }
+  }
   ExchangeState(archive, keyframe.velocity);
 }
 
@@ -62,7 +78,7 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
   archive.Number(positions.map_id);
   ExchangeState(archive, positions.S_metric_map);
   archive.List(positions.positions, [&](CameraPosition& position) {
-    archive.Number(position.time_s);
+    ExchangePlace(archive, position.time_s);
     ExchangeElements(archive, position.p_m);
     archive.Number(position.frame_index);
     ExchangeElements(archive, position.sigma_m);
@@ -73,13 +89,16 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
     archive.List(point.sights, [&](PointSight& sight) {
       archive.Number(sight.frame_index);
       ExchangeElements(archive, sight.ray_cam);
-      archive.Number(sight.sigma);
+      ExchangePlace(archive, sight.sigma);
     });
   });
   archive.Number(positions.has_vertical);
   for (double* number :
        {&positions.typical_horizontal_m, &positions.typical_vertical_m, &positions.worth}) {
-    archive.Number(*number);
+    ExchangePlace(archive, *number);
+    if constexpr (Archive::kReads) {
+      if (*number < 0) archive.Refuse("contradicts itself");
+    }
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/clamped_int.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {
@@ -145,7 +146,7 @@ double InverseDepthSurface::At(const Eigen::Vector2d& pixel) const {
 InverseDepthSurface::Interpolation InverseDepthSurface::InterpolationAt(
     const Eigen::Vector2d& pixel) const {
   const auto cell = [&](double position, int num_nodes) {
-    return std::clamp(static_cast<int>(std::floor(position)), 0, num_nodes - 2);
+    return ClampedInt(position, 0, num_nodes - 2);
   };
   const Eigen::Vector2d position = pixel / cell_px_;
   const int x = cell(position.x(), num_columns_);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/clamped_int.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
 
@@ -149,10 +150,10 @@ cv::Rect ContentIn(const CameraModel& common, const CameraModel& field) {
   const Eigen::Vector2d last =
       common.Project(field.Unproject({field.width - 1, field.height - 1})) +
       Eigen::Vector2d::Constant(kRounding_px);
-  const cv::Point from(static_cast<int>(std::ceil(first.x())),
-                       static_cast<int>(std::ceil(first.y())));
-  const cv::Point to(static_cast<int>(std::floor(last.x())),
-                     static_cast<int>(std::floor(last.y())));
+  const cv::Point from(ClampedInt(std::ceil(first.x()), 0, common.width),
+                       ClampedInt(std::ceil(first.y()), 0, common.height));
+  const cv::Point to(ClampedInt(std::floor(last.x()), -1, common.width),
+                     ClampedInt(std::floor(last.y()), -1, common.height));
   if (to.x < from.x || to.y < from.y) return {};
   return cv::Rect(from, to + cv::Point(1, 1)) & cv::Rect(0, 0, common.width, common.height);
 }

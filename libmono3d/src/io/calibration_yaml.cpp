@@ -9,9 +9,9 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/core.hpp>
 #include <sstream>
 
+#include "io/opencv_xml.h"
 #include "io/text.h"
 
 namespace mono3d {
@@ -71,30 +71,6 @@ std::string WithoutFrames(const std::string& json) {
   return frames == std::string::npos ? json : json.substr(0, frames) + "}";
 }
 
-// A node of a file of cv::FileStorage as YAML on one line.
-std::string FlowYaml(const cv::FileNode& node) {
-  if (node.isMap() || node.isSeq()) {
-    std::string text;
-    for (const cv::FileNode& item : node) {
-      text += (text.empty() ? "" : ", ") + (node.isMap() ? item.name() + ": " : std::string()) +
-              FlowYaml(item);
-    }
-    return node.isMap() ? "{" + text + "}" : "[" + text + "]";
-  }
-  if (node.isInt() || node.isReal()) return ToText(node.real());
-  return node.isString() ? "'" + node.string() + "'" : "~";
-}
-
-// cv::FileStorage writes XML as well.
-std::string XmlToYaml(const std::string& xml) {
-  const cv::FileStorage storage(xml, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-  std::string text;
-  for (const cv::FileNode& node : storage.root()) {
-    text += node.name() + ": " + FlowYaml(node) + "\n";
-  }
-  return text;
-}
-
 }  // namespace
 
 CalibrationYaml::CalibrationYaml(const std::filesystem::path& path) : path_(path) {
@@ -105,15 +81,13 @@ CalibrationYaml::CalibrationYaml(const std::filesystem::path& path) : path_(path
           "at most " + std::to_string(kMaxYamlBytes) + " bytes", std::to_string(text.size()));
   }
   try {
-    if (text.starts_with("<?xml")) text = XmlToYaml(text);
+    if (text.starts_with("<?xml")) text = OpencvXmlToYaml(path_, text);
     RequireFewDocuments(text);
     // Header "%YAML:1.0" and tags "!!opencv-matrix" of OpenCV are a directive and a type that
     // YAML does not know, which are to be passed over.
     for (const YAML::Node& document : YAML::LoadAll(text)) AddKeys(document, "");
   } catch (const YAML::Exception& error) {
     Throw(LineAt(error.mark), "not YAML: " + error.msg, {}, {});
-  } catch (const cv::Exception& error) {
-    Throw(path_.string(), "not XML of cv::FileStorage: " + error.err, {}, {});
   }
 }
 

@@ -178,7 +178,9 @@ class ViewSelector final : public KeyframeSelector {
         return waiting.state <= State::kDone && !waiting.view.points().empty() &&
                !waiting.view.keyframe().frame.bgr.empty();
       };
+      constexpr std::int64_t kMany = 1'000'000'000'000;  // is counted further
       if (is_unordered != options_.is_unordered || chosen_.size() > kMaxChosen ||
+          num_keyframes_ < 0 || num_keyframes_ > kMany ||
           !std::ranges::all_of(chosen_, is_choice) || !std::ranges::all_of(window_, is_waiting)) {
         archive.Refuse("contradicts itself");
       }

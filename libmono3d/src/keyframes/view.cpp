@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/clamped_int.h"
 #include "image/image_state.h"
 #include "image/state_archive.h"
 #include "mono3d/core/statistics.h"
@@ -46,8 +47,7 @@ View::View(const Keyframe& keyframe)
 
 std::size_t View::CellOf(const Eigen::Vector2d& pixel) const {
   const auto cell = [](double place, int size, int num_cells) {
-    const int index = static_cast<int>((place + 0.5) / size * num_cells);
-    return static_cast<std::size_t>(std::clamp(index, 0, num_cells - 1));
+    return static_cast<std::size_t>(ClampedInt((place + 0.5) / size * num_cells, 0, num_cells - 1));
   };
   return cell(pixel.y(), camera().height, kCellRows) * kCellColumns +
          cell(pixel.x(), camera().width, kCellColumns);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -76,6 +77,10 @@ void ExchangeState(Archive& archive, PipelineCounts& counts) {
         &counts.num_submaps_joined, &counts.num_models_joined, &counts.num_corrections,
         &counts.num_constraints}) {
     archive.Number(*number);
+    if constexpr (Archive::kReads) {
+      constexpr std::int64_t kMany = 1'000'000'000'000;  // is counted further
+      if (*number < 0 || *number > kMany) archive.Refuse("contradicts itself");
+    }
   }
   archive.Text(counts.selector_findings);
   ExchangeNumbersByText(archive, counts.reduced_depth_maps);
@@ -143,7 +148,7 @@ void ExchangeState(Archive& archive, KeyframeConstraint& constraint) {
   archive.Number(constraint.id);
   archive.Number(constraint.anchor_id);
   ExchangeState(archive, constraint.T_cam_anchor);
-  archive.Number(constraint.scale);
+  ExchangeScale(archive, constraint.scale);
   ExchangeElements(archive, constraint.information);
 }
 
@@ -166,6 +171,13 @@ void ExchangeState(Archive& archive, PointCloud& cloud) {
   archive.List(cloud.confidences, [&](float& confidence) { archive.Number(confidence); });
   archive.List(cloud.observations, [&](std::uint32_t& number) { archive.Number(number); });
   archive.List(cloud.inferred, [&](std::uint8_t& is_inferred) { archive.Number(is_inferred); });
+  if constexpr (Archive::kReads) {
+    for (const std::size_t size :
+         {cloud.normals.size(), cloud.colours.size(), cloud.radii.size(), cloud.confidences.size(),
+          cloud.observations.size(), cloud.inferred.size()}) {
+      if (size != 0 && size != cloud.points.size()) archive.Refuse("contradicts itself");
+    }
+  }
 }
 
 // Null is none of them.
@@ -176,6 +188,12 @@ void ExchangeState(Archive& archive, KeyframePosesPtr& poses) {
   archive.Number(version);
   archive.List(list, [&](KeyframePose& pose) { ExchangeState(archive, pose); });
   if constexpr (Archive::kReads) {
+    const auto is_earlier = [](const KeyframePose& a, const KeyframePose& b) {
+      return a.keyframe_id >= b.keyframe_id;
+    };
+    if (std::ranges::adjacent_find(list, is_earlier) != list.end()) {
+      archive.Refuse("contradicts itself");
+    }
     poses = std::make_shared<const KeyframePoses>(version, std::move(list));
   }
 }

@@ -72,6 +72,7 @@ class Atlas {
   std::size_t map_of_frame(std::size_t frame) const {
     return static_cast<std::size_t>(frames_[frame].map_id);
   }
+  KeyframeId keyframe_of_frame(std::size_t frame) const { return frames_[frame].keyframe; }
   // The frame's pose by the present pose of its keyframe.
   Pose T_cam_world(std::size_t frame) const { return PoseOf(frames_[frame], MapOf(frame)); }
   FramePose frame_pose(std::size_t frame) const {

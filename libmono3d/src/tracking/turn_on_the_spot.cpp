@@ -39,7 +39,8 @@ double ShareSeenBefore(const Map& map, KeyframeId keyframe, KeyframeId start) {
 }
 
 std::string PercentText(double share) {
-  if (!std::isfinite(share)) return "unknown";
+  constexpr double kKnown = 1000;  // beyond, nothing is
+  if (!(share < kKnown)) return "unknown";
   return std::to_string(std::lround(1000 * share) / 10) + "." +
          std::to_string(std::lround(1000 * share) % 10) + " %";
 }
@@ -131,10 +132,20 @@ void TurnOnTheSpot::ExchangeState(Archive& archive, const Atlas& atlas) {
       return !keyframe ||
              (atlas.IsInUse() && *keyframe > 0 && IsKeyframeOf(atlas.map(), *keyframe));
     };
-    if (!is_later(start_) || !is_later(cut_) || (cut_ && !start_) || (is_refused_ && !cut_)) {
+    if (!is_later(start_) || !is_later(cut_) || (cut_ && !start_) || (is_refused_ && !cut_) ||
+        (cut_ && !CanBeTakenBack(atlas, *cut_))) {
       archive.Refuse("contradicts itself");
     }
   }
+}
+
+// Frames that stay refer to keyframes that stay.
+bool TurnOnTheSpot::CanBeTakenBack(const Atlas& atlas, KeyframeId cut) {
+  const std::size_t first_frame = atlas.FirstFrameFrom(atlas.map().keyframe(cut).view.frame.index);
+  for (std::size_t i = 0; i < first_frame; ++i) {
+    if (atlas.map_of_frame(i) == atlas.current() && atlas.keyframe_of_frame(i) >= cut) return false;
+  }
+  return true;
 }
 
 template void TurnOnTheSpot::ExchangeState(StateWriter&, const Atlas&);

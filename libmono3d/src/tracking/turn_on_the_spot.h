@@ -49,6 +49,7 @@ class TurnOnTheSpot {
   void ExchangeState(Archive& archive, const Atlas& atlas);
 
  private:
+  static bool CanBeTakenBack(const Atlas& atlas, KeyframeId cut);
   void End();
 
   std::optional<KeyframeId> start_;  // the first with many directions

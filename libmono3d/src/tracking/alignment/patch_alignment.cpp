@@ -62,10 +62,10 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
   const float reach_y = kReach * (std::abs(step(1, 0)) + std::abs(step(1, 1)));
   constexpr float kLast = Patch::kSide - 1;
   const Eigen::Vector2f& centre = patch.centre;
-  if (centre.x() < reach_x || centre.x() + reach_x >= kLast || centre.y() < reach_y ||
-      centre.y() + reach_y >= kLast) {
-    return std::nullopt;
-  }
+  // Not the opposite of it, which a number that is none would pass.
+  const bool lies_within = centre.x() >= reach_x && centre.x() + reach_x < kLast &&
+                           centre.y() >= reach_y && centre.y() + reach_y < kLast;
+  if (!lies_within) return std::nullopt;
   const cv::Mat grey(Patch::kSide, Patch::kSide, CV_8UC1,
                      const_cast<std::uint8_t*>(patch.grey.data()));  // only read
   std::array<float, kBorderedSide * kBorderedSide> bordered{};
@@ -110,10 +110,12 @@ std::optional<Template> MakeTemplate(const Patch& patch, const Eigen::Matrix2f& 
 bool SamplePatch(const cv::Mat& image, const Eigen::Vector2f& at, Pixels& pixels) {
   const float left = at.x() - kHalf;
   const float top = at.y() - kHalf;
-  if (!(left >= 0) || !(top >= 0)) return false;
+  // Before they become integers: a step of the alignment may end anywhere.
+  const bool lies_within = left >= 0 && left < static_cast<float>(image.cols - kSide) && top >= 0 &&
+                           top < static_cast<float>(image.rows - kSide);
+  if (!lies_within) return false;
   const auto column = static_cast<int>(left);
   const auto row = static_cast<int>(top);
-  if (column + kSide >= image.cols || row + kSide >= image.rows) return false;
   const float u = left - static_cast<float>(column);
   const float v = top - static_cast<float>(row);
   const Row in_window = InWindow();
@@ -203,8 +205,8 @@ std::optional<Patch> TakePatch(const Octaves& octaves, const Eigen::Vector2d& pi
   if (octave >= static_cast<int>(octaves.size())) return std::nullopt;
   const cv::Mat& image = octaves[static_cast<std::size_t>(octave)];
   const Eigen::Vector2d at = std::ldexp(1.0, -octave) * pixel;
-  const auto column = static_cast<int>(std::lround(at.x())) - Patch::kRadius;
-  const auto row = static_cast<int>(std::lround(at.y())) - Patch::kRadius;
+  const int column = ClampedInt(std::round(at.x()), -1, image.cols) - Patch::kRadius;
+  const int row = ClampedInt(std::round(at.y()), -1, image.rows) - Patch::kRadius;
   if (column < 0 || row < 0 || column + Patch::kSide > image.cols ||
       row + Patch::kSide > image.rows) {
     return std::nullopt;

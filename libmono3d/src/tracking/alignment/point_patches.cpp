@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/clamped_int.h"
 #include "mono3d/geometry/triangulation.h"
 
 namespace mono3d::tracking {
@@ -20,8 +21,8 @@ constexpr double kMinCorrelation = 0.8;
 std::array<std::uint8_t, 3> ColourAt(const cv::Mat& bgr, const Eigen::Vector2d& pixel,
                                      const std::array<std::uint8_t, 3>& before) {
   if (bgr.empty()) return before;
-  const auto& colour = bgr.at<cv::Vec3b>(static_cast<int>(std::lround(pixel.y())),
-                                         static_cast<int>(std::lround(pixel.x())));
+  const auto& colour = bgr.at<cv::Vec3b>(ClampedInt(std::round(pixel.y()), 0, bgr.rows - 1),
+                                         ClampedInt(std::round(pixel.x()), 0, bgr.cols - 1));
   return {colour[2], colour[1], colour[0]};
 }
 

@@ -8,6 +8,7 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/clamped_int.h"
 #include "tracking/features/descriptor.h"
 #include "tracking/features/matching.h"
 
@@ -70,8 +71,10 @@ std::optional<Eigen::Vector2d> CommonShift(const View& a, const std::vector<char
   const int half_rows = static_cast<int>(std::ceil(camera.height / bin_px));
   cv::Mat histogram = cv::Mat::zeros(2 * half_rows + 1, 2 * kBinsPerWidth + 1, CV_32FC1);
   for (const Eigen::Vector2d& vote : votes) {
-    ++histogram.at<float>(half_rows + static_cast<int>(std::lround(vote.y() / bin_px)),
-                          kBinsPerWidth + static_cast<int>(std::lround(vote.x() / bin_px)));
+    // In an image of few pixels the border that features may lie beyond is a bin and more.
+    ++histogram.at<float>(
+        half_rows + ClampedInt(std::round(vote.y() / bin_px), -half_rows, half_rows),
+        kBinsPerWidth + ClampedInt(std::round(vote.x() / bin_px), -kBinsPerWidth, kBinsPerWidth));
   }
   cv::boxFilter(histogram, histogram, CV_32F, {kPeakBins, kPeakBins}, {-1, -1}, false,
                 cv::BORDER_CONSTANT);

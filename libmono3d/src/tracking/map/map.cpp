@@ -274,7 +274,17 @@ std::vector<float> Map::Depths(const View& view) const {
 Pose Map::T_cam_world(KeyframeId id) const {
   const MapKeyframe& keyframe = keyframes_[id];
   if (keyframe.alive) return keyframe.view.T_cam_world;
-  return keyframe.T_cam_anchor * T_cam_world(keyframe.anchor);
+  // From the one that is alive on. Not by recursion: a map that was read may have a chain of any
+  // length.
+  std::vector<KeyframeId> chain = {id};
+  while (!keyframes_[keyframes_[chain.back()].anchor].alive) {
+    chain.push_back(keyframes_[chain.back()].anchor);
+  }
+  Pose T_cam_world = keyframes_[keyframes_[chain.back()].anchor].view.T_cam_world;
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    T_cam_world = keyframes_[chain[i]].T_cam_anchor * T_cam_world;
+  }
+  return T_cam_world;
 }
 
 void Map::Correct(const std::vector<KeyframeId>& keyframes,

@@ -13,6 +13,7 @@
 #include "core/byte_archive.h"
 #include "mono3d/core/error.h"
 #include "tracking/features/feature_grid.h"
+#include "tracking/map/map_checks.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -240,10 +241,6 @@ bool IsImageSizePlausible(const Content& content, std::size_t num_bytes) {
          num_cells <= kMaxCellsOfByte * static_cast<double>(num_bytes) + kMaxCellsOfSmallMap;
 }
 
-bool IsInImage(const Eigen::Vector2d& pixel, const CameraModel& camera) {
-  return pixel.minCoeff() >= -1 && pixel.x() <= camera.width && pixel.y() <= camera.height;
-}
-
 bool KeyframesAgree(const Content& content) {
   constexpr std::int64_t kMaxId = std::int64_t{1} << 53;
   for (const MapPoint& point : content.points) {
@@ -267,8 +264,7 @@ bool KeyframesAgree(const Content& content) {
       if (at >= content.keyframes.size() || steps > content.keyframes.size()) return false;
     }
     for (const Feature& feature : keyframe.view.features) {
-      if (feature.level < 0 || feature.level >= content.features.num_levels) return false;
-      if (!IsInImage(feature.pixel, content.camera)) return false;
+      if (!IsFeatureOf(content.camera, content.features.num_levels, feature)) return false;
     }
   }
   for (const FrameRecord& frame : content.frames) {

@@ -18,9 +18,7 @@ bool HasPlace(const Map& map, const std::optional<PointId>& point) {
 
 bool AreFeaturesOf(const Map& map, const View& view) {
   return std::ranges::all_of(view.features, [&](const Feature& feature) {
-    return feature.level >= 0 && feature.level < map.scales().num_levels() &&
-           feature.pixel.minCoeff() >= -1 && feature.pixel.x() <= map.camera().width &&
-           feature.pixel.y() <= map.camera().height;
+    return IsFeatureOf(map.camera(), map.scales().num_levels(), feature);
   });
 }
 
@@ -63,6 +61,12 @@ bool IsPointOf(const Map& map, const MapPoint& point) {
 }
 
 }  // namespace
+
+bool IsFeatureOf(const CameraModel& camera, int num_levels, const Feature& feature) {
+  return feature.level >= 0 && feature.level < num_levels && feature.pixel.minCoeff() >= -1 &&
+         feature.pixel.x() <= camera.width && feature.pixel.y() <= camera.height &&
+         feature.angle_deg >= 0 && feature.angle_deg <= 360 && feature.sigma_px >= 0;
+}
 
 bool IsKeyframeOf(const Map& map, KeyframeId keyframe) {
   // The anchors of culled keyframes lead to one that is alive.

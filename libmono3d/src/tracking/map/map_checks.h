@@ -19,6 +19,9 @@ bool AreConsistent(const Map& map);
 // The places of all points that are not alive, each once.
 bool AreFreePlaces(const Map& map, const std::vector<std::uint32_t>& places);
 
+// On a level, in an image of the camera, with an angle from 0 to 360 degrees.
+bool IsFeatureOf(const CameraModel& camera, int num_levels, const Feature& feature);
+
 // One point or none of each feature, each in a place that the map has.
 bool IsViewOf(const Map& map, const View& view);
 

@@ -31,7 +31,7 @@ void ExchangeState(Archive& archive, Feature& feature) {
   ExchangeElements(archive, feature.pixel);
   archive.Number(feature.level);
   for (double* number : {&feature.angle_deg, &feature.response, &feature.sigma_px}) {
-    archive.Number(*number);
+    ExchangePlace(archive, *number);
   }
   archive.Numbers(feature.descriptor.data(), feature.descriptor.size());
 }
@@ -56,8 +56,8 @@ void ExchangeState(Archive& archive, MapPoint& point) {
   // Of a point that is not alive nothing else is asked for, but it is saved with the map.
   for (int i = 0; i < 3; ++i) {
     if (point.alive) {
-      archive.Number(point.p_world[i]);
-      archive.Number(point.towards_cameras[i]);
+      ExchangePlace(archive, point.p_world[i]);
+      ExchangePlace(archive, point.towards_cameras[i]);
     } else {
       archive.AnyNumber(point.p_world[i]);
       archive.AnyNumber(point.towards_cameras[i]);
@@ -65,7 +65,7 @@ void ExchangeState(Archive& archive, MapPoint& point) {
   }
   for (double* number : {&point.depth_sigma, &point.min_distance, &point.max_distance}) {
     if (point.alive) {
-      archive.Number(*number);
+      ExchangePlace(archive, *number);
     } else {
       archive.AnyNumber(*number);
     }
@@ -143,7 +143,7 @@ void ExchangeState(Archive& archive, View& view) {
   archive.List(view.points, [&](std::optional<PointId>& point) {
     archive.Optional(point, [&](PointId& id) { ExchangeState(archive, id); });
   });
-  archive.Number(view.log_sharpness);
+  ExchangePlace(archive, view.log_sharpness);
   ExchangeState(archive, view.T_cam_world);
   CameraModel sensor = view.shutter.sensor();
   bool is_of_frame = sensor == view.frame.sensor;
@@ -152,8 +152,8 @@ void ExchangeState(Archive& archive, View& view) {
   CameraVelocity velocity = view.shutter.velocity();
   ExchangeState(archive, velocity);
   ExchangeState(archive, view.velocity_prior.mean);
-  archive.Number(view.velocity_prior.angular_sigma_rad_per_s);
-  archive.Number(view.velocity_prior.linear_sigma_su_per_s);
+  ExchangePlace(archive, view.velocity_prior.angular_sigma_rad_per_s);
+  ExchangePlace(archive, view.velocity_prior.linear_sigma_su_per_s);
   if constexpr (Archive::kReads) {
     if (is_of_frame) sensor = view.frame.sensor;
     if (sensor.width != 0) Validate(sensor, view.frame.name);
@@ -168,7 +168,7 @@ void ExchangeState(Archive& archive, MapKeyframe& keyframe) {
   archive.Number(keyframe.alive);
   archive.Number(keyframe.num_newer_adjusted);
   archive.Number(keyframe.is_finalised);
-  archive.Number(keyframe.scale);
+  ExchangeScale(archive, keyframe.scale);
   ExchangeState(archive, keyframe.S_world_visual);
   archive.Index(keyframe.anchor);
   ExchangeState(archive, keyframe.T_cam_anchor);
@@ -179,7 +179,7 @@ void ExchangeState(Archive& archive, MapConstraint& constraint) {
   archive.Index(constraint.keyframe);
   archive.Index(constraint.anchor);
   ExchangeState(archive, constraint.T_cam_anchor);
-  archive.Number(constraint.scale);
+  ExchangeScale(archive, constraint.scale);
   ExchangeElements(archive, constraint.information);
   archive.Number(constraint.is_new);
 }
@@ -187,7 +187,7 @@ void ExchangeState(Archive& archive, MapConstraint& constraint) {
 template <typename Archive>
 void ExchangeState(Archive& archive, FrameRecord& record) {
   archive.Number(record.frame_index);
-  archive.Number(record.timestamp_s);
+  ExchangePlace(archive, record.timestamp_s);
   archive.Number(record.map_id);
   archive.Index(record.keyframe);
   ExchangeState(archive, record.T_cam_keyframe);

@@ -128,7 +128,7 @@ class DriftSearch {
         next[i] += sign * step * priors_.sigma[i];
         if (std::abs(next[i] - priors_.mean[i]) > MostOf(i)) continue;
         const double next_value = Value(next);
-        if (next_value <= value) continue;
+        if (!(next_value > value)) continue;  // nor where there is none
         at = next;
         value = next_value;
         is_better = true;

@@ -8,6 +8,7 @@
 
 #include "image/state_archive.h"
 #include "tracking/features/image_shift.h"
+#include "tracking/map/map_checks.h"
 #include "tracking/map/map_state.h"
 
 namespace mono3d::tracking {
@@ -137,8 +138,7 @@ void MapInitialiser::ExchangeState(Archive& archive, const CameraModel& camera, 
   if constexpr (Archive::kReads) {
     const auto is_view = [&](const View& view) {
       const auto is_feature = [&](const Feature& feature) {
-        return feature.level >= 0 && feature.level < num_levels && feature.pixel.minCoeff() >= -1 &&
-               feature.pixel.x() <= camera.width && feature.pixel.y() <= camera.height;
+        return IsFeatureOf(camera, num_levels, feature);
       };
       return view.points.size() == view.features.size() && !view.grid.IsEmpty() &&
              view.frame.camera == camera && std::ranges::all_of(view.features, is_feature) &&
