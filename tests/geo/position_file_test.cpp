@@ -174,6 +174,7 @@ TEST_F(PositionFile, CountsWhatItPassesOver) {
 
 TEST_F(PositionFile, RefusesWhatHasNoPositionsAndSaysWhy) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("is empty"));
+  EXPECT_THAT(ErrorOf("\xEF\xBB\xBF"), HasSubstr("is empty"));
   EXPECT_THAT(ErrorOf("1\n"), HasSubstr("no positions in this file (DJI telemetry)"));
   EXPECT_THAT(ErrorOf("1\n00:00:00,000 --> 00:00:01,000\nHello\n"), HasSubstr("1 entries"));
   EXPECT_THAT(ErrorOf("some text\nand more\n"), HasSubstr("track:1: not a file of positions"));

@@ -109,6 +109,24 @@ TEST(HttpServer, RefusesAllButGet) {
   EXPECT_THAT(ranges.ReadAnswer(), StartsWith("HTTP/1.1 416"));
 }
 
+// What lies behind a body in memory is nobody's.
+TEST(HttpServer, SendsNothingForRanges) {
+  const HttpServer server(AnyPort(), SomeResources());
+  for (const char* range : {"bytes=0-8090", "bytes=5-8090", "bytes=8000-8090", "bytes=0-1"}) {
+    for (const char* request :
+         {"GET / HTTP/1.1\r\nHost: localhost", "GET / HTTP/1.0\r\nHost: other",
+          "GET /none HTTP/1.1\r\nHost: localhost"}) {
+      const HttpClient client(server.port());
+      ASSERT_TRUE(client.Send(std::string(request) + "\r\nConnection: close\r\nRange: " + range +
+                              "\r\n\r\n"));
+      const std::string answer = client.ReadAnswer();
+      EXPECT_THAT(answer, StartsWith("HTTP/1.1 4")) << request << range;
+      EXPECT_THAT(answer, testing::EndsWith("\r\n\r\n")) << request << range;
+    }
+  }
+  EXPECT_EQ(Get(server.port(), "/").body, "the page");
+}
+
 TEST(HttpServer, NeedsTheTokenOnOtherAddresses) {
   HttpServerOptions options = AnyPort();
   options.address = "0.0.0.0";

@@ -69,12 +69,13 @@ PositionFix FixOf(const PhotoFacts& facts, int& num_decimals) {
 
 PositionTrack ReadPositionFile(const std::filesystem::path& path) {
   const std::string bytes = ReadBytes(path);
-  if (TrimBlanks(bytes).empty()) {
+  // A byte order mark alone is no line.
+  const std::vector<std::string> lines = ReadLines(path);
+  if (lines.empty() || TrimBlanks(bytes).empty()) {
     throw Error(ErrorParts{
         .what = "the file of positions is empty", .where = path, .expected = kForms, .found = {}});
   }
   if (IsXml(bytes)) return ParseGpx(path, bytes);
-  const std::vector<std::string> lines = ReadLines(path);
   if (IsNmeaFile(lines)) return ParseNmea(path, lines);
   if (IsSubtitleFile(lines)) return ParseDjiTelemetry(path, lines);
   if (IsPositionTable(lines)) return ParsePositionTable(path, lines);
