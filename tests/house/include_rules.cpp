@@ -13,6 +13,11 @@ namespace {
 constexpr std::string_view kCommonShaderFolder = "common";
 constexpr std::string_view kPublicFolder = "libmono3d/include/";
 
+const std::regex& IncludeLine() {
+  static const std::regex include(R"re(^\s*#\s*include\s*(["<])([^">]+)[">].*)re");
+  return include;
+}
+
 // The first folder of `path` behind `prefix`; empty when `path` does not begin with it.
 std::string FolderBehind(std::string_view path, std::string_view prefix) {
   if (!path.starts_with(prefix)) return {};
@@ -67,17 +72,40 @@ std::string ModuleOf(std::string_view path) {
 }
 
 std::vector<std::string> FindIncludeViolations(const SourceFile& file, const ModuleTable& table) {
-  static const std::regex kInclude(R"re(^\s*#\s*include\s*(["<])([^">]+)[">].*)re");
   std::vector<std::string> violations;
   for (std::size_t i = 0; i < file.lines.size(); ++i) {
     std::smatch match;
-    if (!std::regex_match(file.lines[i], match, kInclude)) continue;
+    if (!std::regex_match(file.lines[i], match, IncludeLine())) continue;
     const std::string why = RejectionReason(file, match[2], match[1] == "\"", table);
     if (why.empty()) continue;
     violations.push_back(file.path + ":" + std::to_string(i + 1) + ": \"" + match[2].str() +
                          "\": " + why);
   }
   return violations;
+}
+
+std::vector<std::string> FindHiddenUses(const std::vector<SourceFile>& files,
+                                        const std::set<std::string, std::less<>>& beside) {
+  std::set<std::string> paths;
+  for (const SourceFile& file : files) paths.insert(file.path);
+  std::vector<std::string> uses;
+  for (const SourceFile& file : files) {
+    if (!beside.contains(ModuleOf(file.path))) continue;
+    for (const std::string& line : file.lines) {
+      std::smatch match;
+      if (!std::regex_match(line, match, IncludeLine())) continue;
+      const std::string header = match[2];
+      const std::string module = FolderBehind(header, "");
+      if (module == "mono3d" || beside.contains(module)) continue;
+      const std::string source = "libmono3d/src/" +
+                                 header.substr(0, header.size() - std::string_view(".h").size()) +
+                                 ".cpp";
+      if (header.ends_with(".h") && paths.contains(source)) {
+        uses.push_back(file.path + ": \"" + header + "\"");
+      }
+    }
+  }
+  return uses;
 }
 
 }  // namespace mono3d::house

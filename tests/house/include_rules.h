@@ -31,4 +31,9 @@ std::string ModuleOf(std::string_view path);
 // - Headers of the library are included in quotes, by their full path.
 std::vector<std::string> FindIncludeViolations(const SourceFile& file, const ModuleTable& table);
 
+// Includes, by modules in other libraries than mono3d (`beside`), of private headers of mono3d that
+// have a source: a shared library does not export it. As "path: \"header\"".
+std::vector<std::string> FindHiddenUses(const std::vector<SourceFile>& files,
+                                        const std::set<std::string, std::less<>>& beside);
+
 }  // namespace mono3d::house

@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <set>
+#include <sstream>
+
 #include "house/include_cycles.h"
 #include "house/include_rules.h"
 #include "house/module_table.h"
@@ -82,6 +86,21 @@ TEST(IncludeRules, RefuseAFileOfAModuleThatTheTableDoesNotKnow) {
               ElementsAre(EndsWith("voxels is not in the table of the modules")));
 }
 
+TEST(HiddenUses, AreOfPrivateHeadersWithASource) {
+  const std::vector<SourceFile> files = {
+      {"libmono3d/src/io/text.h", {}},
+      {"libmono3d/src/io/text.cpp", {"#include \"io/text.h\""}},
+      {"libmono3d/src/io/bytes.h", {}},
+      {"libmono3d/src/pipeline/a.cpp", {"#include \"io/text.h\""}},
+      {"libmono3d/src/products/a.cpp",
+       {"#include \"mono3d/io/text.h\"", "#include \"io/bytes.h\"", "#include \"products/b.h\"",
+        "#include \"io/text.h\""}},
+      {"libmono3d/src/products/b.h", {}},
+      {"libmono3d/src/products/b.cpp", {}}};
+  EXPECT_THAT(FindHiddenUses(files, {"products"}),
+              ElementsAre("libmono3d/src/products/a.cpp: \"io/text.h\""));
+}
+
 TEST(IncludeCycles, AreFoundOfTwoOfThreeAndThroughASource) {
   const std::vector<SourceFile> files = {
       {"libmono3d/src/depth/a.h", {"#include \"depth/b.h\""}},
@@ -128,6 +147,16 @@ TEST(House, IncludesOnlyWhatItsTableAllows) {
   }
   EXPECT_GT(files.size(), 50U) << "the tree was not read";
   EXPECT_GT(num_lines, 1000U) << "the tree was not read";
+}
+
+// Else the shared library of the packages does not link with them.
+TEST(House, UsesAcrossLibrariesWhatIsExported) {
+  std::istringstream words{kModulesBeside};
+  const std::set<std::string, std::less<>> beside{std::istream_iterator<std::string>(words), {}};
+  EXPECT_TRUE(beside.contains("products"));
+  EXPECT_THAT(
+      FindHiddenUses(ReadSourceFiles(MONO3D_SOURCE_DIR, {"libmono3d"}, {".h", ".cpp"}), beside),
+      IsEmpty());
 }
 
 // Between modules and inside them.

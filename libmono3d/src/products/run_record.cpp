@@ -3,23 +3,20 @@
 
 #include "products/run_record.h"
 
-#include <string>
-
-#include "io/text.h"
-#include "mono3d/core/error.h"
+#include <fstream>
+#include <system_error>
 
 namespace mono3d {
 
 nlohmann::json ReadRunRecord(const std::filesystem::path& file) {
   constexpr int kMaxDepth = 64;  // values are destroyed by recursion
-  std::string text;
-  try {
-    text = ReadBytes(file);
-  } catch (const Error&) {
-    return nlohmann::json::object();
-  }
+  std::error_code ignored;
+  // A pipe may never end.
+  if (!std::filesystem::is_regular_file(file, ignored)) return nlohmann::json::object();
+  std::ifstream stream(file, std::ios::binary);
   nlohmann::json record = nlohmann::json::parse(
-      text, [](int depth, auto /*event*/, nlohmann::json& /*value*/) { return depth <= kMaxDepth; },
+      stream,
+      [](int depth, auto /*event*/, nlohmann::json& /*value*/) { return depth <= kMaxDepth; },
       /*allow_exceptions=*/false);
   return record.is_object() ? record : nlohmann::json::object();
 }
