@@ -451,8 +451,9 @@ TEST_F(CameraFile, NamesTheLineOfXml) {
   const std::string xml =
       "<?xml version=\"1.0\"?>\n<opencv_storage>\n<when>\"it's noon\"</when>\n"
       "<image_width>640</image_width>\n<image_height>tall</image_height>\n</opencv_storage>\n";
-  EXPECT_THAT([&] { ReadCameraFile(WriteText("bad.xml", xml)); },
-              ThrowsMessage<Error>(HasSubstr("bad.xml:5: camera calibration: bad image_height")));
+  EXPECT_THAT(
+      [&] { ReadCameraFile(WriteText("bad.xml", xml)); },
+      ThrowsMessage<Error>(HasSubstr("bad.xml:5: camera calibration: bad value in image_height")));
 }
 
 TEST_F(CameraFile, RefusesASizeOfKalibrThatIsNone) {

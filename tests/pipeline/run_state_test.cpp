@@ -7,10 +7,7 @@
 
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "mono3d/core/error.h"
 
@@ -50,14 +47,6 @@ TEST(RunState, RefusesCountsThatCannotBeCountedFurther) {
   EXPECT_FALSE(IsTaken(counts, {}));
   counts.num_frames = -1;
   EXPECT_FALSE(IsTaken(counts, {}));
-}
-
-TEST(RunState, RefusesPosesOutOfOrder) {
-  const auto snapshot = [](std::vector<KeyframePose> poses) -> KeyframePosesPtr {
-    return std::make_shared<const KeyframePoses>(1, std::move(poses));
-  };
-  EXPECT_TRUE(IsTaken(snapshot({{1, 0, {}}, {2, 0, {}}}), snapshot({})));
-  EXPECT_FALSE(IsTaken(snapshot({{2, 0, {}}, {1, 0, {}}}), snapshot({})));
 }
 
 }  // namespace
