@@ -372,6 +372,71 @@ TEST_F(ViewInBrowser, ColoursTheModelByWhatIsAskedFor) {
   EXPECT_EQ(browser.errors(), "");
 }
 
+// A level field of 16 x 16 blocks, each a square of side 1 with 10,000 surfels; z is down.
+constexpr int kFieldSide = 16, kSurfelsOfSide = 100;
+
+void ShowField(ViewStore& store) {
+  std::vector<SurfelBlock> blocks;
+  std::vector<std::int64_t> ids;
+  for (int number = 0; number < kFieldSide * kFieldSide; ++number) {
+    std::vector<ViewSurfel> square(kSurfelsOfSide * kSurfelsOfSide);
+    for (std::size_t i = 0; i < square.size(); ++i) {
+      const auto x = static_cast<float>(i % kSurfelsOfSide),
+                 y = static_cast<float>(i / kSurfelsOfSide);
+      square[i].point = {x / kSurfelsOfSide + static_cast<float>(number % kFieldSide),
+                         y / kSurfelsOfSide + static_cast<float>(number / kFieldSide), 0};
+      square[i].normal = {0, 0, -1};
+      square[i].radius = 0.8F / kSurfelsOfSide;
+    }
+    blocks.push_back(MakeSurfelBlock(std::move(square)));
+    blocks.back().id = number;
+    ids.push_back(number);
+  }
+  store.SetModel(ids, std::move(blocks));
+  store.SetUp({0, 0, -1});
+  store.SetStatus({{"phase", "file"}});
+}
+
+// Of a model that is larger than what a window can show, the page asks for what the window can
+// show: all of what is near, little of what is far, something of everything; and in few requests.
+TEST_F(ViewInBrowser, FetchesOfALargeModelWhatItsWindowCanShow) {
+  ViewStore store;
+  ShowField(store);
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  const auto num_loaded = [&] { return browser.Evaluate("mono3d.state().loaded").get<int>(); };
+  constexpr int kNumBlocks = kFieldSide * kFieldSide;
+  constexpr int kAll = kNumBlocks * kSurfelsOfSide * kSurfelsOfSide;
+  // From afar it is a picture of so many pixels; circles around squares cover them more than once.
+  constexpr int kPixels = kWidth * kHeight;
+  EXPECT_LT(num_loaded(), 4 * kPixels);
+  EXPECT_LT(num_loaded(), kAll / 2);
+  EXPECT_EQ(browser.Evaluate("mono3d.blocks().filter(({loaded}) => loaded === 0).length"), 0);
+  // Requests of a megabyte each at most, not one for each block.
+  const auto num_requests = browser
+                                .Evaluate(
+                                    "performance.getEntriesByType('resource')"
+                                    ".filter(({name}) => name.includes('surfels?')).length")
+                                .get<int>();
+  EXPECT_LT(num_requests, kNumBlocks / 4);
+
+  // Over the middle of the first block, 0.6 above it: the window shows parts of four blocks.
+  browser.Evaluate(
+      "mono3d.lookFrom([0.5, 0.5, -0.6, 0, 0, 0, 1],"
+      "{fx: 500, fy: 500, cx: 319.5, cy: 239.5, width: 640, height: 480})");
+  const int from_afar = num_loaded();
+  ASSERT_TRUE(browser.WaitFor(
+      "mono3d.state().complete && mono3d.blocks().find(({id}) => id === 0).loaded === 10000"))
+      << browser.Evaluate("JSON.stringify(mono3d.blocks().slice(0, 3))");
+  browser.Evaluate(kDrawn);
+  ASSERT_TRUE(browser.WaitFor("mono3d.state().complete"));
+  EXPECT_LT(num_loaded(), from_afar + 9 * kSurfelsOfSide * kSurfelsOfSide) << "more than is near";
+  EXPECT_EQ(browser.Evaluate("mono3d.blocks().filter(({loaded}) => loaded === 0).length"), 0);
+  EXPECT_EQ(browser.errors(), "");
+}
+
 TEST_F(ViewInBrowser, CutsTheModelOpen) {
   ViewStore store;
   ShowTwoHalves(store);

@@ -156,7 +156,12 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   EXPECT_EQ(changes["next_views"][0]["reason"], "thin");
   EXPECT_EQ(changes["next_views"][0]["target"], nlohmann::json({4.0, 5.0, 6.0}));
   EXPECT_EQ(changes["next_views"][0]["gain_share"], 0.1);
-  EXPECT_EQ(Get(port, "/surfels?block=0&first=0&count=9").body.size(), 40U + 9 * 16);
+  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9").body.size(), 40U + 9 * 16);
+  // Two blocks, the second of which is not there, and more of the first one.
+  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9,77,0,5,0,298,9").body.size(), 3U * 40 + 11 * 16);
+  for (const char* levels : {"", "?levels=", "?levels=0,0", "?levels=0,0,x", "?levels=0,0,9,"}) {
+    EXPECT_EQ(Get(port, std::string("/surfels") + levels).status, 404) << levels;
+  }
   constexpr const char* kJpeg = "\xff\xd8";
   EXPECT_THAT(Get(port, "/keyframe_image?id=0").body, StartsWith(kJpeg));
   EXPECT_THAT(Get(port, "/keyframe_image?id=1").body, StartsWith(kJpeg));

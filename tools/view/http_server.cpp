@@ -183,6 +183,13 @@ std::string_view WithoutPort(std::string_view host) {
   return bracket != std::string_view::npos && bracket > colon ? host : host.substr(0, colon);
 }
 
+std::optional<std::uint64_t> ToNumber(std::string_view text) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
 HttpAnswer Refusal(int status, const char* why) {
   return {status, "text/plain", std::make_shared<const std::string>(why)};
 }
@@ -191,12 +198,21 @@ HttpAnswer Refusal(int status, const char* why) {
 
 std::optional<std::uint64_t> HttpQuery::Number(const std::string& name) const {
   const auto found = values_.find(name);
-  if (found == values_.end()) return std::nullopt;
-  const std::string& text = found->second;
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return found == values_.end() ? std::nullopt : ToNumber(found->second);
+}
+
+std::vector<std::uint64_t> HttpQuery::Numbers(const std::string& name) const {
+  const auto found = values_.find(name);
+  if (found == values_.end()) return {};
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t begin = 0; begin <= found->second.size();) {
+    const std::size_t end = std::min(found->second.find(',', begin), found->second.size());
+    const auto number = ToNumber(std::string_view(found->second).substr(begin, end - begin));
+    if (!number) return {};
+    numbers.push_back(*number);
+    begin = end + 1;
+  }
+  return numbers;
 }
 
 class HttpServer::Impl {

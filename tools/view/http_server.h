@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "view/limited_socket.h"
 
@@ -20,6 +22,8 @@ class HttpQuery {
   explicit HttpQuery(std::map<std::string, std::string> values) : values_(std::move(values)) {}
   // A whole number from 0 on; nothing where there is none.
   std::optional<std::uint64_t> Number(const std::string& name) const;
+  // Such numbers with commas between them; none where one of them is none.
+  std::vector<std::uint64_t> Numbers(const std::string& name) const;
 
  private:
   std::map<std::string, std::string> values_;

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "view/page_text.h"
 #include "view/three.h"
@@ -53,14 +55,21 @@ void AddPage(HttpResources& resources) {
   AddText(resources, "three.module.min.js", kJavaScript, ThreeModule());
 }
 
+// "levels=3,0,2048,7,2048,6144": of block 3 the first 2048, of block 7 the 6144 behind as many, one
+// behind the other. A page with hundreds of blocks would wait long for as many answers. Where a
+// block is gone, the head of an empty one without a version.
 HttpAnswer AnswerSurfels(const ViewStore& store, const HttpQuery& query) {
-  const auto block = query.Number("block"), first = query.Number("first"),
-             count = query.Number("count");
-  if (!block || !first || !count) return NotThere();
-  std::optional<std::string> bytes = store.Surfels(static_cast<std::int64_t>(*block), *first,
-                                                   std::min(*count, kMaxSurfelsOfRequest));
-  if (!bytes) return NotThere();
-  return {200, "application/octet-stream", std::make_shared<const std::string>(*std::move(bytes))};
+  const std::vector<std::uint64_t> levels = query.Numbers("levels");
+  if (levels.empty() || levels.size() % 3 != 0) return NotThere();
+  std::string bytes;
+  std::uint64_t left = kMaxSurfelsOfRequest;
+  for (std::size_t i = 0; i < levels.size(); i += 3) {
+    const std::uint64_t count = std::min(levels[i + 2], left);
+    left -= count;
+    bytes += store.Surfels(static_cast<std::int64_t>(levels[i]), levels[i + 1], count)
+                 .value_or(std::string(kBytesOfSurfelsHead, '\0'));
+  }
+  return {200, "application/octet-stream", std::make_shared<const std::string>(std::move(bytes))};
 }
 
 HttpResources MakeResources(const ViewStore& store, KeyframePictures keyframe_pictures) {

@@ -31,6 +31,7 @@ const controls = new Controls(camera, canvas, pick, draw);
 
 const pixel = new Uint8Array(4);
 let isAsked = false, drawnAt = 0, numPictures = 0, fittedTo = 0, isFittedToAll = false, lastMs = 0;
+let firstPictureMs = null, wholePictureMs = null;  // since the page was asked for
 
 // More has come: not at once where pictures take long.
 let waiting = null, pictureMs = 0, wasMoving = false;
@@ -67,7 +68,11 @@ function render(now) {
   wasMoving = isMoving;
   lastMs = pictureMs;
   drawnAt = now;
-  if (surfels.numDrawn > 0) numPictures++;
+  if (surfels.numDrawn > 0) {
+    numPictures++;
+    firstPictureMs ??= performance.now();
+    if (surfels.hasAll) wholePictureMs ??= performance.now();
+  }
   if (goesOn) draw();
 }
 window.addEventListener('resize', () => {
@@ -429,8 +434,9 @@ window.mono3d = {
     complete: surfels.isComplete === true && surfels.numLoaded > 0, connected: document.body.dataset.connected === 'yes',
     budget: surfels.budget, frameMs: lastMs, phase: status.phase, keyframes: flight.keyframes.length,
     distance: measure.distance, nextViews: nextViews.isVisible ? nextViews.views.length : 0, up: [...up], blocks: surfels.blocks.size,
-    eye: [...camera.position],
+    eye: [...camera.position], firstPictureMs, wholePictureMs,
   }),
+  blocks: () => [...surfels.blocks.values()].map(({info, loaded}) => ({id: info.id, surfels: info.surfels, loaded})),
   lookFrom: (pose, lens) => {
     const {position, quaternion} = fromPose(pose);
     controls.isTouched = true;

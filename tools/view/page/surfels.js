@@ -8,19 +8,24 @@
 import * as THREE from './three.module.min.js';
 
 const HEAD = 40;                   // bytes in front of surfels on their way
+const BYTES_OF_SURFEL = 16;
 const REFRESH_MS = 3000;           // a block that goes on changing is fetched no more often
+const FIRST_LEVEL = 2048;           // surfels of a block
 const MAX_FETCHES = 4;             // at a time
+const MAX_OF_FETCH = 65536;        // surfels: a megabyte
+const MAX_BLOCKS_OF_FETCH = 128;   // a request of 4 KB
 const MAX_KEPT = 8e6;              // surfels in memory, twice: 256 MB
 const SURFELS_PER_PIXEL = 1.5;     // more than that nobody sees
 const MIN_BUDGET = 5e4;
 const MAX_BUDGET = 5e6;
 const SLOW_MS = 45, FAST_MS = 20;  // of a picture while the camera moves
 
-// Where the levels of a block begin: a level is fetched and dropped as a whole.
-function levelEnd(begin, size) {
-  const ends = [2048, 8192, 32768];
-  const end = ends.find((e) => e > begin) ?? begin + 65536;
-  return Math.min(end, size);
+// Where the level of a block ends that begins there: the first one is small, the others double what
+// there is until it is as much as wanted. A level is fetched and dropped as a whole.
+function levelEnd(begin, wanted, size) {
+  let end = Math.max(FIRST_LEVEL, 2 * begin);
+  while (begin > 0 && end < wanted && 2 * end - begin <= MAX_OF_FETCH) end *= 2;
+  return Math.min(end, begin + MAX_OF_FETCH, size);
 }
 
 const VERTEX_SHADER = `
@@ -239,43 +244,53 @@ export class Surfels {
     this.numLoaded += words.length / 4;
   }
 
-  // The next level of a block; of one that replaces another as many as that one has.
-  async fetchLevel(block, replaced) {
-    const {id, surfels} = block.info;
-    const first = block.loaded;
-    const count = Math.max(levelEnd(first, surfels) - first, Math.min(replaced?.loaded ?? 0, surfels, 65536));
+  // The next level of each of these blocks, in one request.
+  async fetchLevels(wants) {
     const generation = this.generation;
-    block.isFetching = true;
+    for (const {block} of wants) block.isFetching = true;
     this.numFetches++;
     try {
-      const answer = await fetch(`surfels?block=${id}&first=${first}&count=${count}`);
-      if (!answer.ok) {  // gone meanwhile; or no room at the server: later
+      const levels = wants.flatMap(({block, first, count}) => [block.info.id, first, count]);
+      const answer = await fetch(`surfels?levels=${levels}`);
+      if (!answer.ok) {  // no room at the server: later
         await new Promise((done) => setTimeout(done, 500));
         return;
       }
       const buffer = await answer.arrayBuffer();
-      if (generation !== this.generation || block.isGone || buffer.byteLength < HEAD) return;
-      const head = new DataView(buffer), float = (k) => head.getFloat32(8 + 4 * k, true);
-      const version = head.getFloat64(0, true);
-      if (first === 0) {  // as it is by now
-        block.place({...block.info, version, low: [float(0), float(1), float(2)], high: [float(3), float(4), float(5)],
-          max_radius: float(6), surfels: head.getUint32(36, true)});
-      } else if (version !== block.info.version) {
-        return;  // what is said next of changes names it
+      if (generation !== this.generation) return;
+      let at = 0;
+      for (const {block, first, count} of wants) {
+        if (at + HEAD > buffer.byteLength) break;
+        const size = new DataView(buffer, at, HEAD).getUint32(36, true);
+        const end = at + HEAD + BYTES_OF_SURFEL * Math.max(0, Math.min(count, size - first));
+        this.take(block, first, buffer.slice(at, end));
+        at = end;
       }
-      this.addLevel(block, buffer.slice(HEAD));
-      block.loadedAt = performance.now();
-      const shown = this.blocks.get(id);
-      if (shown?.next === block) this.swap(shown);
       this.onChange();
     } catch {  // no connection: the poll says so
       await new Promise((done) => setTimeout(done, 1000));
     } finally {
-      block.isFetching = false;
+      for (const {block} of wants) block.isFetching = false;
       this.numFetches--;
       this.fetchMore();  // a slow picture does not hold it up
       if (this.numFetches === 0) this.onChange();
     }
+  }
+  // What the server says of a block, as it is by now, and surfels of it from `first` on.
+  take(block, first, buffer) {
+    const head = new DataView(buffer), float = (k) => head.getFloat32(8 + 4 * k, true);
+    const version = head.getFloat64(0, true);
+    if (block.isGone || version === 0) return;
+    if (first === 0) {
+      block.place({...block.info, version, low: [float(0), float(1), float(2)], high: [float(3), float(4), float(5)],
+        max_radius: float(6), surfels: head.getUint32(36, true)});
+    } else if (version !== block.info.version) {
+      return;  // what is said next of changes names it
+    }
+    if (buffer.byteLength > HEAD) this.addLevel(block, buffer.slice(HEAD));
+    block.loadedAt = performance.now();
+    const shown = this.blocks.get(block.info.id);
+    if (shown?.next === block) this.swap(shown);
   }
 
   // Before a picture: how many of each block, and what has to be fetched.
@@ -298,7 +313,8 @@ export class Surfels {
         sum += block.wanted;
       }
     }
-    const budget = isMoving ? this.budget : MAX_BUDGET;
+    // While more comes, pictures that take long would keep it waiting.
+    const budget = isMoving || this.isComplete === false ? this.budget : MAX_BUDGET;
     const share = Math.min(1, budget / Math.max(1, sum)), shareToFetch = Math.min(1, MAX_BUDGET / Math.max(1, sum));
     this.numDrawn = 0;
     for (const block of this.blocks.values()) {
@@ -337,14 +353,23 @@ export class Surfels {
       // Of every block the first level at least: nothing is missing when the camera turns.
       const wanted = Math.max(shown.wanted, shown.next ? 1 : 0, block.loaded === 0 ? 1 : 0);
       if (block.loaded < Math.min(wanted, block.info.surfels)) {
-        candidates.push([shown.wanted / (1 + block.loaded), block, shown.next ? shown : null]);
+        candidates.push([wanted / (1 + block.loaded), block, wanted, shown.next ? shown : null]);
       }
     }
     candidates.sort((a, b) => b[0] - a[0]);
-    for (const [, block, replaced] of candidates) {
-      if (this.numFetches >= MAX_FETCHES) break;
+    const wants = candidates.map(([, block, wanted, replaced]) => {
+      const first = block.loaded, {surfels} = block.info;
+      // Of one that replaces another as many as that one has.
+      const count = Math.max(levelEnd(first, wanted, surfels) - first, Math.min(replaced?.loaded ?? 0, surfels, MAX_OF_FETCH));
+      return {block, first, count};
+    });
+    while (wants.length > 0 && this.numFetches < MAX_FETCHES) {
       if (this.numLoaded > MAX_KEPT && !this.makeRoom()) break;
-      this.fetchLevel(block, replaced);
+      let num = 0, sum = 0;
+      while (num < Math.min(wants.length, MAX_BLOCKS_OF_FETCH) && (num === 0 || sum + wants[num].count <= MAX_OF_FETCH)) {
+        sum += wants[num++].count;
+      }
+      this.fetchLevels(wants.splice(0, num));
     }
     this.isComplete = candidates.length === 0 && this.numFetches === 0;
   }
