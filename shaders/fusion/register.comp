@@ -132,7 +132,7 @@ bool IsHidden(vec3 p_cam, vec3 n_surfel, vec2 pixel, float sigma) {
   const float nearest_depth = uintBitsToFloat(nearest[NearestCellOf(pixel)]);
   const float slope = (abs(n_surfel.x) / params.fx + abs(n_surfel.y) / params.fy) /
                       max(abs(Dot(n_surfel, p_cam)), 1e-12);
-  const float margin = params.association_sigmas * sigma + kNearestCell_px * slope;
+  const float margin = params.association_sigmas * sigma + float(kNearestCell_px) * slope;
   return 1.0 / nearest_depth > 1.0 / p_cam.z + margin;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/byte_archive.h"
+#include "geometry/geometry_state.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/similarity.h"
@@ -49,9 +50,8 @@ void ExchangeSimilarity(Archive& archive, Similarity& similarity) {
   ExchangeMatrix(archive, q);
   ExchangeMatrix(archive, t);
   if constexpr (kIsReader<Archive>) {
-    // Of what lies beyond, squares of products would no longer be numbers.
-    constexpr double kMost = 1e30;
-    RequireSound(archive, scale >= 1 / kMost && scale <= kMost && t.cwiseAbs().maxCoeff() <= kMost);
+    RequireSound(archive, scale >= kLeastScaleOfState && scale <= kMostOfState &&
+                              t.cwiseAbs().maxCoeff() <= kMostOfState);
     try {
       similarity = Similarity(scale, Pose::Exactly(Eigen::Quaterniond(q), t));
     } catch (const Error&) {

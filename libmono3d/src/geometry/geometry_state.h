@@ -16,16 +16,26 @@ namespace mono3d {
 
 // For the archives of image/state_archive.h.
 
-// Places, lengths and ratios of lengths are far from these in any run; of what lies beyond,
+// Places, times, lengths and ratios of lengths are far from these in any run; of what lies beyond,
 // squares of products would no longer be numbers.
 inline constexpr double kMostOfState = 1e30;
 inline constexpr double kLeastScaleOfState = 1 / kMostOfState;
 
 template <typename Archive>
-void ExchangePlace(Archive& archive, double& number) {
+void ExchangeBounded(Archive& archive, double& number) {
   archive.Number(number);
   if constexpr (Archive::kReads) {
     if (!(std::abs(number) <= kMostOfState)) archive.Refuse("a number is too large");
+  }
+}
+
+// A count that may be counted further.
+template <typename Archive>
+void ExchangeCount(Archive& archive, std::int64_t& count) {
+  archive.Number(count);
+  if constexpr (Archive::kReads) {
+    constexpr std::int64_t kMost = 1'000'000'000'000;
+    if (count < 0 || count > kMost) archive.Refuse("contradicts itself");
   }
 }
 
@@ -73,7 +83,7 @@ void ExchangeState(Archive& archive, CameraModel& camera) {
   archive.Number(camera.width);
   archive.Number(camera.height);
   for (double* number : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) {
-    ExchangePlace(archive, *number);
+    ExchangeBounded(archive, *number);
   }
   archive.Numbers(camera.distortion.data(), camera.distortion.size());
   archive.Number(camera.shutter.readout_s);

@@ -17,7 +17,7 @@ namespace mono3d {
 template <typename Archive>
 void ExchangeState(Archive& archive, Frame& frame) {
   archive.Number(frame.index);
-  ExchangePlace(archive, frame.timestamp_s);
+  ExchangeBounded(archive, frame.timestamp_s);
   archive.Text(frame.name);
   ExchangeState(archive, frame.camera);
   ExchangeState(archive, frame.sensor);
@@ -78,7 +78,7 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
   archive.Number(positions.map_id);
   ExchangeState(archive, positions.S_metric_map);
   archive.List(positions.positions, [&](CameraPosition& position) {
-    ExchangePlace(archive, position.time_s);
+    ExchangeBounded(archive, position.time_s);
     ExchangeElements(archive, position.p_m);
     archive.Number(position.frame_index);
     ExchangeElements(archive, position.sigma_m);
@@ -89,13 +89,13 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
     archive.List(point.sights, [&](PointSight& sight) {
       archive.Number(sight.frame_index);
       ExchangeElements(archive, sight.ray_cam);
-      ExchangePlace(archive, sight.sigma);
+      ExchangeBounded(archive, sight.sigma);
     });
   });
   archive.Number(positions.has_vertical);
   for (double* number :
        {&positions.typical_horizontal_m, &positions.typical_vertical_m, &positions.worth}) {
-    ExchangePlace(archive, *number);
+    ExchangeBounded(archive, *number);
     if constexpr (Archive::kReads) {
       if (*number < 0) archive.Refuse("contradicts itself");
     }

@@ -27,7 +27,6 @@ struct XmlKey {
   std::vector<XmlKey> keys;
 };
 
-// cv::FileStorage itself reads outside of its memory where the XML is not whole.
 struct XmlCollector {
   XML_Parser parser;
   std::string root;  // the outermost element

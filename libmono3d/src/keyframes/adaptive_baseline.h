@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "geometry/geometry_state.h"
+
 namespace mono3d {
 
 // The angle between neighbouring images of a bundle, adapted to the quality of the depth maps so
@@ -35,7 +37,7 @@ class AdaptiveBaseline {
   void ExchangeState(Archive& archive) {
     archive.Index(current_);
     archive.Number(num_poor_);
-    archive.Number(num_reports_);
+    ExchangeCount(archive, num_reports_);
     for (std::optional<Quality>& of_step : qualities_) {
       archive.Optional(of_step, [&](Quality& quality) {
         archive.Number(quality.confidence);
@@ -44,9 +46,7 @@ class AdaptiveBaseline {
       });
     }
     if constexpr (Archive::kReads) {
-      constexpr std::int64_t kMany = 1'000'000'000'000;
-      if (current_ >= qualities_.size() || num_poor_ < 0 || num_poor_ > 1000 || num_reports_ < 0 ||
-          num_reports_ > kMany) {
+      if (current_ >= qualities_.size() || num_poor_ < 0 || num_poor_ > 1000) {
         archive.Refuse("contradicts itself");
       }
       for (const std::optional<Quality>& quality : qualities_) {

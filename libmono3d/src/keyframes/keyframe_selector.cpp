@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/option_state.h"
+#include "geometry/geometry_state.h"
 #include "image/image_state.h"
 #include "image/state_archive.h"
 #include "keyframes/adaptive_baseline.h"
@@ -165,7 +166,7 @@ class ViewSelector final : public KeyframeSelector {
       waiting.state = static_cast<State>(state);
     });
     archive.Number(is_full_);
-    archive.Number(num_keyframes_);
+    ExchangeCount(archive, num_keyframes_);
     archive.Number(widest_baseline_ratio_);
     archive.Number(narrowest_angle_deg_);
     archive.Number(narrowest_baseline_ratio_);
@@ -178,9 +179,7 @@ class ViewSelector final : public KeyframeSelector {
         return waiting.state <= State::kDone && !waiting.view.points().empty() &&
                !waiting.view.keyframe().frame.bgr.empty();
       };
-      constexpr std::int64_t kMany = 1'000'000'000'000;  // is counted further
       if (is_unordered != options_.is_unordered || chosen_.size() > kMaxChosen ||
-          num_keyframes_ < 0 || num_keyframes_ > kMany ||
           !std::ranges::all_of(chosen_, is_choice) || !std::ranges::all_of(window_, is_waiting)) {
         archive.Refuse("contradicts itself");
       }

@@ -75,11 +75,7 @@ void ExchangeState(Archive& archive, PipelineCounts& counts) {
         &counts.num_fused_late, &counts.num_repairs, &counts.num_submaps_started,
         &counts.num_submaps_joined, &counts.num_models_joined, &counts.num_corrections,
         &counts.num_constraints}) {
-    archive.Number(*number);
-    if constexpr (Archive::kReads) {
-      constexpr std::int64_t kMany = 1'000'000'000'000;  // is counted further
-      if (*number < 0 || *number > kMany) archive.Refuse("contradicts itself");
-    }
+    ExchangeCount(archive, *number);
   }
   archive.Text(counts.selector_findings);
   ExchangeNumbersByText(archive, counts.reduced_depth_maps);

@@ -143,7 +143,7 @@ template <typename Archive>
 void MotionModel::ExchangeState(Archive& archive) {
   const auto exchange = [&](Motion& motion) {
     mono3d::ExchangeState(archive, motion.T_later_earlier);
-    ExchangePlace(archive, motion.duration_s);
+    ExchangeBounded(archive, motion.duration_s);
   };
   archive.Optional(expected_, exchange);
   archive.List(motions_, exchange);

@@ -113,11 +113,7 @@ template <typename Archive>
 void ScalingTracker::ExchangeState(Archive& archive) {
   archive.Optional(camera_, [&](CameraModel& camera) { mono3d::ExchangeState(archive, camera); });
   mono3d::ExchangeState(archive, sensor_);
-  archive.Number(num_without_image_);
-  if constexpr (Archive::kReads) {
-    constexpr std::int64_t kMany = 1'000'000'000'000;  // is counted further
-    if (num_without_image_ < 0 || num_without_image_ > kMany) archive.Refuse("contradicts itself");
-  }
+  ExchangeCount(archive, num_without_image_);
   images_.ExchangeState(archive, camera_.value_or(CameraModel()));
 }
 

@@ -111,7 +111,7 @@ bool TellsTooLittle(const RegistrationEvidence& evidence, const SurfelMapOptions
 
 // Whether so much of the model lies behind the depth map that it counts against the stricter gate.
 // What the model itself hides must then be told from what it shows elsewhere.
-bool HidesMuch(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate) {
+bool MuchLiesBehind(const RegistrationEvidence& evidence, const RegistrationGateOptions& gate) {
   const double share_behind = 1 - evidence.agreement - evidence.contradiction;
   return evidence.registered && share_behind > 1 - Strict(gate).min_agreement;
 }
@@ -299,7 +299,7 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   bool is_tracker_wrong = false;
   for (const Similarity& predicted : predictions) {
     Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
-    if (!target.leaves_out_hidden && HidesMuch(assessment.evidence, options.gate)) {
+    if (!target.leaves_out_hidden && MuchLiesBehind(assessment.evidence, options.gate)) {
       target.leaves_out_hidden = true;
       assessment = Assess(target, of_tracker, predicted, num_evaluations);
     }

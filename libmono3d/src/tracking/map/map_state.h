@@ -31,7 +31,7 @@ void ExchangeState(Archive& archive, Feature& feature) {
   ExchangeElements(archive, feature.pixel);
   archive.Number(feature.level);
   for (double* number : {&feature.angle_deg, &feature.response, &feature.sigma_px}) {
-    ExchangePlace(archive, *number);
+    ExchangeBounded(archive, *number);
   }
   archive.Numbers(feature.descriptor.data(), feature.descriptor.size());
 }
@@ -56,8 +56,8 @@ void ExchangeState(Archive& archive, MapPoint& point) {
   // Of a point that is not alive nothing else is asked for, but it is saved with the map.
   for (int i = 0; i < 3; ++i) {
     if (point.alive) {
-      ExchangePlace(archive, point.p_world[i]);
-      ExchangePlace(archive, point.towards_cameras[i]);
+      ExchangeBounded(archive, point.p_world[i]);
+      ExchangeBounded(archive, point.towards_cameras[i]);
     } else {
       archive.AnyNumber(point.p_world[i]);
       archive.AnyNumber(point.towards_cameras[i]);
@@ -65,7 +65,7 @@ void ExchangeState(Archive& archive, MapPoint& point) {
   }
   for (double* number : {&point.depth_sigma, &point.min_distance, &point.max_distance}) {
     if (point.alive) {
-      ExchangePlace(archive, *number);
+      ExchangeBounded(archive, *number);
     } else {
       archive.AnyNumber(*number);
     }
@@ -143,7 +143,7 @@ void ExchangeState(Archive& archive, View& view) {
   archive.List(view.points, [&](std::optional<PointId>& point) {
     archive.Optional(point, [&](PointId& id) { ExchangeState(archive, id); });
   });
-  ExchangePlace(archive, view.log_sharpness);
+  ExchangeBounded(archive, view.log_sharpness);
   ExchangeState(archive, view.T_cam_world);
   CameraModel sensor = view.shutter.sensor();
   bool is_of_frame = sensor == view.frame.sensor;
@@ -152,8 +152,8 @@ void ExchangeState(Archive& archive, View& view) {
   CameraVelocity velocity = view.shutter.velocity();
   ExchangeState(archive, velocity);
   ExchangeState(archive, view.velocity_prior.mean);
-  ExchangePlace(archive, view.velocity_prior.angular_sigma_rad_per_s);
-  ExchangePlace(archive, view.velocity_prior.linear_sigma_su_per_s);
+  ExchangeBounded(archive, view.velocity_prior.angular_sigma_rad_per_s);
+  ExchangeBounded(archive, view.velocity_prior.linear_sigma_su_per_s);
   if constexpr (Archive::kReads) {
     if (is_of_frame) sensor = view.frame.sensor;
     if (sensor.width != 0) Validate(sensor, view.frame.name);
@@ -187,7 +187,7 @@ void ExchangeState(Archive& archive, MapConstraint& constraint) {
 template <typename Archive>
 void ExchangeState(Archive& archive, FrameRecord& record) {
   archive.Number(record.frame_index);
-  ExchangePlace(archive, record.timestamp_s);
+  ExchangeBounded(archive, record.timestamp_s);
   archive.Number(record.map_id);
   archive.Index(record.keyframe);
   ExchangeState(archive, record.T_cam_keyframe);
