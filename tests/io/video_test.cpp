@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
@@ -77,6 +80,23 @@ TEST_F(VideoTest, TakesStartStrideNumberAndRateIntoAccount) {
   EXPECT_EQ(ReadAll({.stride = 5}).size(), 3U);
 }
 
+TEST_F(VideoTest, WithoutItsLastFrameSaysSo) {
+  std::vector<std::string> messages;
+  SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
+  EXPECT_EQ(ReadAll().size(), static_cast<std::size_t>(kNumFrames));
+  EXPECT_EQ(ReadAll({.stride = 5}).size(), 3U);
+  EXPECT_THAT(messages, testing::IsEmpty());
+
+  std::ifstream file(path_, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  const std::size_t index = bytes.rfind("idx1");
+  ASSERT_NE(index, std::string::npos);
+  std::filesystem::resize_file(path_, bytes.rfind("00dc", index));
+  EXPECT_EQ(ReadAll().size(), static_cast<std::size_t>(kNumFrames) - 1);
+  SetLogSink({});
+  EXPECT_THAT(messages, ElementsAre(HasSubstr("flight.avi: the video ends after 11 of 12 frames")));
+}
+
 // MPEG-4 in an MP4 file, whose index can be changed.
 class Mp4Test : public TemporaryFolderTest {
  protected:
@@ -130,6 +150,20 @@ TEST_F(Mp4Test, FramesWithoutTimesFollowAtTheMeanRateAndItIsSaid) {
   EXPECT_NEAR(times_s[5] - times_s[4], 1 / kFps, 0.1 / kFps);
   EXPECT_THAT(messages, ElementsAre(testing::AllOf(HasSubstr("flight.mp4"), HasSubstr("frame 5"),
                                                    HasSubstr("--fps"))));
+}
+
+TEST_F(Mp4Test, FramesThatTheDecoderHeldAtTheEndNeedNoTimes) {
+  const std::uint32_t total = TotalDuration(path_);
+  std::vector<std::uint32_t> durations(kNumFrames, total / (kNumFrames - 2));
+  durations[kNumFrames - 3] = durations[kNumFrames - 2] = 0;
+  SetFrameDurations(path_, durations);
+  std::vector<std::string> messages;
+  SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
+  const std::vector<double> times_s = Times();
+  SetLogSink({});
+  ASSERT_EQ(times_s.size(), static_cast<std::size_t>(kNumFrames));
+  for (std::size_t i = 1; i < times_s.size(); ++i) EXPECT_GT(times_s[i], times_s[i - 1]);
+  EXPECT_THAT(messages, testing::IsEmpty());
 }
 
 TEST_F(Mp4Test, AVideoThatIsShownTurnedIsReadAsItIsStored) {

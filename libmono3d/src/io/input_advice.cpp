@@ -112,6 +112,11 @@ bool IsVideoName(const fs::path& file) {
   return IsOneOf(LowerExtension(file), kAll);
 }
 
+bool HasStoredFrameCount(const fs::path& video) {
+  constexpr std::array<std::string_view, 4> kAll = {".mp4", ".mov", ".m4v", ".avi"};
+  return IsOneOf(LowerExtension(video), kAll);
+}
+
 bool IsOtherPhoto(const fs::path& file) { return IsHeif(file) || IsRaw(file); }
 
 std::string HowToConvert(const fs::path& other_photo) {

@@ -25,6 +25,8 @@ std::string ExplainNoVideo(const std::filesystem::path& file);
 
 // By the name alone.
 bool IsVideoName(const std::filesystem::path& file);
+// Whether videos of this name store how many frames they have; by the name alone.
+bool HasStoredFrameCount(const std::filesystem::path& video);
 // A photograph of a form that is not read (HEIC, raw).
 bool IsOtherPhoto(const std::filesystem::path& file);
 // "heif-convert ...": how to come from that form to one that is read.

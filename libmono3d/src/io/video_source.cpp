@@ -35,6 +35,12 @@ cv::VideoCapture OpenCapture(const std::string& path) {
   return capture;
 }
 
+// By how many frames the count of a container may be off. Some store it; of others it is computed
+// from the duration.
+std::int64_t CountTolerance(const std::filesystem::path& path) {
+  return HasStoredFrameCount(path) ? 0 : 1;
+}
+
 // Times of the frames, in seconds since the first, each later than the one before.
 class FrameTimes {
  public:
@@ -47,8 +53,12 @@ class FrameTimes {
     if (index == 0) {
       shift_s_ = -stamp_s;
     } else if (!(stamp_s > last_stamp_s_)) {
-      NoteBadStamp(index);
+      if (num_bad_in_turn_++ == 0) first_bad_ = index;
+      if (num_bad_in_turn_ > kMaxDelay) TellBadStamp();
       shift_s_ = last_s_ + 1 / fps_ - stamp_s;
+    } else {
+      if (num_bad_in_turn_ > 0) TellBadStamp();
+      num_bad_in_turn_ = 0;
     }
     last_stamp_s_ = stamp_s;
     const double time_s = stamp_s + shift_s_;
@@ -60,10 +70,13 @@ class FrameTimes {
 
  private:
   static constexpr double kLate_s = std::numeric_limits<double>::infinity();
+  // The frames that a decoder still holds at the end of the file (in H.264 and H.265 at most 16)
+  // come without a stamp; that is nothing to tell.
+  static constexpr int kMaxDelay = 16;
 
-  void NoteBadStamp(std::int64_t index) {
+  void TellBadStamp() {
     if (std::exchange(has_told_, true)) return;
-    Log(LogLevel::kWarning, name_ + ": the time stamp of frame " + std::to_string(index) +
+    Log(LogLevel::kWarning, name_ + ": the time stamp of frame " + std::to_string(first_bad_) +
                                 " is not there, or no later than the one before: such frames "
                                 "follow at the mean rate, " +
                                 ToText(fps_) + " a second (--fps tells another)");
@@ -74,6 +87,8 @@ class FrameTimes {
   double shift_s_ = 0;  // from the container's time
   double last_stamp_s_ = 0;
   double last_s_ = 0;
+  std::int64_t first_bad_ = 0;
+  int num_bad_in_turn_ = 0;
   bool has_told_ = false;
 };
 
@@ -102,7 +117,10 @@ class VideoSource : public ImageSource {
                       options_.fps > 0 ? static_cast<double>(wanted) / options_.fps : time_s_,
                       FileName() + "#" + std::to_string(wanted),
                       {}};
-    if (!capture_.retrieve(image.bgr) || image.bgr.type() != CV_8UC3) return AtEnd();
+    if (!capture_.retrieve(image.bgr) || image.bgr.type() != CV_8UC3) {
+      --num_grabbed_;  // its data are there, but no image
+      return AtEnd();
+    }
     ++num_read_;
     return image;
   }
@@ -129,8 +147,7 @@ class VideoSource : public ImageSource {
                              .expected = "a frame " + std::to_string(options_.start),
                              .found = std::to_string(num_grabbed_) + " frames"});
     }
-    // The count is computed from the duration and may be off by one.
-    if (num_in_file_ && num_grabbed_ + 1 < *num_in_file_) {
+    if (num_in_file_ && num_grabbed_ + CountTolerance(path_) < *num_in_file_) {
       Log(LogLevel::kWarning, path_ + ": the video ends after " + std::to_string(num_grabbed_) +
                                   " of " + std::to_string(*num_in_file_) + " frames");
     }
