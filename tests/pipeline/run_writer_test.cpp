@@ -257,6 +257,14 @@ TEST_F(RunWriterTest, MakesFoldersAgainThatAreRemovedMeanwhile) {
   EXPECT_EQ(ReadPly(writer.model_path()).size(), 2U);
 }
 
+TEST_F(RunWriterTest, AFolderThatCannotBeReadIsNotTakenForAnEmptyOne) {
+  std::filesystem::create_directories(folder_);
+  const std::filesystem::path folder = folder_ / std::string(300, 'a');  // 255 are allowed
+  EXPECT_THAT([&] { HoldsRun(folder); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("cannot read the folder")));
+  EXPECT_FALSE(HoldsRun(folder_ / "none"));
+}
+
 TEST_F(RunWriterTest, PutsANewRunInPlaceOfAnEarlierOne) {
   Reconstruction reconstruction;
   reconstruction.maps = {MakeMap(0, 5), MakeMap(3, 2)};

@@ -159,8 +159,8 @@ void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::
   if (placing != ImagePlacing::kNone) {
     if (!MayPlaceImages(target)) {
       Log(LogLevel::kWarning, target.string() +
-                                  " has other files in it: the images of the keyframes are not "
-                                  "written");
+                                  " has other files in it, or cannot be read: the images of the "
+                                  "keyframes are not written");
       return;
     }
     RemovePlacedImages(target);
@@ -198,11 +198,11 @@ std::vector<std::string> NamesOfPlacedImages(const fs::path& images) {
 
 bool MayPlaceImages(const fs::path& images) {
   const std::vector<std::string> names = NamesOfPlacedImages(images);
-  std::error_code not_there;
-  for (const auto& entry : fs::directory_iterator(images, not_there)) {
-    if (std::ranges::find(names, entry.path().filename().string()) == names.end()) return false;
+  std::error_code error;
+  for (fs::directory_iterator it(images, error), end; !error && it != end; it.increment(error)) {
+    if (std::ranges::find(names, it->path().filename().string()) == names.end()) return false;
   }
-  return true;
+  return !error || error == std::errc::no_such_file_or_directory;
 }
 
 }  // namespace mono3d

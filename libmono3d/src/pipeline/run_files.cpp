@@ -9,6 +9,7 @@
 #include <set>
 #include <system_error>
 
+#include "core/system_error.h"
 #include "mono3d/core/error.h"
 #include "mono3d/pipeline/images_of_run.h"
 
@@ -116,26 +117,35 @@ bool IsBehindLink(const std::filesystem::path& folder, const std::filesystem::pa
   return false;
 }
 
+// The names in the folder; none where there is no such folder. Throws Error where they cannot be
+// read: files that are left out would be taken for files of the user.
+std::vector<std::string> NamesIn(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  const bool is_there =
+      error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory;
+  if (error && is_there) ThrowSystemError("cannot read the folder", folder, error.value());
+  return names;
+}
+
 // Adds the files of `folder` / `below` whose names match.
 void AddMatching(const std::filesystem::path& folder, const std::filesystem::path& below,
                  bool (*matches)(std::string_view), std::vector<std::filesystem::path>& files) {
-  std::error_code ignored;
   if (IsBehindLink(folder, below)) return;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / below, ignored)) {
-    const std::string name = entry.path().filename().string();
+  for (const std::string& name : NamesIn(folder / below)) {
     const bool is_match = matches(WithoutEnding(name, ".partial").value_or(name));
-    if (is_match && !IsFolder(entry.path())) files.push_back(below / name);
+    if (is_match && !IsFolder(folder / below / name)) files.push_back(below / name);
   }
 }
 
 // The folders sparse and sparse_mapN.
 std::vector<std::string> SparseFolders(const std::filesystem::path& folder) {
-  std::vector<std::string> models;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (IsNameOfMap(name, "sparse", "")) models.push_back(name);
-  }
+  std::vector<std::string> models = NamesIn(folder);
+  std::erase_if(models, [](const std::string& name) { return !IsNameOfMap(name, "sparse", ""); });
   return models;
 }
 

@@ -36,7 +36,7 @@ std::string NameOfCamera(std::size_t number);
 std::string DepthMapName(std::int64_t frame_index);
 
 // The files of a run in the folder, and what was left of them half written, by their paths below
-// it. A folder that is not there has none.
+// it. A folder that is not there has none. Throws Error (kIo) where one cannot be read.
 std::vector<std::filesystem::path> FilesOfRun(const std::filesystem::path& folder);
 
 // Removes them, and the folders below with nothing else in them. Throws Error (kIo).

@@ -12,7 +12,8 @@ namespace MONO3D_EXPORT mono3d {
 // How the folder of a run begins that is not whole yet, or never was: a number follows.
 inline constexpr const char* kUnfinishedStem = "unfinished_";
 
-// Are there files in the folder that a RunWriter would clear?
+// Are there files in the folder that a RunWriter would clear? Throws Error (kIo) where it cannot be
+// read.
 bool HoldsRun(const std::filesystem::path& folder);
 
 // Puts what is in `made` in place of the run in `folder`, on the same file system: moves the files
