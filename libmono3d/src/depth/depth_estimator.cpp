@@ -12,6 +12,7 @@
 
 #include "depth/buffers.h"
 #include "depth/bundle_checks.h"
+#include "depth/contradictions.h"
 #include "depth/grey_images.h"
 #include "depth/hierarchy.h"
 #include "depth/image_noise.h"
@@ -21,6 +22,7 @@
 #include "depth/map_storage.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
+#include "depth/single_views.h"
 #include "depth/sky.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
@@ -40,8 +42,14 @@ constexpr double kMinMotionPx = 2;
 constexpr double kMinVisibleShare = 0.1;
 // A bundle that does not match keeps a few chance estimates: fewer than this share of the pixels.
 constexpr double kMinDensity = 0.01;
+
+// Planes by which the depths of two pixels must differ to contradict each other: one plane each for
+// what refinement may have left.
+constexpr float kContradiction = 2;
 // Above this what is missing are the edges of surfaces, and inferring them is not worth the time.
 constexpr double kWholeDensity = 0.98;
+// Matching images that must see an inferred point, which no match of its own proves.
+constexpr int kMinViewsToInfer = 2;
 // Pixels of the census window, 9x7, over which the texture is averaged.
 constexpr double kTextureWindow = 63;
 // dog.comp counts in 1/256 grey level.
@@ -97,7 +105,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
   NormalsParams ParamsOfNormals(const SweepGeometry& geometry, const SweepPlan& plan) const;
   DepthMap DownloadMap(const ImageBundle& bundle, double largest_baseline_su);
   EstimateBuffers Refined(const SweepPlan& plan) const;
-  void Infer(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map);
+  EstimateBuffers RefinedWithout(const cv::Mat& doubtful, const SweepPlan& plan);
+  cv::Mat ClearDoubtful(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map) const;
+  void Infer(const SweepGeometry& geometry, const SweepPlan& plan, const cv::Mat& doubtful,
+             DepthMap& map);
   void AddInferred(const cv::Rect& pixels, DepthMap& map) const;
 
   std::shared_ptr<Device> device_;
@@ -116,6 +127,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   ImageNoise noise_;  // of the reference
   Buffer response_;
   Buffer filtered_depth_;
+  Buffer certain_depth_;
   Buffer filtered_confidence_;
   MapStorage storage_;
   cv::Mat inferred_inverse_depth_;  // kept, like the buffers
@@ -203,7 +215,10 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
     return result;
   }
   result.status = DepthStatus::kEstimated;
-  if (options_.inference.enabled && density < kWholeDensity) Infer(geometry, plan, map);
+  const cv::Mat doubtful = ClearDoubtful(geometry, plan, map);
+  if (options_.inference.enabled && density < kWholeDensity) {
+    Infer(geometry, plan, doubtful, map);
+  }
   if (!reference.content.empty()) ClearAround(ShownSurely(reference), map);
   result.map = std::move(map);
   return result;
@@ -230,25 +245,63 @@ NormalsParams VulkanDepthEstimator::ParamsOfNormals(const SweepGeometry& geometr
           .tolerance = static_cast<float>(plan.step / (1u << static_cast<unsigned>(plan.level)))};
 }
 
+// Takes out of the map what FindContradicted and FindDoubtfulSingleViews name, and returns it: not
+// 0. Empty: nothing.
+cv::Mat VulkanDepthEstimator::ClearDoubtful(const SweepGeometry& geometry, const SweepPlan& plan,
+                                            DepthMap& map) const {
+  const ScopedStageTimer timer(times_, "depth/doubtful");
+  const auto clear = [&map](const cv::Mat& pixels) {
+    for (const cv::Mat& values : {map.depth, map.normal, map.confidence}) {
+      cv::Mat cleared = values;
+      cleared.setTo(cv::Scalar::all(0), pixels);
+    }
+  };
+  const float tolerance = kContradiction * ParamsOfNormals(geometry, plan).tolerance;
+  const cv::Mat contradicted = FindContradicted(geometry, map.depth, map.confidence, tolerance);
+  clear(contradicted);
+  const cv::Mat single = FindDoubtfulSingleViews(geometry, map.depth);
+  clear(single);
+  const cv::Mat both = contradicted | single;
+  return cv::countNonZero(both) > 0 ? both : cv::Mat();
+}
+
+// What Refined has, without these pixels.
+EstimateBuffers VulkanDepthEstimator::RefinedWithout(const cv::Mat& doubtful,
+                                                     const SweepPlan& plan) {
+  const EstimateBuffers refined = Refined(plan);
+  if (doubtful.empty()) return refined;
+  cv::Mat inverse_depth(doubtful.size(), CV_32FC1);
+  const std::span<float> values(inverse_depth.ptr<float>(), inverse_depth.total());
+  refined.inverse_depth.Download(values);
+  inverse_depth.setTo(0, doubtful);
+  Reserve(certain_depth_, device_, values.size_bytes(), "depth/certain");
+  certain_depth_.Upload(std::span<const float>(values));
+  return {certain_depth_, refined.confidence};
+}
+
 // Adds what is inferred to the map of what was matched, which stays as it is.
 void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan& plan,
-                                 DepthMap& map) {
+                                 const cv::Mat& doubtful, DepthMap& map) {
   const std::vector<std::uint32_t> tiles = TilesWithoutDepth(map.depth);
   if (tiles.empty()) return;
-  inference_.Record(recorder_, {.size = SizeAtLevel(map.camera, 0),
-                                .images = hierarchy_.images(0),
-                                .halved = hierarchy_.images(1),
-                                .matched = Refined(plan),
-                                .depth = filtered_depth_,
-                                .winners = hierarchy_.winners(),
-                                .winner_size = plan.size,
-                                .winner_level = plan.level,
-                                .step = plan.step,
-                                .projections = geometry.Projections(0),
-                                .min_views = options_.refinement.min_views,
-                                .sky = FindSky(map.bgr, map.depth),
-                                .tiles = tiles,
-                                .normals = ParamsOfNormals(geometry, plan)});
+  if (!doubtful.empty()) {
+    filtered_depth_.Upload(std::span<const float>(map.depth.ptr<float>(), map.depth.total()));
+  }
+  inference_.Record(recorder_,
+                    {.size = SizeAtLevel(map.camera, 0),
+                     .images = hierarchy_.images(0),
+                     .halved = hierarchy_.images(1),
+                     .matched = RefinedWithout(doubtful, plan),
+                     .depth = filtered_depth_,
+                     .winners = hierarchy_.winners(),
+                     .winner_size = plan.size,
+                     .winner_level = plan.level,
+                     .step = plan.step,
+                     .projections = geometry.Projections(0),
+                     .min_views = std::max(options_.refinement.min_views, kMinViewsToInfer),
+                     .sky = FindSky(map.bgr, map.depth),
+                     .tiles = tiles,
+                     .normals = ParamsOfNormals(geometry, plan)});
   recorder_.Submit(times_);
   const std::size_t num_pixels = map.depth.total();
   const auto download = [num_pixels](const Buffer& from, std::size_t num_channels, cv::Mat& to) {

@@ -127,7 +127,9 @@ struct MedianOptions {
 // Refinement of the swept depth on the grey values of all images, at full resolution.
 struct RefinementOptions {
   int iterations = 2;  // 0: none
-  int min_views = 2;   // matching images that must see a point
+  // Matching images that must see a point. What one alone sees is not confirmed by another; as of
+  // all points, its depth goes where another pixel contradicts it in every image that sees it.
+  int min_views = 1;
 
   void Visit(OptionVisitor& visit);
 };
