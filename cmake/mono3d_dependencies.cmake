@@ -18,6 +18,9 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(spirv-cross REQUIRED IMPORTED_TARGET spirv-cross-c-shared)
 # Not through its CMake package: that of Debian 12 speaks of a file it does not install.
 pkg_check_modules(openexr REQUIRED IMPORTED_TARGET OpenEXR>=3.1)
+# Images whose decoders OpenCV would let print; libjpeg is that of libjpeg-turbo.
+pkg_check_modules(jpeg REQUIRED IMPORTED_TARGET libjpeg)
+pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng>=1.6)
 # Metadata of photos: EXIF, and XMP, which is XML.
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)

@@ -26,6 +26,11 @@
 #include <opencv2/videoio.hpp>
 #include <string_view>
 
+// clang-format off: it needs what stands before it
+#include <jpeglib.h>
+// clang-format on
+#include <png.h>
+
 #include "faults/fault_point.h"
 
 extern "C" void* __libc_malloc(std::size_t num_bytes);  // NOLINT: glibc's own name
@@ -390,6 +395,19 @@ void* malloc(std::size_t num_bytes) {
   return __libc_malloc(num_bytes);
 }
 
+// Decoders fail as they do on damaged data: by the functions that they were given for it.
+boolean jpeg_start_decompress(j_decompress_ptr info) {
+  static const auto next = Next(&jpeg_start_decompress, "jpeg_start_decompress");
+  if (Fails(kDecodeImage, true)) info->err->error_exit(reinterpret_cast<j_common_ptr>(info));
+  return next(info);
+}
+
+void png_read_update_info(png_structrp png, png_inforp info) {
+  static const auto next = Next(&png_read_update_info, "png_read_update_info");
+  if (Fails(kDecodeImage, true)) png_error(png, "asked for by MONO3D_FAULT");
+  next(png, info);
+}
+
 }  // extern "C"
 
 void* operator new(std::size_t num_bytes) {
@@ -415,7 +433,7 @@ void* fastMalloc(std::size_t num_bytes) {
   return next(num_bytes);
 }
 
-// Fails as a decoder does: without an image.
+// Of the other forms; fails as a decoder does: without an image.
 Mat imdecode(InputArray data, int flags) {
   static const auto next = reinterpret_cast<Mat (*)(InputArray, int)>(
       dlsym(RTLD_NEXT, "_ZN2cv8imdecodeERKNS_11_InputArrayEi"));

@@ -45,6 +45,10 @@ void WriteFilesOfMistakes(const std::filesystem::path& folder) {
     write("text/" + number + ".jpg", "I am no image.\n");
   }
   write("cut/0.jpg", ReadText(folder / "flight/0.jpg").substr(0, 900));
+  std::string damaged = ReadText(folder / "flight/0.jpg");
+  // Many ones are no code.
+  for (std::size_t i = 0; i < 20; ++i) damaged.replace(1500 + 2 * i, 2, std::string("\xFF\0", 2));
+  write("damaged/0.jpg", damaged);
   WriteNoise(folder / "one/a.jpg", 1);
   std::filesystem::create_directories(folder / "empty");
   write("stamped/timestamps.txt", "0\n0.1\n");
@@ -206,6 +210,9 @@ const std::vector<Mistake>& Mistakes() {
       {"a cut image for a depth map",
        "depth flight/1.jpg cut/0.jpg flight/2.jpg --camera camera.yaml -o out", 1,
        "cut/0.jpg: the image is truncated", "copy it again"},
+      {"a damaged image for a depth map",
+       "depth flight/1.jpg damaged/0.jpg flight/2.jpg --camera camera.yaml -o out", 1,
+       "damaged/0.jpg: the image is damaged", "copy it again"},
       {"poses of fewer images", "depth flight --camera camera.yaml --poses poses.txt -o out", 1,
        "poses.txt: wrong number of poses", "expected 5, one for each image"},
       {"a pose that is none", "depth flight --camera camera.yaml --poses bent.txt -o out", 1,

@@ -222,6 +222,59 @@ TEST_F(ExampleRun, GoesOnBehindATruncatedImageAndCountsIt) {
   EXPECT_GE(record["counts"]["fused"], 1);
 }
 
+// Each is named once, with the reason, and no library prints a line of its own.
+TEST_F(ExampleRun, GoesOnBehindDamagedImagesWithoutAWordOfTheirDecoders) {
+  const std::filesystem::path images = folder_ / "images";
+  std::filesystem::copy(kExample / "images", images);
+  std::vector<std::filesystem::path> names(std::filesystem::directory_iterator(images), {});
+  std::sort(names.begin(), names.end());
+  std::vector<std::string> damaged;
+  const auto damage = [&](std::size_t index, const std::string& extension, const auto& spoil) {
+    std::filesystem::path path = names.at(index);
+    const cv::Mat image = cv::imread(path);
+    std::filesystem::remove(path);
+    path.replace_extension(extension);
+    ASSERT_TRUE(cv::imwrite(path, image));
+    std::string bytes = ReadText(path);
+    spoil(bytes);
+    WriteText(path, bytes);
+    damaged.push_back(path.filename());
+  };
+  damage(15, ".jpg", [](std::string& bytes) {  // many ones are no code
+    for (std::size_t i = 0; i < 20; ++i) {
+      bytes.replace(bytes.size() / 2 + 2 * i, 2, std::string("\xFF\0", 2));
+    }
+  });
+  damage(20, ".png", [](std::string& bytes) { bytes[bytes.size() / 2] ^= 1; });
+  damage(25, ".tiff", [](std::string& bytes) {
+    bytes.replace(bytes.size() / 2, 2000, std::string(2000, '\xFF'));
+  });
+  damage(28, ".ppm", [](std::string& bytes) { bytes.resize(bytes.size() / 2); });
+  damage(30, ".webp", [](std::string& bytes) { bytes.resize(bytes.size() / 2); });
+  const CommandResult result =
+      RunCommand(std::string(MONO3D_RECONSTRUCT_TOOL) + " " + images.string() + " --camera " +
+                     (kExample / "camera.yaml").string() + " -o " + (folder_ / "out").string() +
+                     kSmallRun + " --video --max-frames 36",
+                 folder_);
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  std::istringstream lines(result.errors);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_THAT(line, testing::StartsWith("mono3d-reconstruct: "));
+  }
+  for (const std::string& name : damaged) {
+    const std::size_t first = result.errors.find("skipped: " + (images / name).string());
+    ASSERT_NE(first, std::string::npos) << name << "\n" << result.errors;
+    EXPECT_EQ(result.errors.find(name, result.errors.find('\n', first)), std::string::npos)
+        << result.errors;
+  }
+  EXPECT_THAT(result.errors, HasSubstr("the image is damaged: copy it again (found "));
+  EXPECT_THAT(result.errors, HasSubstr("cannot decode the image (found "));
+  const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["counts"]["images_skipped"], 5);
+  EXPECT_EQ(record["counts"]["frames"], 31);
+  EXPECT_GE(record["counts"]["fused"], 1);
+}
+
 TEST_F(ExampleRun, GoesOnBehindImagesOfAnotherSizeAndCountsThem) {
   const std::filesystem::path images = folder_ / "images";
   std::filesystem::copy(kExample / "images", images);

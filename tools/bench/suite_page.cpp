@@ -7,14 +7,15 @@
 #include <array>
 #include <cctype>
 #include <ctime>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
 
 #include "bench/paper_figures.h"
 #include "common/json_file.h"
+#include "mono3d/core/error.h"
 #include "mono3d/core/version.h"
+#include "mono3d/io/image_file.h"
 
 namespace mono3d::tools {
 namespace {
@@ -49,9 +50,14 @@ std::string Devices(std::span<const SequenceResult> results, const std::filesyst
 std::optional<Figure> Thumbnail(const SequenceResult& result, const std::filesystem::path& output,
                                 const std::string& picture, const std::string& what) {
   const std::filesystem::path path = output / result.name / "pictures" / (picture + ".png");
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  const cv::Mat image = cv::imread(path.string());
-  if (image.empty()) return std::nullopt;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return std::nullopt;
+  cv::Mat image;
+  try {
+    image = ReadImage(path);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
   Figure figure;
   figure.name = result.name + "_" + picture;
   figure.caption = result.name + ": " + what + ".";

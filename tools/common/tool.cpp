@@ -14,6 +14,7 @@
 #include <exception>
 #include <filesystem>
 #include <initializer_list>
+#include <iostream>
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
@@ -208,6 +209,9 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
   // FFmpeg would print lines of its own beside ours: -8 is its AV_LOG_QUIET.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  // Of damaged TIFF, WebP and PNM files OpenCV tells past its log; nothing of ours uses this
+  // stream.
+  std::cerr.setstate(std::ios_base::badbit);
   // A closed pipe or a limit of the file size is an error of the call that writes, and no reason to
   // die with half a result.
   std::signal(SIGPIPE, SIG_IGN);

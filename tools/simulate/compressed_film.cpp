@@ -5,23 +5,17 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 
 #include "mono3d/core/error.h"
+#include "mono3d/io/image_file.h"
 #include "mono3d/io/output_file.h"
 #include "simulate/image_file.h"
 #include "simulate/video_file.h"
 
 namespace mono3d::tools {
 namespace {
-
-cv::Mat ReadRaw(const std::filesystem::path& path) {
-  cv::Mat bgr = cv::imread(path.string(), cv::IMREAD_COLOR);
-  if (bgr.empty()) throw Error({"cannot read the image back", path, {}, {}});
-  return bgr;
-}
 
 // Returns the bits of the images. The video appears when it is complete.
 std::int64_t EncodeFilm(const FilmFiles& files, double frames_per_s,
@@ -32,8 +26,8 @@ std::int64_t EncodeFilm(const FilmFiles& files, double frames_per_s,
   try {
     VideoFile video(
         partial,
-        {.size = ReadRaw(files.raw(0)).size(), .frames_per_s = frames_per_s, .options = options});
-    for (int frame = 0; frame < files.num_frames; ++frame) video.Add(ReadRaw(files.raw(frame)));
+        {.size = ReadImage(files.raw(0)).size(), .frames_per_s = frames_per_s, .options = options});
+    for (int frame = 0; frame < files.num_frames; ++frame) video.Add(ReadImage(files.raw(frame)));
     num_bits = video.Finish();
   } catch (...) {
     std::error_code ignored;
@@ -56,7 +50,7 @@ double DecodeFilm(const FilmFiles& files) {
                              .expected = std::to_string(files.num_frames) + " images",
                              .found = std::to_string(frame)});
     }
-    const cv::Mat raw = ReadRaw(files.raw(frame));
+    const cv::Mat raw = ReadImage(files.raw(frame));
     square_sum += cv::norm(bgr, raw, cv::NORM_L2SQR) /
                   static_cast<double>(3 * raw.total() * static_cast<std::size_t>(files.num_frames));
     WriteFileAtomically(files.decoded(frame), EncodePng(bgr));

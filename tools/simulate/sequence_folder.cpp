@@ -3,7 +3,6 @@
 
 #include "simulate/sequence_folder.h"
 
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "mono3d/core/statistics.h"
 #include "mono3d/image/undistorter.h"
 #include "mono3d/io/camera_file.h"
+#include "mono3d/io/image_file.h"
 #include "mono3d/io/output_file.h"
 #include "mono3d/io/ply_file.h"
 #include "mono3d/io/trajectory_file.h"
@@ -114,8 +114,7 @@ class SequenceWriter {
     for (int frame = 0; frame < sequence_.num_frames(); ++frame) {
       if (!sequence_.HasDepth(frame)) continue;
       // As it was written, so that a run that goes on finds the same colours.
-      const cv::Mat bgr = cv::imread(ImagePath(frame).string(), cv::IMREAD_COLOR);
-      if (bgr.empty()) throw Error({"cannot read the image back", ImagePath(frame), {}, {}});
+      const cv::Mat bgr = ReadImage(ImagePath(frame));
       cloud.Add(sequence_.SceneAt(frame), sequence_.depth_camera(),
                 track().T_world_cam[static_cast<std::size_t>(frame)], undistorter.Undistort(bgr));
     }

@@ -5,13 +5,13 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <string_view>
 
 #include "io/exr_file.h"
 #include "io/image_file.h"
 #include "io/image_metadata.h"
+#include "io/png_decoder.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/pfm_file.h"
@@ -49,16 +49,12 @@ cv::Mat ReadPng(const std::filesystem::path& path, const std::string& bytes,
     throw UsageError({"bad scale of a depth image", {}, "a positive number", ToText(*scale)});
   }
   if (!IsCompletePng(bytes)) ThrowBadDepthImage(path, "the image is truncated", {}, {});
-  RequireDecodableSize(path);
   cv::Mat image;
   try {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    image =
-        cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())), cv::IMREAD_UNCHANGED);
+    image = DecodePng(bytes, path, PngValues::kAsStored);
   } catch (const cv::Exception& exception) {
     ThrowBadDepthImage(path, "cannot decode the image: " + exception.err, {}, {});
   }
-  if (image.empty()) ThrowBadDepthImage(path, "cannot decode the image", {}, {});
   if (image.type() != CV_16UC1) {
     ThrowBadDepthImage(path, "not a depth image", "16 bits in one channel",
                        std::to_string(image.elemSize1() * 8) + " bits in " +

@@ -15,6 +15,7 @@
 #include "io/exr_file.h"
 #include "io/image_file.h"
 #include "io/image_metadata.h"
+#include "io/png_decoder.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/statistics.h"
@@ -105,9 +106,7 @@ cv::Mat ReadPng16(const std::filesystem::path& path, int num_channels) {
   const std::string bytes = ReadBytes(path);
   cv::Mat image;
   if (bytes.starts_with(kPngSignature) && IsCompletePng(bytes)) {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    image =
-        cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())), cv::IMREAD_UNCHANGED);
+    image = DecodePng(bytes, path, PngValues::kAsStored);
   }
   if (image.type() != CV_16UC(num_channels)) {
     throw Error(

@@ -11,11 +11,14 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
 
 #include "io/exif_camera.h"
 #include "io/image_metadata.h"
+#include "io/jpeg_decoder.h"
+#include "io/png_decoder.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 
@@ -74,24 +77,14 @@ bool IsOfKnownForm(std::string_view bytes) {
 }  // namespace
 
 void RequireDecodableSize(const std::filesystem::path& path) {
-  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;  // 805 MB in three bytes a pixel
   ImageMetadata metadata = ReadImageMetadata(path);
   if (metadata.width <= 0 && !metadata.exif.empty()) {  // of a TIFF file
     const ExifCamera exif = ParseExif(metadata.exif);
     metadata.width = exif.stored_width;
     metadata.height = exif.stored_height;
   }
-  if (metadata.width <= 0 || metadata.height <= 0) {  // a decoder may find another way to a size
-    ThrowUnreadable(path, "the image does not say its size: it is damaged");
-  }
-  const std::int64_t num_pixels = std::int64_t{metadata.width} * metadata.height;
-  if (num_pixels <= kMaxPixels) return;
-  throw Error(
-      ErrorParts{.what = "the image is too large",
-                 .where = path,
-                 .expected = "at most " + std::to_string(kMaxPixels) + " pixels",
-                 .found = std::to_string(metadata.width) + "x" + std::to_string(metadata.height),
-                 .code = ErrorCode::kUnsupported});
+  // Where it says none, a decoder may find another way to one.
+  RequireDecodableSize(metadata.width, metadata.height, path);
 }
 
 namespace {
@@ -111,16 +104,6 @@ bool FileMayHave16Bits(const std::string& path) {
   return MayHave16Bits(std::string_view(head.data(), static_cast<std::size_t>(file.gcount())));
 }
 
-cv::Mat DecodeBytes(const std::string& bytes, const std::filesystem::path& path, int flags) {
-  try {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    return cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
-                        flags | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& exception) {
-    ThrowUnreadable(path, "cannot decode the image: " + exception.err);
-  }
-}
-
 // Of an image that is whole and may be decoded.
 std::string ReadWholeImage(const std::filesystem::path& path) {
   std::string bytes = ReadBytes(path);
@@ -134,16 +117,38 @@ std::string ReadWholeImage(const std::filesystem::path& path) {
   return bytes;
 }
 
+// Of the other forms.
+cv::Mat DecodeByOpenCv(const std::string& bytes, const std::filesystem::path& path, int flags) {
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  cv::Mat image = cv::imdecode(cv::_InputArray(data, static_cast<int>(bytes.size())),
+                               flags | cv::IMREAD_IGNORE_ORIENTATION);
+  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
+  return image;
+}
+
+// Runs `decode`, whose cv::Exception of an image becomes an Error.
+template <typename Decode>
+cv::Mat DecodeOrThrow(const std::filesystem::path& path, const Decode& decode) {
+  try {
+    return decode();
+  } catch (const cv::Exception& exception) {
+    ThrowUnreadable(path, "cannot decode the image: " + exception.err);
+  }
+}
+
 // As it is stored, 8 or 16 bits in each of three channels.
 cv::Mat Decode(const std::filesystem::path& path) {
   const std::string bytes = ReadWholeImage(path);
-  const int any_depth = MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0;
-  cv::Mat image = DecodeBytes(bytes, path, cv::IMREAD_COLOR | any_depth);
-  if (!image.empty() && image.depth() != CV_8U && image.depth() != CV_16U) {
-    image = DecodeBytes(bytes, path, cv::IMREAD_COLOR);
-  }
-  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
-  return image;
+  return DecodeOrThrow(path, [&] {
+    if (bytes.starts_with(kJpegBegin)) return DecodeJpeg(bytes, path);
+    if (bytes.starts_with(kPngSignature)) return DecodePng(bytes, path, PngValues::kColour);
+    const int any_depth = MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0;
+    cv::Mat image = DecodeByOpenCv(bytes, path, cv::IMREAD_COLOR | any_depth);
+    if (image.depth() != CV_8U && image.depth() != CV_16U) {
+      image = DecodeByOpenCv(bytes, path, cv::IMREAD_COLOR);
+    }
+    return image;
+  });
 }
 
 cv::Mat UpperBits(const cv::Mat& image, int value_bits) {
@@ -177,9 +182,19 @@ cv::Mat ReadImage(const std::filesystem::path& path, int value_bits) {
 }
 
 cv::Mat ReadSmallImage(const std::filesystem::path& path) {
-  cv::Mat image = DecodeBytes(ReadWholeImage(path), path, cv::IMREAD_REDUCED_COLOR_8);
-  if (image.empty()) ThrowUnreadable(path, "cannot decode the image");
-  return image;
+  const std::string bytes = ReadWholeImage(path);
+  return DecodeOrThrow(path, [&] {
+    constexpr int kReduction = 8;
+    if (bytes.starts_with(kJpegBegin)) return DecodeJpeg(bytes, path, kReduction);
+    if (!bytes.starts_with(kPngSignature)) {
+      return DecodeByOpenCv(bytes, path, cv::IMREAD_REDUCED_COLOR_8);
+    }
+    const cv::Mat image = DecodePng(bytes, path, PngValues::kColour8);
+    cv::Mat small;
+    const cv::Size size(std::max(1, image.cols / kReduction), std::max(1, image.rows / kReduction));
+    cv::resize(image, small, size, 0, 0, cv::INTER_LINEAR_EXACT);
+    return small;
+  });
 }
 
 int FindValueBits(const std::vector<std::string>& images) {

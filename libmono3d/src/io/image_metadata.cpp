@@ -155,4 +155,21 @@ ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
   return metadata;
 }
 
+void RequireDecodableSize(std::int64_t width, std::int64_t height,
+                          const std::filesystem::path& path) {
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;  // 805 MB in three bytes a pixel
+  if (width <= 0 || height <= 0) {
+    throw Error(ErrorParts{.what = "the image does not say its size: it is damaged",
+                           .where = path,
+                           .expected = {},
+                           .found = {}});
+  }
+  if (width <= kMaxPixels / height) return;
+  throw Error(ErrorParts{.what = "the image is too large",
+                         .where = path,
+                         .expected = "at most " + std::to_string(kMaxPixels) + " pixels",
+                         .found = std::to_string(width) + "x" + std::to_string(height),
+                         .code = ErrorCode::kUnsupported});
+}
+
 }  // namespace mono3d

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -24,5 +25,10 @@ struct ImageMetadata {
 // file (all of it, as its directories may be anywhere; size and XMP are among the EXIF tags). What
 // follows a damage is missing. Throws Error when the file cannot be read.
 ImageMetadata ReadImageMetadata(const std::filesystem::path& path);
+
+// Before memory is taken for it: a small file may say that its image is huge. Throws Error where
+// there are more than 268 million pixels or none.
+void RequireDecodableSize(std::int64_t width, std::int64_t height,
+                          const std::filesystem::path& path);
 
 }  // namespace mono3d
