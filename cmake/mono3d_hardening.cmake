@@ -4,12 +4,15 @@
 # What keeps a mistake of ours from being more than a crash. ThreadSanitizer has none of it: it is
 # incompatible with some and its programs are never installed.
 
-set(MONO3D_IS_TSAN FALSE)
+option(MONO3D_HARDENING "Harden what is built; off only to measure what that costs" ON)
+mark_as_advanced(MONO3D_HARDENING)
+
+set(MONO3D_IS_HARDENED ${MONO3D_HARDENING})
 if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
-  set(MONO3D_IS_TSAN TRUE)
+  set(MONO3D_IS_HARDENED FALSE)
 endif()
 
-if(NOT MONO3D_IS_TSAN)
+if(MONO3D_IS_HARDENED)
   # Of every program and shared library: addresses of its own at each start, and tables of functions
   # that are bound at the start and cannot be written afterwards.
   include(CheckPIESupported)
@@ -21,7 +24,7 @@ endif()
 # mono3d_harden(<target>): of what handles files of unknown origin. Not of the modules that compute:
 # the checks of the standard library's containers cost time in their loops.
 function(mono3d_harden target)
-  if(MONO3D_IS_TSAN)
+  if(NOT MONO3D_IS_HARDENED)
     return()
   endif()
   target_compile_definitions(${target} PRIVATE _GLIBCXX_ASSERTIONS)

@@ -3,7 +3,7 @@
 
 # Reads every program that PROGRAMS lists, a line each, and every one that is installed from
 # BUILD_DIR to STAGE_DIR: each folder in which it looks for libraries has a fixed place, and it is
-# hardened as cmake/mono3d_hardening.cmake says, the tools also by what the compiler does. Of each
+# hardened as cmake/mono3d_hardening.cmake says, tools and library also by what the compiler does. Of each
 # object file that OBJECTS lists, a line each, the jumps are protected: a program's own note would
 # say so only if the C library's start files had one as well, which those of Debian 12 have not.
 
@@ -35,7 +35,7 @@ foreach(program IN LISTS built installed)
       list(APPEND faults "${program}: [${path}]")
     endif()
   endforeach()
-  if(IS_TSAN)
+  if(NOT IS_HARDENED)
     continue()
   endif()
   foreach(wanted "Type: +DYN" "GNU_RELRO" "Flags:[^\n]*NOW")
@@ -46,7 +46,7 @@ foreach(program IN LISTS built installed)
   if("${dynamic}" MATCHES "GNU_STACK [^\n]*RWE")
     list(APPEND faults "${program}: its stack may be executed")
   endif()
-  if(NOT program MATCHES "/(tools|bin)/mono3d-")
+  if(NOT program MATCHES "/(tools|bin)/mono3d-|/libmono3d\\.so")
     continue()
   endif()
   execute_process(COMMAND ${READELF} --dyn-syms -W ${program} OUTPUT_VARIABLE symbols ERROR_QUIET)
@@ -61,7 +61,7 @@ foreach(program IN LISTS built installed)
   endforeach()
 endforeach()
 set(num_objects 0)
-if(NOT IS_TSAN AND IS_X86)
+if(IS_HARDENED AND IS_X86)
   file(STRINGS ${OBJECTS} objects)
   foreach(object IN LISTS objects)
     if(NOT EXISTS ${object})
