@@ -153,10 +153,12 @@ TEST(Inferred, CountsNoMoreThanFourGuesses) {
     surfels.history.push_back({0, observations, 0, (observations * 16) << 16});  // 1/16 each
   }
   const std::vector<Similarity> at_the_origin(1);
-  const PointCloud cloud = ToPointCloud({}, surfels, at_the_origin, {.min_confidence = 0});
+  const PointCloud cloud = ToPointCloud({}, surfels, at_the_origin, std::vector<std::uint32_t>{3},
+                                        {.min_confidence = 0});
   ASSERT_EQ(cloud.size(), 2U);
   EXPECT_FLOAT_EQ(cloud.confidences[0], 0.25F / 1.25F);
   EXPECT_FLOAT_EQ(cloud.confidences[1], 0.25F / 1.25F);
+  EXPECT_EQ(cloud.first_frames, std::vector<std::uint32_t>(2, 3));
 }
 
 }  // namespace

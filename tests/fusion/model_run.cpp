@@ -58,6 +58,7 @@ void AddCloud(std::string& bytes, const PointCloud& cloud) {
   AddBytes(bytes, cloud.confidences);
   AddBytes(bytes, cloud.observations);
   AddBytes(bytes, cloud.inferred);
+  AddBytes(bytes, cloud.first_frames);
 }
 
 std::string BytesOf(const FusionResult& result) {

@@ -10,15 +10,19 @@ namespace mono3d {
 namespace {
 
 const std::vector<Similarity> kAtTheOrigin(16);
+// Frames of depth maps: every fifth one.
+const std::vector<std::uint32_t> kFrames = {0,  5,  10, 15, 20, 25, 30, 35,
+                                            40, 45, 50, 55, 60, 65, 70, 75};
 
 Surfels ThreeSurfels() {
   Surfels surfels;
   surfels.position_radius = {{1, 2, 3, 0.5F}, {4, 5, 6, 0.25F}, {7, 8, 9, 0.125F}};
   surfels.normal_weight = {{0, 0, -1, 10}, {0, -1, 0, 0}, {1, 0, 0, 20}};
   // Red 255, green 100.5, blue 0; confirmed twice with confidence 1.5 in all, seen through with
-  // confidence 0.5, hidden with 255 / 255.
-  surfels.history = {
-      {1023 | 402 << 10, 0xFF040002, 0, 384U << 16}, {0, 9, 0, 9}, {0, 1, 0, 256U << 16}};
+  // confidence 0.5, hidden with 255 / 255; by depth maps 3 to 7.
+  surfels.history = {{1023 | 402 << 10, 0xFF040002, 7U << 16 | 3, 384U << 16},
+                     {0, 9, 0, 9},
+                     {0, 1, 0, 256U << 16}};
   return surfels;
 }
 
@@ -36,7 +40,7 @@ Surfels Ninefold(const Surfels& surfels) {
 
 TEST(SurfelExport, FillsEveryField) {
   const PointCloud cloud =
-      ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {.min_observations = 2});
+      ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, kFrames, {.min_observations = 2});
   ASSERT_EQ(cloud.size(), kNine);
   EXPECT_EQ(cloud.points[0], Eigen::Vector3f(1, 2, 3));
   EXPECT_EQ(cloud.normals[0], Eigen::Vector3f(0, 0, -1));
@@ -44,38 +48,40 @@ TEST(SurfelExport, FillsEveryField) {
   EXPECT_EQ(cloud.radii[0], 0.5F);
   EXPECT_FLOAT_EQ(cloud.confidences[0], 1.5F / (1.5F + 0.5F + 1 + 1));
   EXPECT_EQ(cloud.observations[0], 2U);
+  EXPECT_EQ(cloud.first_frames, std::vector<std::uint32_t>(kNine, 15));
 }
 
 TEST(SurfelExport, LeavesOutRemovedSurfelsAndThoseOfTooFewMaps) {
-  const PointCloud all = ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {});
+  const PointCloud all = ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, kFrames, {});
   ASSERT_EQ(all.size(), 2 * kNine);
   EXPECT_EQ(all.points.front().x(), 1);
   EXPECT_EQ(all.points.back().x(), 7);
   EXPECT_EQ(all.confidences.back(), 0.5F);
-  EXPECT_TRUE(
-      ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, {.min_observations = 3}).empty());
+  EXPECT_TRUE(ToPointCloud(Ninefold(ThreeSurfels()), kAtTheOrigin, kFrames, {.min_observations = 3})
+                  .empty());
 }
 
 TEST(SurfelExport, LeavesOutWhatIsNotSure) {
   // Confidences 1.5 / 4 and 1 / 2.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  const PointCloud sure = ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0.45});
+  const PointCloud sure = ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.45});
   ASSERT_EQ(sure.size(), kNine);
   EXPECT_EQ(sure.points[0].x(), 7);
-  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0.35}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.35}).size(),
+            2 * kNine);
 }
 
 TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
   Surfels surfels = ThreeSurfels();
   surfels.history[0] = {0, 0x00040001, 0, 127U << 16};  // seen through with 128 of 256
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
-  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0}).size(),
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0}).size(),
             2U);  // whatever its confidence
   // By default one observation that expects an error of half a percent is enough.
   surfels.history[0] = {0, 1, 0, 43U << 16};
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), 2 * kNine);
   surfels.history[0][3] = 42U << 16;
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), kNine);
 }
 
 TEST(SurfelExport, LeavesOutWhatStandsAlone) {
@@ -86,36 +92,40 @@ TEST(SurfelExport, LeavesOutWhatStandsAlone) {
   surfels.position_radius.push_back({1, 1, 5, 1});  // before it
   surfels.normal_weight.assign(10, {0, 0, -1, 10});
   surfels.history.assign(10, {0, 1, 0, 256U << 16});
-  const PointCloud cloud = ToPointCloud(surfels, kAtTheOrigin, {});
+  const PointCloud cloud = ToPointCloud(surfels, kAtTheOrigin, kFrames, {});
   ASSERT_EQ(cloud.size(), 9U);
   for (const Eigen::Vector3f& point : cloud.points) EXPECT_EQ(point.z(), 9);
-  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.min_confidence = 0}).size(), 10U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0}).size(), 10U);
   // Neighbours that are not exported do not count.
   surfels.history[4][3] = 0;
-  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, {}).empty());
+  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, kFrames, {}).empty());
 }
 
 TEST(SurfelExport, HoldsAgainstASingleObservationAloneThatItIsHidden) {
   Surfels surfels = ThreeSurfels();
   surfels.history[0] = {0, 0xFF000001, 0, 128U << 16};  // hidden with 256, for it 128
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), kNine);
   surfels.history[0][1] += 1;  // two agree on it
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {}).size(), 2 * kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), 2 * kNine);
   surfels.history[0][1] += 5U << 16;  // seen through with 160 as well
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, {.min_confidence = 0.01}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {.min_confidence = 0.01}).size(),
+            kNine);
 }
 
 TEST(SurfelExport, ThinsToCellsOfRadii) {
   // The median of radii 0.5 and 0.125 is taken upwards: cells of 20 su hold both.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.voxel_radii = 40}).size(), 1U);
-  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, {.voxel_radii = 2}).size(), 2U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.voxel_radii = 40}).size(), 1U);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.voxel_radii = 2}).size(), 2U);
 }
 
 TEST(SurfelExport, RefusesOptionsOutOfRange) {
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.min_observations = 0}), UsageError);
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.min_confidence = 1}), UsageError);
-  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, {.voxel_radii = -1}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_observations = 0}),
+               UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_confidence = 1}),
+               UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.voxel_radii = -1}),
+               UsageError);
 }
 
 }  // namespace

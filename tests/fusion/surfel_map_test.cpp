@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <opencv2/core.hpp>
@@ -156,6 +157,24 @@ TEST(SurfelMap, GivesTheSameBytesTwice) {
   EXPECT_EQ(first.radii, second.radii);
   EXPECT_EQ(first.confidences, second.confidences);
   EXPECT_EQ(first.observations, second.observations);
+  EXPECT_EQ(first.first_frames, second.first_frames);
+}
+
+TEST(SurfelMap, TellsWhichFrameSawASurfelFirst) {
+  const auto map = EmptyMap();
+  for (unsigned i = 0; i < 2; ++i) {
+    TrackedMap seen = WallMap(11.0 * i, i + 1);  // side by side
+    seen.frame_index = 30 + 10 * i;
+    ASSERT_EQ(map->Integrate(seen).status, FusionStatus::kFused);
+    seen.frame_index = 35 + 10 * i;  // once more the same
+    ASSERT_EQ(map->Integrate(seen).status, FusionStatus::kFused);
+  }
+  const std::vector<std::uint32_t> frames = map->Export(1).first_frames;
+  const auto num_of = [&frames](std::uint32_t frame) { return std::ranges::count(frames, frame); };
+  EXPECT_EQ(num_of(30), kWidth * kHeight);
+  EXPECT_EQ(num_of(40), kWidth * kHeight);
+  // What rounding keeps apart from what was seen before is new.
+  EXPECT_LT(num_of(35) + num_of(45), kWidth * kHeight / 50);
 }
 
 TEST(SurfelMap, DoesNotDependOnTheScaleOfTheWorld) {

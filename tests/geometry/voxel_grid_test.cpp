@@ -18,6 +18,7 @@ PointCloud ThreePoints() {
   cloud.radii = {0.5F, 0.5F, 3};
   cloud.confidences = {0.5F, 0.25F, 0.5F};
   cloud.observations = {2, 7, 5};
+  cloud.first_frames = {30, 10, 20};
   return cloud;
 }
 
@@ -30,6 +31,7 @@ TEST(VoxelGrid, MakesOnePointOfACell) {
   EXPECT_EQ(thin.radii[0], 3);
   EXPECT_EQ(thin.confidences[0], 0.5F);
   EXPECT_EQ(thin.observations[0], 5U);
+  EXPECT_EQ(thin.first_frames[0], 20U);
   // The cell on the other side of 0 is another one; its disc must reach its neighbours.
   EXPECT_TRUE(thin.points[1].isApprox(Eigen::Vector3f(-0.5F, 0.5F, 0.5F)));
   EXPECT_NEAR(thin.radii[1], 0.7071, 1e-4);

@@ -42,6 +42,7 @@ void ExpectEqual(const PointCloud& a, const PointCloud& b) {
   EXPECT_EQ(a.confidences, b.confidences);
   EXPECT_EQ(a.observations, b.observations);
   EXPECT_EQ(a.inferred, b.inferred);
+  EXPECT_EQ(a.first_frames, b.first_frames);
 }
 
 TEST_F(PlyFile, TellsWhatIsInferred) {
@@ -56,6 +57,21 @@ TEST_F(PlyFile, TellsWhatIsInferred) {
   EXPECT_EQ(InferredPoints(read).radii[1], cloud.radii[4]);
   EXPECT_EQ(MatchedPoints(read).observations[2], cloud.observations[3]);
   EXPECT_TRUE(MatchedPoints(read).inferred.empty());
+}
+
+TEST_F(PlyFile, TellsWhichFrameSawAPointFirst) {
+  PointCloud cloud = FullCloud(3);
+  cloud.inferred = {0, 1, 0};
+  cloud.first_frames = {7, 4000000000U, 0};
+  WritePly(folder_ / "a.ply", cloud);
+  EXPECT_THAT(ReadText(folder_ / "a.ply"),
+              HasSubstr("property uchar inferred\nproperty uint first_frame\nend_header\n"));
+  const PointCloud read = ReadPly(folder_ / "a.ply");
+  ExpectEqual(read, cloud);
+  EXPECT_EQ(InferredPoints(read).first_frames, std::vector<std::uint32_t>{4000000000U});
+  EXPECT_EQ(MatchedPoints(read).first_frames, (std::vector<std::uint32_t>{7, 0}));
+  cloud.first_frames.pop_back();
+  EXPECT_THROW(WritePly(folder_ / "a.ply", cloud), Error);
 }
 
 TEST_F(PlyFile, HasTheHeaderOfItsDescription) {

@@ -223,6 +223,13 @@ TEST(ToPointCloud, PutsSurfelsIntoTheWorldWithoutThoseOfLittleConfidence) {
   EXPECT_EQ(cloud.colours[0], own.colours[0]);
   EXPECT_EQ(cloud.observations[0], 3);
   EXPECT_EQ(ToPointCloud(surfels, 0).size(), 2U);
+  // Of all of them or of none.
+  EXPECT_TRUE(cloud.first_frames.empty());
+  own.first_frames = {12, 13};
+  surfels.changed.push_back({4, std::make_shared<PointCloud>(own)});
+  EXPECT_TRUE(ToPointCloud(surfels).first_frames.empty());
+  surfels.changed.erase(surfels.changed.begin());
+  EXPECT_EQ(ToPointCloud(surfels).first_frames, std::vector<std::uint32_t>{12});
 }
 
 TEST_F(LiveInterface, SnapshotsComeFromAnyThreadWhileFramesArePushed) {

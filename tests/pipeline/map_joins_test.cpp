@@ -30,19 +30,24 @@ TEST(MapJoins, MovesPosesAndSurfels) {
   cloud.points = {{1, 0, 0}};
   cloud.normals = {{1, 0, 0}};
   cloud.radii = {0.5F};
+  cloud.first_frames = {40};
   const PointCloud moved = Moved(Turn(), cloud);
   EXPECT_LT((moved.points[0] - Eigen::Vector3f(10, 2, 0)).norm(), 1e-5F);
   EXPECT_LT((moved.normals[0] - Eigen::Vector3f(0, 1, 0)).norm(), 1e-6F);
   EXPECT_FLOAT_EQ(moved.radii[0], 1);
   PointCloud both = cloud;
+  both.first_frames = {70};
   AppendCloud(moved, both);
+  EXPECT_EQ(both.first_frames, (std::vector<std::uint32_t>{70, 40}));
   EXPECT_EQ(both.size(), 2U);
   EXPECT_EQ(both.radii.size(), 2U);
   EXPECT_TRUE(both.colours.empty());
   cloud.radii.clear();
+  cloud.first_frames.clear();
   AppendCloud(cloud, both);  // one without radii: then none has any
   EXPECT_EQ(both.size(), 3U);
   EXPECT_TRUE(both.radii.empty());
+  EXPECT_TRUE(both.first_frames.empty());
 }
 
 }  // namespace

@@ -17,7 +17,11 @@
 #include "drawing/model_picture.h"
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
+#include "mono3d/io/ply_file.h"
 #include "view/live_view.h"
+#include "view/model_blocks.h"
+#include "view/ply_vertices.h"
+#include "view/run_folder.h"
 #include "view/small_picture.h"
 #include "view/view_server.h"
 
@@ -308,11 +312,11 @@ void ShowTwoHalves(ViewStore& store) {
       surfel.confidence = is_right ? 1.0F : 0.0F;
       surfel.observations = is_right ? 31 : 1;
       surfel.error = is_right ? 1.0F : 0.0F;
+      surfel.first_frame = is_right ? 310 : 10;
       half.push_back(surfel);
     }
     blocks.push_back(MakeSurfelBlock(std::move(half)));
     blocks.back().id = is_right ? 1 : 0;
-    blocks.back().frame_index = is_right ? 10 : 0;
   }
   store.SetModel({0, 1}, std::move(blocks));
   store.SetUp({0, -1, 0});
@@ -354,6 +358,17 @@ TEST_F(ViewInBrowser, ColoursTheModelByWhatIsAskedFor) {
     EXPECT_TRUE(IsLow(ColourAt(picture, kLeft))) << value << ColourAt(picture, kLeft);
     EXPECT_TRUE(IsHigh(ColourAt(picture, kRight))) << value << ColourAt(picture, kRight);
   }
+  (void)picture_by("4");
+  const auto legend = [&](const char* end) {
+    return browser.Evaluate("document.getElementById('legend-" + std::string(end) +
+                            "').textContent");
+  };
+  EXPECT_EQ(legend("low"), "frame 10");
+  EXPECT_EQ(legend("high"), "frame 310");
+  store.SetTimes({0, 5}, {600, 25});
+  ASSERT_TRUE(browser.WaitFor("document.getElementById('legend-low').textContent !== 'frame 10'"));
+  EXPECT_EQ(legend("low"), "frame 10 (5.3 s)");
+  EXPECT_EQ(legend("high"), "frame 310 (15.3 s)");
   const cv::Vec3b normal = ColourAt(picture_by("2"), kRight);
   EXPECT_NEAR(normal[0], 128, 3);
   EXPECT_NEAR(normal[1], 128, 3);
@@ -369,6 +384,63 @@ TEST_F(ViewInBrowser, ColoursTheModelByWhatIsAskedFor) {
   EXPECT_TRUE(IsHigh(ColourAt(error, kRight))) << ColourAt(error, kRight);
   EXPECT_EQ(browser.Evaluate("document.getElementById('legend-high').textContent"),
             "0.25 m or more");
+  EXPECT_EQ(browser.errors(), "");
+}
+
+// The surfels of a block were seen at different times.
+TEST_F(ViewInBrowser, ColoursAFinishedRunByTheTimeOfEachSurfel) {
+  constexpr int kSide = 100;
+  PointCloud wall;  // 4 units wide and high; its left half was seen at once, its right half later
+  for (int i = 0; i < kSide * kSide; ++i) {
+    wall.points.emplace_back(0.04F * static_cast<float>(i % kSide) - 2,
+                             0.04F * static_cast<float>(i / kSide) - 2, 5.0F);
+    wall.normals.emplace_back(0, 0, -1);
+    wall.radii.push_back(0.04F);
+    wall.first_frames.push_back(i % kSide < kSide / 2 ? 7 : 4007);
+  }
+  WritePly(folder_ / "model.ply", wall);
+  WriteText("run.json", R"({"maps": [{"model_frames":
+      {"first": 7, "first_s": 0.25, "last": 4007, "last_s": 130.5}}]})");
+  const auto show = [](const std::filesystem::path& run, ViewStore& store) {
+    const RunFolder folder(run);
+    const PlyVertices vertices(folder.model_path());
+    store.SetModel({0}, ModelBlocks(vertices).All());
+    folder.Show(store, vertices.size(), Eigen::Vector3d(0, 0, -1));
+  };
+  ViewStore store;
+  show(folder_, store);
+  const ViewServer server(FreePort(), store);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  EXPECT_EQ(browser.Evaluate("mono3d.state().blocks"), 1);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('colour-time').disabled"), false);
+  browser.Evaluate(
+      "(() => { const colour = document.getElementById('colour'); colour.value = '4';"
+      "colour.dispatchEvent(new Event('change')); })()");
+  browser.Evaluate(kBeforeTheWall);
+  browser.Evaluate(kDrawn);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('legend-low').textContent"),
+            "frame 7 (0.3 s)");
+  EXPECT_EQ(browser.Evaluate("document.getElementById('legend-high').textContent"),
+            "frame 4007 (130.5 s)");
+  browser.Evaluate(kBare);
+  const cv::Mat picture = browser.Screenshot();
+  EXPECT_TRUE(IsLow(ColourAt(picture, kLeft))) << ColourAt(picture, kLeft);
+  EXPECT_TRUE(IsHigh(ColourAt(picture, kRight))) << ColourAt(picture, kRight);
+
+  // A model of an earlier version does not tell.
+  std::filesystem::create_directories(folder_ / "old");
+  wall.first_frames.clear();
+  WritePly(folder_ / "old" / "model.ply", wall);
+  ViewStore old_store;
+  show(folder_ / "old", old_store);
+  const ViewServer old_server(FreePort(), old_store);
+  browser.Open(old_server.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  EXPECT_EQ(browser.Evaluate("document.getElementById('colour-time').disabled"), true);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('colour-time').textContent"),
+            "time first seen (not in this model)");
   EXPECT_EQ(browser.errors(), "");
 }
 

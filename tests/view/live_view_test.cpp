@@ -107,6 +107,7 @@ TEST(LiveView, LeavesOutWhatIsUncertainAndWhatIsNoMore) {
     cloud.confidences.push_back(i < 4 ? 0.05F : 0.5F);
     cloud.colours.push_back({1, 2, 3});
     cloud.observations.push_back(1);
+    cloud.first_frames.push_back(i < 9 ? 2 : 3);
   }
   const auto surfels = std::make_shared<const PointCloud>(cloud);
   const auto with_anchors = [&](std::vector<std::uint32_t> numbers) {
@@ -117,7 +118,8 @@ TEST(LiveView, LeavesOutWhatIsUncertainAndWhatIsNoMore) {
           for (const std::uint32_t number : numbers) {
             SurfelAnchor& anchor = snapshot.surfels.anchors.emplace_back();
             anchor.number = number;
-            anchor.frame_index = 3;
+            anchor.frame_index = 3 + number;
+            anchor.timestamp_s = 0.5 * number;
             snapshot.surfels.changed.push_back({number, surfels});
           }
           return snapshot;
@@ -129,7 +131,9 @@ TEST(LiveView, LeavesOutWhatIsUncertainAndWhatIsNoMore) {
   const nlohmann::json two = with_anchors({1, 2});
   ASSERT_EQ(two["blocks"].size(), 2U);
   EXPECT_EQ(two["blocks"][0]["surfels"], 6);
-  EXPECT_EQ(two["blocks"][0]["frame"], 3);
+  EXPECT_EQ(two["blocks"][0]["frames"], nlohmann::json({2, 3}));
+  EXPECT_EQ(two["times"]["frames"], nlohmann::json({4, 5}));
+  EXPECT_EQ(two["times"]["seconds"], nlohmann::json({0.5, 1.0}));
   const nlohmann::json one = with_anchors({2});
   ASSERT_EQ(one["blocks"].size(), 1U);
   EXPECT_EQ(one["ids"], nlohmann::json({2}));

@@ -30,6 +30,7 @@ class ModelInBlocks : public TemporaryFolderTest {
       cloud.colours.push_back({1, 2, 3});
       cloud.confidences.push_back(0.25F);
       cloud.observations.push_back(7);
+      cloud.first_frames.push_back(static_cast<std::uint32_t>(100 + i));
     }
     WritePly(folder_ / "model.ply", cloud);
     return folder_ / "model.ply";
@@ -52,6 +53,7 @@ TEST_F(ModelInBlocks, ReadsVerticesByTheirNumber) {
   EXPECT_EQ(surfel.colour[2], 3);
   EXPECT_EQ(surfel.confidence, 0.25F);
   EXPECT_EQ(surfel.observations, 7U);
+  EXPECT_EQ(surfel.first_frame, 145U);
 }
 
 TEST_F(ModelInBlocks, HasEachSurfelOnceInBlocksThatLieApart) {
@@ -78,6 +80,9 @@ TEST_F(ModelInBlocks, TakesASmallModelAsOneBlock) {
   const std::vector<SurfelBlock> blocks = ModelBlocks(vertices).All();
   ASSERT_EQ(blocks.size(), 1U);
   EXPECT_EQ(blocks[0].num_surfels(), 9);
+  ASSERT_TRUE(blocks[0].frames);
+  EXPECT_EQ(blocks[0].frames->first, 100U);
+  EXPECT_EQ(blocks[0].frames->last, 108U);
 }
 
 TEST_F(ModelInBlocks, KnowsHowFarItsSurfelsAreFromTheTruth) {

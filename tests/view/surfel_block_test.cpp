@@ -28,6 +28,8 @@ TEST(SurfelBlock, HasTheSurfelsAsThePageReadsThem) {
   a.confidence = 0.5F;
   a.observations = 1000;
   a.error = 0.25F;
+  a.first_frame = 20;
+  b.first_frame = 10;
   b.point = {2, 4, 7};
   b.radius = 1;
   const SurfelBlock block = MakeSurfelBlock({a, b});
@@ -38,7 +40,10 @@ TEST(SurfelBlock, HasTheSurfelsAsThePageReadsThem) {
   const std::string& bytes = *block.surfels;
   const std::size_t at = Word(bytes, 0) == 0 ? 0 : kBytesOfSurfel;
   EXPECT_EQ(Word(bytes, at + 4), 0);
-  EXPECT_EQ(Word(bytes, at + 6), 32768);
+  // One octave below the largest radius: 20 steps; the last one of its frames.
+  EXPECT_EQ(static_cast<unsigned char>(bytes[at + 6]), 235);
+  EXPECT_EQ(static_cast<unsigned char>(bytes[at + 7]), 255);
+  EXPECT_EQ(static_cast<unsigned char>(bytes[kBytesOfSurfel - at + 7]), 0);
   // (0, 3/7, -4/7) on the octahedron; its lower half is unfolded outwards: (4/7, 1).
   EXPECT_EQ(static_cast<signed char>(bytes[at + 8]), 73);
   EXPECT_EQ(static_cast<signed char>(bytes[at + 9]), 127);
@@ -76,6 +81,27 @@ TEST(SurfelBlock, KeepsTheDirectionOfANormal) {
   }
 }
 
+TEST(SurfelBlock, KeepsRadiiOfDifferentSizes) {
+  std::vector<ViewSurfel> surfels(2);
+  surfels[0].radius = 3;
+  constexpr double kHalfAStep = 1.0175;  // 2^(1/40)
+  for (float radius = 3; radius > 3.0F / 6000; radius *= 0.9F) {
+    surfels[1].radius = radius;
+    const SurfelBlock block = MakeSurfelBlock(surfels);
+    int code = 255;  // of the smaller one
+    for (const std::size_t i : {0U, 1U}) {
+      const auto byte = static_cast<unsigned char>((*block.surfels)[i * kBytesOfSurfel + 6]);
+      code = std::min(code, static_cast<int>(byte));
+    }
+    const double kept = block.max_radius * std::exp2((code - 255) / 20.0);
+    EXPECT_LT(std::max(kept / radius, radius / kept), kHalfAStep) << radius;
+  }
+  surfels[1].radius = 0;  // the smallest is still there
+  const SurfelBlock block = MakeSurfelBlock(surfels);
+  EXPECT_NE((*block.surfels)[6], 0);
+  EXPECT_NE((*block.surfels)[kBytesOfSurfel + 6], 0);
+}
+
 TEST(SurfelBlock, LeavesOutWhatIsNotFinite) {
   ViewSurfel good, bad, worse;
   bad.point.x() = std::numeric_limits<float>::quiet_NaN();
@@ -109,6 +135,10 @@ TEST(SurfelBlock, TakesWhatACloudHas) {
   const std::vector<ViewSurfel> certain = ToViewSurfels(cloud, 0.5);
   ASSERT_EQ(certain.size(), 1U);
   EXPECT_EQ(certain[0].point, cloud.points[1]);
+  EXPECT_FALSE(certain[0].first_frame) << "not known is not frame 0";
+  EXPECT_FALSE(MakeSurfelBlock(certain).frames);
+  cloud.first_frames = {3, 0};
+  EXPECT_EQ(ToViewSurfels(cloud, 0.5)[0].first_frame, 0U);
 }
 
 }  // namespace

@@ -101,6 +101,7 @@ class ViewTool : public TemporaryFolderTest {
       cloud.points.emplace_back(static_cast<float>(i % 20), static_cast<float>(i / 20), 5.0F);
       cloud.normals.emplace_back(0, 0, -1);
       cloud.radii.push_back(0.7F);
+      cloud.first_frames.push_back(i < 100 ? 12 : 90);
     }
     fs::create_directories(run_ / "depth");
     fs::create_directories(folder_ / "flight");
@@ -122,7 +123,9 @@ class ViewTool : public TemporaryFolderTest {
     WriteTrajectory(run_ / "trajectory.txt", {{0, Pose()}, {1, Pose()}, {2, Pose()}});
     WriteText("run/run.json", R"({"input": ")" + (folder_ / "flight").string() +
                                   R"(", "counts": {"frames": 3, "tracked": 3},
-                                         "maps": [{"axes": {"of": "level"}}]})");
+                                         "maps": [{"axes": {"of": "level"},
+                                                   "model_frames": {"first": 12, "first_s": 0.5,
+                                                                    "last": 90, "last_s": 3}}]})");
     // The second one is not whole.
     WriteText("run/next_views.json", R"({"surface_su2": 50, "views": [
         {"position": [1, 2, 3], "target": [4, 5, 6], "rotation_xyzw": [0, 0, 0, 2],
@@ -146,6 +149,9 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   const nlohmann::json changes = ChangesAt(port);
   ASSERT_EQ(changes["blocks"].size(), 1U);
   EXPECT_EQ(changes["blocks"][0]["surfels"], 300);
+  EXPECT_EQ(changes["blocks"][0]["frames"], nlohmann::json({12, 90}));
+  EXPECT_EQ(changes["times"]["frames"], nlohmann::json({12, 90}));
+  EXPECT_EQ(changes["times"]["seconds"], nlohmann::json({0.5, 3.0}));
   EXPECT_EQ(changes["keyframes"].size(), 2U);
   EXPECT_EQ(changes["path"].size(), 3U);
   EXPECT_EQ(changes["camera"]["width"], 64);
@@ -156,9 +162,9 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   EXPECT_EQ(changes["next_views"][0]["reason"], "thin");
   EXPECT_EQ(changes["next_views"][0]["target"], nlohmann::json({4.0, 5.0, 6.0}));
   EXPECT_EQ(changes["next_views"][0]["gain_share"], 0.1);
-  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9").body.size(), 40U + 9 * 16);
+  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9").body.size(), 48U + 9 * 16);
   // Two blocks, the second of which is not there, and more of the first one.
-  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9,77,0,5,0,298,9").body.size(), 3U * 40 + 11 * 16);
+  EXPECT_EQ(Get(port, "/surfels?levels=0,0,9,77,0,5,0,298,9").body.size(), 3U * 48 + 11 * 16);
   for (const char* levels : {"", "?levels=", "?levels=0,0", "?levels=0,0,x", "?levels=0,0,9,"}) {
     EXPECT_EQ(Get(port, std::string("/surfels") + levels).status, 404) << levels;
   }

@@ -164,11 +164,13 @@ void LiveView::Update(bool is_last) {
 void LiveView::UpdateModel(const PipelineSnapshot& snapshot) {
   const SurfelChanges& changes = snapshot.surfels;
   std::vector<std::int64_t> ids;
-  std::map<std::int64_t, std::int64_t> frames;
+  std::optional<FrameTime> first, last;
   S_world_block_.clear();
   for (const SurfelAnchor& anchor : changes.anchors) {
     ids.push_back(anchor.number);
-    frames[anchor.number] = anchor.frame_index;
+    const FrameTime time{anchor.frame_index, anchor.timestamp_s};
+    if (!first || time.frame_index < first->frame_index) first = time;
+    if (!last || time.frame_index > last->frame_index) last = time;
     S_world_block_[anchor.number] = anchor.S_world_anchor;
   }
   std::vector<SurfelBlock> blocks;
@@ -182,12 +184,12 @@ void LiveView::UpdateModel(const PipelineSnapshot& snapshot) {
     for (const ViewSurfel& surfel : surfels) sum += surfel.normal.cast<double>();
     SurfelBlock block = MakeSurfelBlock(std::move(surfels));
     block.id = chunk.anchor;
-    block.frame_index = frames[chunk.anchor];
     block.S_world_block = S_world_block->second;
     blocks.push_back(std::move(block));
   }
   store_.SetModel(ids, std::move(blocks));
   store_.SetTransforms(S_world_block_);
+  if (first && last) store_.SetTimes(*first, *last);
   std::erase_if(normals_, [&](const auto& entry) { return !S_world_block_.contains(entry.first); });
   version_ = changes.version;
 }

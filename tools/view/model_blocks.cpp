@@ -99,11 +99,7 @@ std::vector<SurfelBlock> ModelBlocks::All() const {
     if (!IsFinite(surfel)) continue;
     const std::size_t index = BlockOf(surfel.point);
     block_of[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(index);
-    SurfelBlock& block = blocks[index];
-    if (sizes[index]++ == 0) block.low = block.high = surfel.point;
-    block.low = block.low.cwiseMin(surfel.point);
-    block.high = block.high.cwiseMax(surfel.point);
-    block.max_radius = std::max(block.max_radius, surfel.radius);
+    blocks[index].Cover(surfel, sizes[index]++ == 0);
   }
   std::vector<std::string> bytes(num_blocks);
   for (std::size_t k = 0; k < num_blocks; ++k) bytes[k].resize(sizes[k] * kBytesOfSurfel);

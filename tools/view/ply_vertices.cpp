@@ -107,6 +107,7 @@ void PlyVertices::ReadHeader(const std::string& header, const std::filesystem::p
   radius_at_ = Find(properties, "float", {"radius"});
   confidence_at_ = Find(properties, "float", {"confidence"});
   observations_at_ = Find(properties, "uint", {"observations"});
+  first_frame_at_ = Find(properties, "uint", {"first_frame"});
   error_at_ = Find(properties, "float", {"error"});
 }
 
@@ -136,6 +137,7 @@ ViewSurfel PlyVertices::At(std::int64_t i) const {
   if (radius_at_) surfel.radius = Read<float>(i, *radius_at_);
   if (confidence_at_) surfel.confidence = Read<float>(i, *confidence_at_);
   if (observations_at_) surfel.observations = Read<std::uint32_t>(i, *observations_at_);
+  if (first_frame_at_) surfel.first_frame = Read<std::uint32_t>(i, *first_frame_at_);
   return surfel;
 }
 

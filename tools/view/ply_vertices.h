@@ -43,7 +43,7 @@ class PlyVertices {
   std::int64_t num_vertices_ = 0;
   std::size_t point_at_ = 0;  // within a vertex
   std::optional<std::size_t> normal_at_, colour_at_, radius_at_, confidence_at_, observations_at_,
-      error_at_;
+      first_frame_at_, error_at_;
 };
 
 }  // namespace mono3d::tools

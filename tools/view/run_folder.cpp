@@ -172,6 +172,7 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
   nlohmann::json status = {{"phase", "file"},
                            {"name", fs::absolute(folder_).lexically_normal().string()},
                            {"surfels", num_surfels},
+                           {"photos", IsOfPhotos()},
                            {"memory_mb", Number(record_, "peak_memory_bytes") / (1 << 20)}};
   if (const auto counts = record_.find("counts"); counts != record_.end() && counts->is_object()) {
     status["counts"] = {{"frames", Number(*counts, "frames")},
@@ -188,6 +189,12 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
     status["health_reason"] = TextOf(record_[health], "reason");
   }
   return status;
+}
+
+// Their time stamps only number them.
+bool RunFolder::IsOfPhotos() const {
+  const auto found = record_.find("photos");
+  return found != record_.end() && found->is_boolean() && found->get<bool>();
 }
 
 std::optional<Eigen::Vector3d> RunFolder::KnownUp() const {
@@ -230,6 +237,14 @@ void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
   store.SetKeyframes(std::move(keyframes));
   store.SetPath(std::move(path));
   store.SetStatus(Status(num_surfels));
+  const nlohmann::json::json_pointer frames("/maps/0/model_frames");
+  if (!IsOfPhotos() && record_.contains(frames) && record_[frames].is_object()) {
+    const nlohmann::json& told = record_[frames];
+    const auto time_of = [&told](const char* frame, const char* time) {
+      return FrameTime{static_cast<std::int64_t>(Number(told, frame)), Number(told, time)};
+    };
+    store.SetTimes(time_of("first", "first_s"), time_of("last", "last_s"));
+  }
 }
 
 SharedBytes RunFolder::Picture(const std::string& kind, std::int64_t keyframe) const {

@@ -16,7 +16,8 @@ static_assert(std::endian::native == std::endian::little, "the page reads little
 
 struct EncodedSurfel {
   std::uint16_t position[3];
-  std::uint16_t radius;
+  std::uint8_t radius;
+  std::uint8_t frame;
   std::int8_t normal[2];
   std::uint8_t observations;
   std::uint8_t error;
@@ -32,6 +33,21 @@ std::uint16_t ToUint16(float share) {
 
 std::uint8_t ToUint8(float share) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0F, 1.0F)));
+}
+
+// Steps of a twentieth of an octave tell radii apart by 3.5 %, and reach from the largest one down
+// to a 6600th of it.
+std::uint8_t EncodeRadius(float share) {
+  constexpr float kStepsPerOctave = 20;
+  if (!(share > 0)) return 1;  // not 0: the smallest is still there
+  const float steps = std::clamp(-kStepsPerOctave * std::log2(share), 0.0F, 254.0F);
+  return static_cast<std::uint8_t>(255 - std::lround(steps));
+}
+
+std::uint8_t EncodeFrame(std::uint32_t frame, const FrameRange& frames) {
+  if (frames.last <= frames.first) return 0;
+  const double share = (static_cast<double>(frame) - frames.first) / (frames.last - frames.first);
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
 }
 
 // The normal's place on an octahedron that is unfolded to a square: two bytes, off by less than a
@@ -61,10 +77,10 @@ void EncodeSurfel(const ViewSurfel& surfel, const SurfelBlock& block, char* to) 
     encoded.colour[k] = surfel.colour[static_cast<std::size_t>(k)];
   }
   EncodeNormal(surfel.normal, encoded.normal);
-  // Not 0: the smallest is still there.
-  encoded.radius = block.max_radius > 0
-                       ? std::max<std::uint16_t>(1, ToUint16(surfel.radius / block.max_radius))
-                       : std::uint16_t{0};
+  if (block.max_radius > 0) encoded.radius = EncodeRadius(surfel.radius / block.max_radius);
+  if (block.frames && surfel.first_frame) {
+    encoded.frame = EncodeFrame(*surfel.first_frame, *block.frames);
+  }
   encoded.observations = static_cast<std::uint8_t>(std::min(surfel.observations, 255U));
   encoded.error = ToUint8(surfel.error);
   encoded.confidence = ToUint8(surfel.confidence);
@@ -88,15 +104,22 @@ void ShuffleSurfels(std::string& bytes) {
   }
 }
 
+void SurfelBlock::Cover(const ViewSurfel& surfel, bool is_first_of_all) {
+  if (is_first_of_all) low = high = surfel.point;
+  low = low.cwiseMin(surfel.point);
+  high = high.cwiseMax(surfel.point);
+  max_radius = std::max(max_radius, surfel.radius);
+  if (!surfel.first_frame) return;
+  const std::uint32_t frame = *surfel.first_frame;
+  if (!frames) frames = {frame, frame};
+  frames->first = std::min(frames->first, frame);
+  frames->last = std::max(frames->last, frame);
+}
+
 SurfelBlock MakeSurfelBlock(std::vector<ViewSurfel> surfels) {
   std::erase_if(surfels, [](const ViewSurfel& surfel) { return !IsFinite(surfel); });
   SurfelBlock block;
-  if (!surfels.empty()) block.low = block.high = surfels.front().point;
-  for (const ViewSurfel& surfel : surfels) {
-    block.low = block.low.cwiseMin(surfel.point);
-    block.high = block.high.cwiseMax(surfel.point);
-    block.max_radius = std::max(block.max_radius, surfel.radius);
-  }
+  for (const ViewSurfel& surfel : surfels) block.Cover(surfel, &surfel == &surfels.front());
   std::string bytes(surfels.size() * kBytesOfSurfel, '\0');
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     EncodeSurfel(surfels[i], block, bytes.data() + i * kBytesOfSurfel);
@@ -118,6 +141,7 @@ std::vector<ViewSurfel> ToViewSurfels(const PointCloud& cloud, double min_confid
     if (!cloud.radii.empty()) surfel.radius = cloud.radii[i];
     if (!cloud.colours.empty()) surfel.colour = cloud.colours[i];
     if (!cloud.observations.empty()) surfel.observations = cloud.observations[i];
+    if (!cloud.first_frames.empty()) surfel.first_frame = cloud.first_frames[i];
     surfels.push_back(surfel);
   }
   return surfels;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,23 +26,33 @@ struct ViewSurfel {
   float confidence = 1;
   std::uint32_t observations = 1;
   float error = 0;  // 0 to 1 of the largest one that colours tell apart; 0 where none is known
+  std::optional<std::uint32_t> first_frame =
+      {};  // whose depth map saw it first; nothing: not known
 };
 
 inline constexpr std::size_t kBytesOfSurfel = 16;
 
+// Numbers of frames, the first and the last one of them.
+struct FrameRange {
+  std::uint32_t first = 0, last = 0;
+};
+
 // Surfels that travel to the page together.
 struct SurfelBlock {
   std::int64_t id = 0;
-  // kBytesOfSurfel for each, little endian: uint16 x y z from `low` (0) to `high` (65535), uint16
-  // radius over `max_radius`, normal as two int8 over 127 (the sphere folded to an octahedron, its
-  // lower half outwards; -128: none), uint8 observations (255: or more), uint8 error over 255,
-  // uint8 red green blue, uint8 confidence over 255. In a random order: the first ones, alone, are
-  // a coarser block.
+  // kBytesOfSurfel for each, little endian: uint16 x y z from `low` (0) to `high` (65535), uint8
+  // radius (255: `max_radius`, each step less: 2^(-1/20) of it), uint8 its frame from the first (0)
+  // to the last one (255) of `frames`, normal as two int8 over 127 (the sphere folded to an
+  // octahedron, its lower half outwards; -128: none), uint8 observations (255: or more), uint8
+  // error over 255, uint8 red green blue, uint8 confidence over 255. In a random order: the first
+  // ones, alone, are a coarser block.
   std::shared_ptr<const std::string> surfels = {};
   Eigen::Vector3f low = Eigen::Vector3f::Zero(), high = Eigen::Vector3f::Zero();
   float max_radius = 0;
   Similarity S_world_block = {};
-  std::int64_t frame_index = -1;  // that brought them; -1: not known
+  std::optional<FrameRange> frames = {};  // that saw them first; nothing: not known
+  // Bounds and frames then hold this one as well.
+  void Cover(const ViewSurfel& surfel, bool is_first_of_all);
   std::int64_t num_surfels() const {
     return static_cast<std::int64_t>(surfels ? surfels->size() / kBytesOfSurfel : 0);
   }

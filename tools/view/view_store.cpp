@@ -107,6 +107,11 @@ void ViewStore::SetNextViews(const std::vector<ViewProposal>& next_views) {
   Set("next_views", std::move(list));
 }
 
+void ViewStore::SetTimes(const FrameTime& first, const FrameTime& last) {
+  Set("times", {{"frames", {first.frame_index, last.frame_index}},
+                {"seconds", {first.timestamp_s, last.timestamp_s}}});
+}
+
 void ViewStore::SetErrors(double largest_m) { Set("errors", {{"largest_m", largest_m}}); }
 
 void ViewStore::SetStatus(nlohmann::json status) { Set("status", std::move(status)); }
@@ -144,15 +149,16 @@ std::string ViewStore::Changes(std::uint64_t since) const {
   for (const auto& [id, entry] : blocks_) {
     if (entry.version <= since && entry.transform_version <= since) continue;
     const SurfelBlock& block = entry.block;
-    list.push_back({{"id", id},
-                    {"version", entry.version},
-                    {"surfels", block.num_surfels()},
-                    {"low", VectorToJson(block.low)},
-                    {"high", VectorToJson(block.high)},
-                    {"max_radius", block.max_radius},
-                    {"frame", block.frame_index},
-                    {"scale", block.S_world_block.scale()},
-                    {"pose", PoseNumbers(block.S_world_block.pose())}});
+    nlohmann::json& told = list.emplace_back();
+    told = {{"id", id},
+            {"version", entry.version},
+            {"surfels", block.num_surfels()},
+            {"low", VectorToJson(block.low)},
+            {"high", VectorToJson(block.high)},
+            {"max_radius", block.max_radius},
+            {"scale", block.S_world_block.scale()},
+            {"pose", PoseNumbers(block.S_world_block.pose())}};
+    if (block.frames) told["frames"] = {block.frames->first, block.frames->last};
   }
   if (ids_version_ > since) {
     nlohmann::json& ids = json["ids"] = nlohmann::json::array();
@@ -183,6 +189,9 @@ std::optional<std::string> ViewStore::Surfels(std::int64_t id, std::uint64_t fir
   }
   append(block.max_radius);
   append(static_cast<std::uint32_t>(size));
+  // The last one before the first: not known.
+  append(block.frames ? block.frames->first : 1U);
+  append(block.frames ? block.frames->last : 0U);
   bytes.append(*block.surfels, first * kBytesOfSurfel,
                std::min(count, size - first) * kBytesOfSurfel);
   return bytes;

@@ -19,7 +19,7 @@
 namespace mono3d::tools {
 
 // In front of surfels on their way to the page.
-inline constexpr std::size_t kBytesOfSurfelsHead = 40;
+inline constexpr std::size_t kBytesOfSurfelsHead = 48;
 
 using SharedBytes = std::shared_ptr<const std::string>;
 
@@ -31,6 +31,11 @@ struct ViewPose {
   std::int64_t id = 0;
   double timestamp_s = 0;
   Pose T_world_cam;
+};
+
+struct FrameTime {
+  std::int64_t frame_index = 0;
+  double timestamp_s = 0;
 };
 
 // Where the camera should fly next.
@@ -57,6 +62,7 @@ class ViewStore {
   void SetCamera(const CameraModel& camera);
   void SetUp(const Eigen::Vector3d& up);
   void SetNextViews(const std::vector<ViewProposal>& next_views);
+  void SetTimes(const FrameTime& first, const FrameTime& last);  // of the model's frames
   void SetErrors(double largest_m);       // how far off are surfels with an error of 1, or further
   void SetStatus(nlohmann::json status);  // what the page says in words and numbers
   // JPEG. The latest ones are "image" and "depth"; those of a keyframe are kept beside, the newest
@@ -68,9 +74,10 @@ class ViewStore {
   // What has changed since a version, as JSON; from 0: everything.
   std::string Changes(std::uint64_t since) const;
   // Surfels `first` to `first + count` of a block as it is now, behind what the page must know of
-  // it: double version, float low[3], high[3], max_radius, uint32 number of surfels in all. Nothing
-  // where there is no such block. A block of a live run may have changed since the viewer heard of
-  // it: it gets what there is, and not a refusal again and again.
+  // it: double version, float low[3], high[3], max_radius, uint32 number of surfels in all, uint32
+  // first and last of its frames (1 and 0: not known). Nothing where there is no such block. A
+  // block of a live run may have changed since the viewer heard of it: it gets what there is, and
+  // not a refusal again and again.
   std::optional<std::string> Surfels(std::int64_t id, std::uint64_t first,
                                      std::uint64_t count) const;
   SharedBytes Picture(const std::string& kind) const;  // null: none

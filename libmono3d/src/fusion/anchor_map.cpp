@@ -58,6 +58,14 @@ std::vector<int> AnchorMap::SubmapIds() const {
   return ids;
 }
 
+std::vector<std::uint32_t> AnchorMap::Frames() const {
+  std::vector<std::uint32_t> frames;
+  for (const Anchor& anchor : anchors_) {
+    frames.push_back(static_cast<std::uint32_t>(std::max<std::int64_t>(anchor.frame_index, 0)));
+  }
+  return frames;
+}
+
 void AnchorMap::Add(const Anchor& anchor, const Similarity& S_world_kf, int submap_id) {
   assert(submap_id <= NextSubmapId());
   if (submap_id == NextSubmapId()) submaps_.emplace_back(submap_id);

@@ -22,6 +22,8 @@ class AnchorMap {
   bool empty() const { return anchors_.empty(); }
   const Anchor& anchor(std::uint32_t number) const { return anchors_[number]; }
   const Anchor& back() const { return anchors_.back(); }
+  // Of the depth map of each.
+  std::vector<std::uint32_t> Frames() const;
   // Where the keyframe of each is in the world.
   const std::vector<Similarity>& S_world_kf() const { return S_world_kf_; }
   // Where its surfels are: with the keyframe, until keyframes move against each other. What later

@@ -4,6 +4,7 @@
 #include "fusion/change_log.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "fusion/export.h"
@@ -12,11 +13,12 @@
 namespace mono3d {
 namespace {
 
-std::shared_ptr<const PointCloud> DownloadChunk(const SurfelModel& model, std::uint32_t anchor) {
+std::shared_ptr<const PointCloud> DownloadChunk(const SurfelModel& model, std::uint32_t anchor,
+                                                std::span<const std::uint32_t> frames) {
   const std::vector<Similarity> in_own_frame(anchor + 1);
   const SurfelExportOptions all{.min_observations = 1, .min_confidence = 0};
   return std::make_shared<const PointCloud>(ToPointCloud(
-      model.surfels.Download(anchor), model.inferred.Download(anchor), in_own_frame, all));
+      model.surfels.Download(anchor), model.inferred.Download(anchor), in_own_frame, frames, all));
 }
 
 }  // namespace
@@ -40,16 +42,17 @@ SurfelChanges ChangeLog::Since(std::uint64_t version, const SurfelModel& model) 
   SurfelChanges changes;
   changes.version = version_;
   chunks_.resize(model.anchors.size());
+  const std::vector<std::uint32_t> frames = model.anchors.Frames();
   for (std::uint32_t i = 0; i < model.anchors.size(); ++i) {
     const Anchor& anchor = model.anchors.anchor(i);
-    changes.anchors.push_back(
-        {i, anchor.keyframe_id, anchor.frame_index, model.anchors.S_world_surfels()[i]});
+    changes.anchors.push_back({i, anchor.keyframe_id, anchor.frame_index,
+                               model.anchors.S_world_surfels()[i], anchor.timestamp_s});
     Chunk& chunk = chunks_[i];
     if (chunk.version <= version) continue;
     std::shared_ptr<const PointCloud> surfels;
     if (chunk.downloaded_version == chunk.version) surfels = chunk.surfels.lock();
     if (surfels == nullptr) {
-      surfels = DownloadChunk(model, i);
+      surfels = DownloadChunk(model, i, frames);
       chunk.surfels = surfels;
       chunk.downloaded_version = chunk.version;
     }

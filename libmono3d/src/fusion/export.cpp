@@ -61,7 +61,8 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
 
 // Adds the surfels that the options ask for, each by what it holds alone.
 void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similarity> S_world_anchor,
-               const SurfelExportOptions& options, PointCloud& cloud) {
+               std::span<const std::uint32_t> frames, const SurfelExportOptions& options,
+               PointCloud& cloud) {
   std::optional<std::uint32_t> last_anchor;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
@@ -91,14 +92,16 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
     cloud.radii.push_back(static_cast<float>(scale * p[3]));
     cloud.confidences.push_back(confidence);
     cloud.observations.push_back(observations);
+    cloud.first_frames.push_back(frames[FirstMapOf(surfels, i)]);
   }
 }
 
 PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
-                  std::span<const Similarity> S_world_anchor, const SurfelExportOptions& options) {
+                  std::span<const Similarity> S_world_anchor, std::span<const std::uint32_t> frames,
+                  const SurfelExportOptions& options) {
   PointCloud cloud;
   parts([&](const Surfels& surfels) {
-    AddChosen(surfels, is_inferred, S_world_anchor, options, cloud);
+    AddChosen(surfels, is_inferred, S_world_anchor, frames, options, cloud);
   });
   return cloud;
 }
@@ -119,6 +122,7 @@ PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud, std::
   keep(cloud.radii);
   keep(cloud.confidences);
   keep(cloud.observations);
+  keep(cloud.first_frames);
   return cloud;
 }
 
@@ -138,6 +142,7 @@ void AppendSurfels(const PointCloud& more, PointCloud& cloud) {
   append(more.radii, cloud.radii);
   append(more.confidences, cloud.confidences);
   append(more.observations, cloud.observations);
+  append(more.first_frames, cloud.first_frames);
 }
 
 // Of the inferred surfels those that say more than the matched ones and do not stand alone.
@@ -151,25 +156,25 @@ PointCloud BesideMatched(const PointCloud& inferred, const PointCloud& matched) 
 }  // namespace
 
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options) {
-  return ToPointCloud(surfels, Surfels(), S_world_anchor, options);
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
+  return ToPointCloud(surfels, Surfels(), S_world_anchor, frames, options);
 }
 
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
                         std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options) {
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
   return ToPointCloud([&](const auto& take) { take(matched); },
-                      [&](const auto& take) { take(inferred); }, S_world_anchor, options);
+                      [&](const auto& take) { take(inferred); }, S_world_anchor, frames, options);
 }
 
 PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
                         std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options) {
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
   options.Validate();
-  PointCloud cloud = Chosen(matched, false, S_world_anchor, options);
+  PointCloud cloud = Chosen(matched, false, S_world_anchor, frames, options);
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   PointCloud guessed;
-  if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, options);
+  if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, frames, options);
   if (options.min_confidence > 0 && !guessed.empty()) guessed = BesideMatched(guessed, cloud);
   if (options.voxel_radii > 0) {
     if (!cloud.empty()) cloud = Thinned(cloud, options.voxel_radii);

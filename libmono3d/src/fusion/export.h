@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <span>
 
@@ -16,9 +17,9 @@ namespace mono3d {
 // The surfels that are not removed and meet the options, in their order; the fields as
 // SurfelMap::Export states them. With a min_confidence above 0, those that stand alone among the
 // others are left out as well (FindIsolated: fewer than 8 within three radii).
-// `S_world_anchor`: per anchor.
+// `S_world_anchor` and `frames`, of which depth map that is: per anchor.
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options);
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
 // Calls with the surfels of a model in parts, one after the other.
 using SurfelParts = std::function<void(const std::function<void(const Surfels&)>&)>;
 
@@ -26,9 +27,9 @@ using SurfelParts = std::function<void(const std::function<void(const Surfels&)>
 // min_confidence above 0 an inferred surfel in the place of a matched one is left out.
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
                         std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options);
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
 PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
                         std::span<const Similarity> S_world_anchor,
-                        const SurfelExportOptions& options);
+                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
 
 }  // namespace mono3d

@@ -49,7 +49,7 @@ void AddPage(std::string_view bytes, std::uint32_t num_slots, std::uint32_t anch
   reader.Bytes(surfels.normal_weight.data() + first, num_bytes);
   reader.Bytes(surfels.history.data() + first, num_bytes);
   for (std::size_t i = first; i < surfels.size(); ++i) {
-    RequireSound(reader, AnchorOf(surfels, i) == anchor);
+    RequireSound(reader, AnchorOf(surfels, i) == anchor && FirstMapOf(surfels, i) <= anchor);
   }
 }
 

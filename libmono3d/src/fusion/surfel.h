@@ -56,6 +56,11 @@ inline std::uint32_t AnchorOf(const Surfels& surfels, std::size_t i) {
   return Low16(surfels.history[i][3]);
 }
 
+// Number of the depth map that saw it first: the one to which it is anchored, or one before.
+inline std::uint32_t FirstMapOf(const Surfels& surfels, std::size_t i) {
+  return Low16(surfels.history[i][2]);
+}
+
 // The history of a surfel counts depth maps in 16 bits.
 inline constexpr std::uint32_t kMaxDepthMaps = 0xFFFF;
 

@@ -194,7 +194,8 @@ PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
       storage.ForEachAnchor([&](std::uint32_t, const Surfels& surfels) { take(surfels); });
     };
   };
-  return ToPointCloud(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor, options);
+  return ToPointCloud(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor,
+                      model_.anchors.Frames(), options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {

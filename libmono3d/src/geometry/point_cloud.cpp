@@ -24,6 +24,7 @@ PointCloud PointsThatAre(const PointCloud& cloud, bool is_inferred) {
   keep(cloud.radii, kept.radii);
   keep(cloud.confidences, kept.confidences);
   keep(cloud.observations, kept.observations);
+  keep(cloud.first_frames, kept.first_frames);
   if (is_inferred) keep(cloud.inferred, kept.inferred);
   return kept;
 }
@@ -43,6 +44,7 @@ void CheckCloud(const PointCloud& cloud, const std::string& name) {
   check_length(cloud.confidences.size(), "confidences");
   check_length(cloud.observations.size(), "observations");
   check_length(cloud.inferred.size(), "inferred");
+  check_length(cloud.first_frames.size(), "first frames");
   const auto check_finite = [&](const std::vector<Eigen::Vector3f>& list, const char* what) {
     const auto bad = std::ranges::find_if(list, [](const auto& v) { return !v.allFinite(); });
     if (bad == list.end()) return;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <unordered_map>
 
@@ -26,6 +27,7 @@ struct Sums {
   float radius = 0;
   float confidence = 0;
   std::uint32_t observations = 0;
+  std::uint32_t first_frame = std::numeric_limits<std::uint32_t>::max();
   std::uint8_t inferred = 1;  // where all of its points are
 };
 
@@ -38,7 +40,7 @@ void RequireCloudAndVoxel(const PointCloud& cloud, double voxel_su) {
   }
   for (const std::size_t size :
        {cloud.normals.size(), cloud.colours.size(), cloud.radii.size(), cloud.confidences.size(),
-        cloud.observations.size(), cloud.inferred.size()}) {
+        cloud.observations.size(), cloud.inferred.size(), cloud.first_frames.size()}) {
     if (size == 0 || size == cloud.size()) continue;
     throw Error(ErrorParts{.what = "lists of a cloud differ in length",
                            .where = "voxel grid",
@@ -75,6 +77,9 @@ void Add(Sums& sums, const PointCloud& cloud, std::size_t i) {
   if (!cloud.observations.empty()) {
     sums.observations = std::max(sums.observations, cloud.observations[i]);
   }
+  if (!cloud.first_frames.empty()) {
+    sums.first_frame = std::min(sums.first_frame, cloud.first_frames[i]);
+  }
   if (!IsInferred(cloud, i)) sums.inferred = 0;
 }
 
@@ -110,6 +115,7 @@ PointCloud ThinToVoxels(const PointCloud& cloud, double voxel_su) {
     if (!cloud.confidences.empty()) thin.confidences.push_back(sums.confidence);
     if (!cloud.observations.empty()) thin.observations.push_back(sums.observations);
     if (!cloud.inferred.empty()) thin.inferred.push_back(sums.inferred);
+    if (!cloud.first_frames.empty()) thin.first_frames.push_back(sums.first_frame);
   }
   return thin;
 }

@@ -28,6 +28,7 @@ void RequireEqualLengths(const std::filesystem::path& path, const PointCloud& cl
   require("confidences", cloud.confidences.size());
   require("observations", cloud.observations.size());
   require("inferred", cloud.inferred.size());
+  require("first frames", cloud.first_frames.size());
 }
 
 std::string HeaderOf(const PointCloud& cloud) {
@@ -44,6 +45,7 @@ std::string HeaderOf(const PointCloud& cloud) {
   if (!cloud.confidences.empty()) header += "property float confidence\n";
   if (!cloud.observations.empty()) header += "property uint observations\n";
   if (!cloud.inferred.empty()) header += "property uchar inferred\n";
+  if (!cloud.first_frames.empty()) header += "property uint first_frame\n";
   return header + "end_header\n";
 }
 
@@ -55,6 +57,7 @@ void AppendVertex(std::string& bytes, const PointCloud& cloud, std::size_t i) {
   if (!cloud.confidences.empty()) AppendBytes(bytes, &cloud.confidences[i], 1);
   if (!cloud.observations.empty()) AppendBytes(bytes, &cloud.observations[i], 1);
   if (!cloud.inferred.empty()) AppendBytes(bytes, &cloud.inferred[i], 1);
+  if (!cloud.first_frames.empty()) AppendBytes(bytes, &cloud.first_frames[i], 1);
 }
 
 }  // namespace

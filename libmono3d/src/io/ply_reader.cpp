@@ -64,7 +64,8 @@ class PlyReader::Sink {
         radius_(header.Find("radius")),
         confidence_(header.Find("confidence")),
         observations_(header.Find("observations")),
-        inferred_(header.Find("inferred")) {}
+        inferred_(header.Find("inferred")),
+        first_frame_(header.Find("first_frame")) {}
 
   bool HasPosition() const { return Has(position_); }
 
@@ -82,6 +83,9 @@ class PlyReader::Sink {
       cloud_.observations.push_back(ToUnsigned<std::uint32_t>(values[*observations_]));
     }
     if (inferred_) cloud_.inferred.push_back(ToUnsigned<std::uint8_t>(values[*inferred_]));
+    if (first_frame_) {
+      cloud_.first_frames.push_back(ToUnsigned<std::uint32_t>(values[*first_frame_]));
+    }
   }
 
  private:
@@ -109,6 +113,7 @@ class PlyReader::Sink {
   Index confidence_;
   Index observations_;
   Index inferred_;
+  Index first_frame_;
 };
 
 struct PlyReader::Form {

@@ -50,6 +50,7 @@ void AppendCloud(const PointCloud& more, PointCloud& cloud) {
   AppendList(more.radii, num_points, cloud.radii);
   AppendList(more.confidences, num_points, cloud.confidences);
   AppendList(more.observations, num_points, cloud.observations);
+  AppendList(more.first_frames, num_points, cloud.first_frames);
   if (!cloud.inferred.empty() || !more.inferred.empty()) {  // nothing is inferred where it is empty
     cloud.inferred.resize(num_points, 0);
     cloud.inferred.insert(cloud.inferred.end(), more.inferred.begin(), more.inferred.end());

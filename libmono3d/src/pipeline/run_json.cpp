@@ -294,6 +294,18 @@ JsonValue FusionsJson(const std::vector<FusionRecord>& fusions) {
   return list;
 }
 
+// Of the first and the last frame with a depth map in the model.
+JsonValue ModelFramesJson(const std::vector<TrajectoryEntry>& model_trajectory) {
+  const auto [first, last] =
+      std::ranges::minmax_element(model_trajectory, {}, &TrajectoryEntry::frame_index);
+  JsonValue json = JsonValue::Object();
+  json.Set("first", first->frame_index);
+  json.Set("first_s", first->timestamp_s);
+  json.Set("last", last->frame_index);
+  json.Set("last_s", last->timestamp_s);
+  return json;
+}
+
 JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
   JsonValue list = JsonValue::List();
   for (const MapReconstruction& map : maps) {
@@ -302,6 +314,9 @@ JsonValue MapsJson(const std::vector<MapReconstruction>& maps) {
     json.Set("frames", map.trajectory.size());
     json.Set("keyframes", map.keyframes.size());
     json.Set("depth_maps_fused", map.model_trajectory.size());
+    if (!map.model_trajectory.empty()) {
+      json.Set("model_frames", ModelFramesJson(map.model_trajectory));
+    }
     json.Set("surfels", map.model.size());
     json.Set("surfels_inferred",
              std::ranges::count_if(map.model.inferred,

@@ -166,10 +166,11 @@ void ExchangeState(Archive& archive, PointCloud& cloud) {
   archive.List(cloud.confidences, [&](float& confidence) { archive.Number(confidence); });
   archive.List(cloud.observations, [&](std::uint32_t& number) { archive.Number(number); });
   archive.List(cloud.inferred, [&](std::uint8_t& is_inferred) { archive.Number(is_inferred); });
+  archive.List(cloud.first_frames, [&](std::uint32_t& number) { archive.Number(number); });
   if constexpr (Archive::kReads) {
     for (const std::size_t size :
          {cloud.normals.size(), cloud.colours.size(), cloud.radii.size(), cloud.confidences.size(),
-          cloud.observations.size(), cloud.inferred.size()}) {
+          cloud.observations.size(), cloud.inferred.size(), cloud.first_frames.size()}) {
       if (size != 0 && size != cloud.points.size()) archive.Refuse("contradicts itself");
     }
   }

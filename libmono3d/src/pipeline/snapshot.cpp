@@ -18,6 +18,8 @@ PointCloud ToPointCloud(const SurfelChanges& surfels, double min_confidence) {
     const auto scale = static_cast<float>(S_world_anchor.scale());
     const Eigen::Vector3f t = S_world_anchor.pose().translation().cast<float>();
     const PointCloud& own = *chunk.surfels;
+    const bool has_frames = cloud.first_frames.size() == cloud.size() && !own.first_frames.empty();
+    if (!has_frames) cloud.first_frames.clear();
     for (std::size_t i = 0; i < own.size(); ++i) {
       if (own.confidences[i] < min_confidence) continue;
       cloud.points.emplace_back(scale * (R * own.points[i]) + t);
@@ -27,6 +29,7 @@ PointCloud ToPointCloud(const SurfelChanges& surfels, double min_confidence) {
       cloud.confidences.push_back(own.confidences[i]);
       cloud.observations.push_back(own.observations[i]);
       cloud.inferred.push_back(IsInferred(own, i) ? 1 : 0);
+      if (has_frames) cloud.first_frames.push_back(own.first_frames[i]);
     }
   }
   return cloud;

@@ -153,7 +153,7 @@ function pick(x, y) {
 
 // --- What the server says ---
 
-let version = 0, server = null, status = {}, largestError_m = null;
+let version = 0, server = null, status = {}, largestError_m = null, times = null;
 
 async function poll() {
   let pause = POLL_MS;
@@ -164,7 +164,7 @@ async function poll() {
     if (server !== null && changes.server !== server) {  // another run: from the beginning
       server = null;
       version = 0;
-      largestError_m = null;
+      largestError_m = times = null;
       surfels.clear();
       setTimeout(poll, 0);
       return;
@@ -189,6 +189,7 @@ function take(changes) {
   if (changes.next_views) nextViews.update(changes.next_views);
   $('next').hidden = nextViews.views.length === 0;
   if (changes.errors) largestError_m = changes.errors.largest_m;
+  if (changes.times) times = changes.times;
   if (changes.up && !controls.isTouched) up = new THREE.Vector3(...changes.up).normalize();
   if (changes.status) {
     if (changes.status.phase === 'finished' && status.phase === 'running') isFittedToAll = false;  // once more, to what there is in the end
@@ -199,7 +200,13 @@ function take(changes) {
   if (status.pose && !$('ride').checked) flight.setNow(fromPose(status.pose));
   showStatus();
   showSlider();
-  $('colour-time').disabled = !surfels.hasTimes;
+  const hasFrames = surfels.frames !== null;
+  $('colour-time').disabled = !hasFrames;
+  // Said in the list: a phone shows no title.
+  const isOld = !hasFrames && status.phase === 'file';
+  $('colour-time').textContent = isOld ? 'time first seen (not in this model)' : 'time first seen';
+  $('colour-time').title = isOld ? 'model.ply has no first_frame: written by an earlier version, or by another program' : '';
+  showLegend();
   $('colour-error').disabled = largestError_m === null;
   followGrowth();
   draw();
@@ -310,7 +317,7 @@ function showSlider() {
 function labelStop() {
   const stop = flight.stops[$('slider').value];
   if (!stop) return;
-  const seconds = flight.path.length > 0 ? `  ${stop.t.toFixed(2)} s` : '';
+  const seconds = flight.path.length > 0 && !status.photos ? `  ${stop.t.toFixed(2)} s` : '';
   $('flight-label').textContent = `${Number($('slider').value) + 1} / ${flight.stops.length}${seconds}`;
 }
 $('slider').oninput = () => {
@@ -365,9 +372,18 @@ function click(x, y) {
 
 // --- The panel ---
 
+// The time of a frame of the model, by those of its first and last one.
+function secondsOf(frame) {
+  const {frames: [from, to], seconds: [from_s, to_s]} = times;
+  return to > from ? from_s + (to_s - from_s) * (frame - from) / (to - from) : from_s;
+}
+function frameLegend() {
+  return (surfels.frames ?? [0, 0]).map((frame) =>
+    `${status.photos ? 'photo' : 'frame'} ${frame}${times ? ` (${secondsOf(frame).toFixed(1)} s)` : ''}`);
+}
 const LEGENDS = {
   1: () => ['0', '1'], 3: () => heights.map((height) => height.toPrecision(3)),
-  4: () => ['first', 'last'], 5: () => ['0', '31 or more'], 6: () => ['0 m', `${largestError_m.toPrecision(2)} m or more`],
+  4: frameLegend, 5: () => ['0', '31 or more'], 6: () => ['0 m', `${largestError_m.toPrecision(2)} m or more`],
 };
 function showLegend() {
   const legend = LEGENDS[$('colour').value];

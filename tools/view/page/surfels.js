@@ -7,7 +7,7 @@
 
 import * as THREE from './three.module.min.js';
 
-const HEAD = 40;                   // bytes in front of surfels on their way
+const HEAD = 48;                   // bytes in front of surfels on their way
 const BYTES_OF_SURFEL = 16;
 const REFRESH_MS = 3000;           // a block that goes on changing is fetched no more often
 const FIRST_LEVEL = 2048;           // surfels of a block
@@ -30,9 +30,9 @@ function levelEnd(begin, wanted, size) {
 
 const VERTEX_SHADER = `
 uniform vec3 low, size, up;
-uniform float maxRadius, grow, blockScale, pixelsPerUnit, maxPointSize, blockTime;
+uniform float maxRadius, grow, blockScale, pixelsPerUnit, maxPointSize;
 uniform int mode;
-uniform vec2 heights;
+uniform vec2 heights, frames, blockFrames;
 uniform mat3 cutAxes;
 uniform vec3 cutLow, cutHigh;
 attribute uvec4 surfel;
@@ -62,7 +62,7 @@ float unsignedByte(uint word, int shift) { return float((word >> shift) & 255u);
 
 void main() {
   vec3 p = low + size * vec3(float(surfel.x & 65535u), float(surfel.x >> 16), float(surfel.y & 65535u)) / 65535.0;
-  float radius = maxRadius * float(surfel.y >> 16) / 65535.0 * blockScale * grow;
+  float radius = maxRadius * exp2((unsignedByte(surfel.y, 16) - 255.0) / 20.0) * blockScale * grow;
   vec3 normal = unfolded(vec2(signedByte(surfel.z, 0), signedByte(surfel.z, 8)));
   vec3 world = (modelMatrix * vec4(p, 1.0)).xyz;
   vec3 centre = (viewMatrix * vec4(world, 1.0)).xyz;
@@ -80,7 +80,10 @@ void main() {
   else if (mode == 1) vColour = ramp(unsignedByte(surfel.w, 24) / 255.0);
   else if (mode == 2) vColour = dot(normal, normal) > 0.1 ? 0.5 + 0.5 * normalize(mat3(modelMatrix) * normal) : vec3(0.5);
   else if (mode == 3) vColour = ramp((dot(world, up) - heights.x) / (heights.y - heights.x));
-  else if (mode == 4) vColour = ramp(blockTime);
+  else if (mode == 4) {
+    float frame = mix(blockFrames.x, blockFrames.y, unsignedByte(surfel.y, 24) / 255.0);
+    vColour = ramp((frame - frames.x) / max(frames.y - frames.x, 1.0));
+  }
   else if (mode == 5) vColour = ramp(log2(1.0 + unsignedByte(surfel.z, 16)) / 5.0);
   else vColour = ramp(unsignedByte(surfel.z, 24) / 255.0);
 }`;
@@ -143,7 +146,7 @@ export class Surfels {
     this.uniforms = {
       up: {value: new THREE.Vector3(0, 0, 1)}, mode: {value: 0},
       pixelsPerUnit: {value: 1}, maxPointSize: {value: gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1]},
-      heights: {value: new THREE.Vector2(0, 1)}, cutAxes: {value: new THREE.Matrix3()},
+      heights: {value: new THREE.Vector2(0, 1)}, frames: {value: new THREE.Vector2(0, 1)}, cutAxes: {value: new THREE.Matrix3()},
       cutLow: {value: new THREE.Vector3(-1e30, -1e30, -1e30)},
       cutHigh: {value: new THREE.Vector3(1e30, 1e30, 1e30)},
       viewport: {value: new THREE.Vector2(1, 1)}, lens: {value: new THREE.Vector4(1, 1, 0, 0)},
@@ -155,7 +158,14 @@ export class Surfels {
     for (const block of this.blocks.values()) sum += (block.next ?? block).info.surfels;
     return sum;
   }
-  get hasTimes() { return [...this.blocks.values()].some((block) => block.info.frame >= 0); }
+  // The frames that saw surfels first: the first and the last of them; null where none is known.
+  get frames() {
+    let range = null;
+    for (const {info: {frames}} of this.blocks.values()) {
+      if (frames) range = range ? [Math.min(range[0], frames[0]), Math.max(range[1], frames[1])] : [...frames];
+    }
+    return range;
+  }
 
   clear() {
     for (const id of [...this.blocks.keys()]) this.remove(id);
@@ -233,7 +243,7 @@ export class Surfels {
       uniforms: {
         ...this.uniforms, low: {value: new THREE.Vector3(...info.low)}, size: {value: new THREE.Vector3(...size)},
         maxRadius: {value: info.max_radius}, blockScale: {value: info.scale}, grow: {value: 1},
-        blockTime: {value: 0},
+        blockFrames: {value: new THREE.Vector2(...(info.frames ?? [0, 0]))},
       },
     });
     const points = new THREE.Points(geometry, material);
@@ -283,7 +293,7 @@ export class Surfels {
     if (block.isGone || version === 0) return;
     if (first === 0) {
       block.place({...block.info, version, low: [float(0), float(1), float(2)], high: [float(3), float(4), float(5)],
-        max_radius: float(6), surfels: head.getUint32(36, true)});
+        max_radius: float(6), surfels: head.getUint32(36, true), frames: framesOf(head)});
     } else if (version !== block.info.version) {
       return;  // what is said next of changes names it
     }
@@ -302,9 +312,9 @@ export class Surfels {
     uniforms.lens.value.set(P[0], P[5], P[8], P[9]);
     const frustum = new THREE.Frustum().setFromProjectionMatrix(
       new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
-    let sum = 0, latest = 1;
+    let sum = 0;
+    uniforms.frames.value.set(...(this.frames ?? [0, 1]));
     for (const block of this.blocks.values()) {
-      latest = Math.max(latest, block.info.frame);
       block.wanted = 0;
       if (block.info.surfels > 0 && frustum.intersectsSphere(block.sphere)) {
         const distance = Math.max(camera.position.distanceTo(block.sphere.center), 0.3 * block.sphere.radius);
@@ -318,12 +328,12 @@ export class Surfels {
     const share = Math.min(1, budget / Math.max(1, sum)), shareToFetch = Math.min(1, MAX_BUDGET / Math.max(1, sum));
     this.numDrawn = 0;
     for (const block of this.blocks.values()) {
-      this.draw(block, Math.ceil(block.wanted * share), latest);
+      this.draw(block, Math.ceil(block.wanted * share));
       block.wanted = Math.ceil(block.wanted * shareToFetch);
     }
     this.fetchMore();
   }
-  draw(block, count, latest) {
+  draw(block, count) {
     const drawn = Math.min(count, block.loaded);
     this.numDrawn += drawn;
     // A part of them covers as much area in all, but as they fall, with holes: larger by a quarter, they close most of them.
@@ -336,7 +346,6 @@ export class Surfels {
       const uniforms = points.material.uniforms;
       uniforms.grow.value = grow;
       uniforms.blockScale.value = block.info.scale;
-      uniforms.blockTime.value = block.info.frame / latest;
       begin += words.length / 4;
     }
   }
@@ -436,7 +445,7 @@ export class Surfels {
           const along = p.sub(local.origin).dot(local.direction);
           if (along <= 0 || along * block.info.scale >= nearest) continue;
           const off2 = p.lengthSq() - along * along;
-          const reach = Math.max(block.info.max_radius * (words[i + 1] >>> 16) / 65535, 2 * pixel * along);
+          const reach = Math.max(radiusOf(block, words, i), 2 * pixel * along);
           if (off2 > reach * reach) continue;
           const world = position(block, words, i);
           cut.copy(world).applyMatrix3(this.uniforms.cutAxes.value);
@@ -451,6 +460,13 @@ export class Surfels {
   }
 }
 
+function framesOf(head) {
+  const [first, last] = [head.getUint32(40, true), head.getUint32(44, true)];
+  return first <= last ? [first, last] : undefined;
+}
+function radiusOf({info}, words, i) {
+  return info.max_radius * 2 ** ((words[i + 1] >>> 16 & 255) / 20 - 255 / 20);
+}
 function localPosition({info}, words, i, to) {
   to.set(words[i] & 65535, words[i] >>> 16, words[i + 1] & 65535).divideScalar(65535);
   return to.set(info.low[0] + to.x * (info.high[0] - info.low[0]), info.low[1] + to.y * (info.high[1] - info.low[1]),

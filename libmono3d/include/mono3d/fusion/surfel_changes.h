@@ -19,6 +19,7 @@ struct SurfelAnchor {
   std::int64_t keyframe_id = 0;
   std::int64_t frame_index = 0;
   Similarity S_world_anchor;  // by the poses that the model was given last
+  double timestamp_s = 0;     // of the frame
 };
 
 // The surfels of one anchor.

@@ -24,6 +24,7 @@ struct PointCloud {
   std::vector<std::uint32_t> observations;           // depth maps that saw the point
   // 1 where nobody matched the point, but inferred it from the surface around. Empty: no point.
   std::vector<std::uint8_t> inferred = {};
+  std::vector<std::uint32_t> first_frames = {};  // whose depth map saw the point first
 
   std::size_t size() const { return points.size(); }
   bool empty() const { return points.empty(); }

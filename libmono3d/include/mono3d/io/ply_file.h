@@ -12,7 +12,8 @@ namespace MONO3D_EXPORT mono3d {
 
 // Writes a binary little-endian PLY file with the properties that the cloud has, in this order:
 // float x y z, float nx ny nz, uchar red green blue, float radius, float confidence,
-// uint observations. Throws Error when the lists of the cloud differ in length.
+// uint observations, uchar inferred, uint first_frame. Throws Error when the lists of the cloud
+// differ in length.
 void WritePly(const std::filesystem::path& path, const PointCloud& cloud);
 
 // Reads the vertices of a binary little-endian PLY file: the properties above, of any scalar type
