@@ -9,10 +9,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -115,14 +117,29 @@ TEST(LostFrames, OfPhotographsAreThoseWithoutAPlace) {
   TrackingResult pending;
   pending.is_pending = true;
   pending.reason = "photos are placed together, at the end";
-  for (int i = 0; i < 3; ++i) {
+  reconstruction.unplaced_photos[2] = "no other photo shows the same";
+  reconstruction.unplaced_photos[3] = "12 features, 30 are needed";
+  for (int i = 0; i < 4; ++i) {
+    Frame photo;
+    photo.index = i;
+    photo.name = "DJI_" + std::to_string(i) + ".JPG";
+    photo.bgr = cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3));
+    notes.AddImage(photo);
     notes.AddProgress({.counts = counts, .tracking = pending, .health = health, .frame_index = i});
     if (i < 2) reconstruction.maps[0].trajectory.push_back({.frame_index = i, .T_world_cam = {}});
   }
   const std::vector<FrameOutcome> outcomes = FrameOutcomes(notes.frames(), reconstruction);
   EXPECT_EQ(outcomes.at(0).fate, FrameFate::kTracked);
   EXPECT_EQ(outcomes.at(2).fate, FrameFate::kLost);
-  EXPECT_THAT(outcomes.at(2).reason, HasSubstr("no place among the other photographs"));
+  // The reason that the run told, and the name that is on the card; each for itself.
+  EXPECT_EQ(outcomes.at(2).reason, "no other photo shows the same");
+  EXPECT_EQ(notes.NameOf(2), "DJI_2.JPG");
+  EXPECT_EQ(notes.NameOf(4), "frame 4");
+  const std::vector<LostStretch> stretches = LostStretches(outcomes);
+  ASSERT_EQ(stretches.size(), 2U);
+  EXPECT_EQ(stretches[0].photo, "DJI_2.JPG");
+  EXPECT_EQ(stretches[1].photo, "DJI_3.JPG");
+  EXPECT_EQ(stretches[1].reason, "12 features, 30 are needed");
 }
 
 TEST(Overlap, IsTheShareOfPointsThatTheKeyframeBeforeShowsToo) {
@@ -161,6 +178,38 @@ TEST(Overview, ShowsTheModelAndThePathAndSaysWhereThereIsNone) {
   };
   EXPECT_GT(share_of({10, 10, 200}, {10, 10, 200}), 0.3) << "the model, closed";
   EXPECT_GT(share_of({60, 150, 30}, {60, 150, 30}), 1e-4) << "the start";
+}
+
+// On the earth the unit is the metre, and y is north.
+TEST(Overview, HasAScaleAndNorthOnTheEarthAlone) {
+  RunNotes notes;
+  Reconstruction reconstruction;
+  AddFlight(notes, reconstruction);
+  MapReconstruction& map = reconstruction.maps[0];
+  map.model = Square();
+  map.axes.source = AxesSource::kEarth;
+  const cv::Mat without = OverviewPicture(reconstruction, true);
+  map.georeference.emplace();
+  const cv::Mat with = OverviewPicture(reconstruction, true);
+  const CloudView view = ViewsOf(map.model, map, with.cols).front();
+  cv::Mat difference;
+  cv::absdiff(without, with, difference);
+  cv::cvtColor(difference, difference, cv::COLOR_BGR2GRAY);
+  const cv::Rect changed = cv::boundingRect(difference > 0);
+  EXPECT_GT(changed.y, view.size.height - 60) << "in the corner of the view from above";
+  EXPECT_LT(changed.br().x, view.size.width / 2);
+  // The line from end to end is dark and of a round length: 1, 2 or 5 times a power of ten.
+  const int row = view.size.height - 12;
+  int length_px = 0;
+  for (int x = 0; x < view.size.width / 2; ++x) {
+    const auto bgr = with.at<cv::Vec3b>(row, x);
+    if (bgr[0] < 100 && bgr[1] < 100 && bgr[2] < 100) ++length_px;
+  }
+  const double length_m = length_px * view.pixel_su;
+  const double leading = length_m / std::pow(10, std::floor(std::log10(1.1 * length_m)));
+  const double nearest = leading > 3.5 ? 5 : leading > 1.5 ? 2 : 1;
+  // The marks at its ends are lines two pixels wide with round ends: up to four pixels more each.
+  EXPECT_NEAR(leading, nearest, 8 * nearest / length_px) << length_m;
 }
 
 // A facade is thinnest across itself, and its normals do not tell up.

@@ -32,9 +32,8 @@ constexpr std::array kKnownReasons = {
                 "the two images agree on no motion of the camera: the scene moves, or the lens is "
                 "another one than assumed",
                 "check the calibration, and --lens fisheye for a wide lens"},
-    KnownReason{"no place among the other photographs",
-                "it shares too little with the other photographs",
-                "take photographs that overlap by two thirds with the next ones"},
+    KnownReason{"the run ended before photographs were placed",
+                "they are placed together, after the last one was read", "run it again"},
     KnownReason{"no other photo shows the same", "it shows nothing that another photograph shows",
                 "take photographs that overlap by two thirds with the next ones"},
     KnownReason{"no pose explains what it shares with other photos",

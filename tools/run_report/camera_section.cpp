@@ -88,9 +88,9 @@ Section CameraSection(const RunReport& report) {
     const std::string variation = VariationText(calibration.variation);
     if (!variation.empty()) section.paragraphs.push_back(variation + ".");
     section.tables = {CameraTable(calibration, "Known before: " + from)};
-    section.tables.back().notes = {"Where the images show a ray is known to " +
+    section.tables.back().notes = {"By this camera, the pixel that shows a point is known to " +
                                    FormatFixed(calibration.uncertainty_px, 1) +
-                                   " px at its worst."};
+                                   " px or better anywhere in the image."};
   } else if (!record.cameras.empty()) {
     section.paragraphs = {"The photographs are of " + std::to_string(record.cameras.size()) +
                           " cameras, zooms or sizes."};

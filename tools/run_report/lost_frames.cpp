@@ -20,7 +20,10 @@ std::vector<FrameOutcome> FrameOutcomes(const std::vector<FrameNote>& notes,
     const FrameFate fate = !with_pose.contains(note.frame_index) ? FrameFate::kLost
                            : note.is_tracked                     ? FrameFate::kTracked
                                                                  : FrameFate::kRecovered;
-    outcomes.push_back({note.frame_index, fate, note.reason});
+    const auto unplaced = reconstruction.unplaced_photos.find(note.frame_index);
+    const bool is_unplaced = unplaced != reconstruction.unplaced_photos.end();
+    outcomes.push_back(
+        {note.frame_index, fate, is_unplaced ? unplaced->second : note.reason, note.photo});
   }
   return outcomes;
 }
@@ -33,8 +36,9 @@ std::vector<LostStretch> LostStretches(const std::vector<FrameOutcome>& outcomes
     const bool was_lost = goes_on;
     goes_on = outcome.fate == FrameFate::kLost;
     if (!goes_on) continue;
-    if (!was_lost) {
-      stretches.push_back({.first_frame = outcome.frame_index, .reason = {}});
+    if (!was_lost || !outcome.photo.empty()) {
+      stretches.push_back(
+          {.first_frame = outcome.frame_index, .reason = {}, .photo = outcome.photo});
       reasons.clear();
     }
     LostStretch& stretch = stretches.back();

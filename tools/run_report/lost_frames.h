@@ -23,19 +23,21 @@ enum class FrameFate {
 struct FrameOutcome {
   std::int64_t frame_index = 0;
   FrameFate fate = FrameFate::kLost;
-  std::string reason;  // why it had no pose when it came
+  std::string reason;      // why it had no pose when it came; of a photograph: why it has none
+  std::string photo = {};  // name of the file; empty: of a frame of a video
 };
 
 // In the order of the frames.
 std::vector<FrameOutcome> FrameOutcomes(const std::vector<FrameNote>& notes,
                                         const Reconstruction& reconstruction);
 
-// Frames without a pose, one after the other.
+// Frames without a pose, one after the other; of photographs each stands for itself.
 struct LostStretch {
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
   std::int64_t num_frames = 0;
   std::string reason;  // of most of them
+  std::string photo = {};
 };
 
 // The longest first.

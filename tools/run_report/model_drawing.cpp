@@ -165,6 +165,41 @@ CloudView WithPlaces(CloudView view, const std::vector<Eigen::Vector3d>& places,
   return view;
 }
 
+// A bar of a round length, and where north is: of a model on the earth, whose unit is the metre.
+void DrawScale(const MapReconstruction& map, const CloudView& view, cv::Mat& picture) {
+  if (!map.georeference) return;
+  const double longest_m = 0.25 * view.size.width * view.pixel_su;
+  const double power = std::pow(10, std::floor(std::log10(longest_m)));
+  const double length_m = power * (longest_m >= 5 * power ? 5 : longest_m >= 2 * power ? 2 : 1);
+  const auto length_px = static_cast<int>(std::lround(length_m / view.pixel_su));
+  constexpr int kMargin = 12, kHeight = 34, kArrow = 26;
+  const cv::Point left(kMargin, view.size.height - kMargin);
+  const cv::Point right(left.x + length_px, left.y);
+  // What lies below stays to be seen.
+  cv::Mat ground = picture(cv::Rect(0, view.size.height - kMargin - kHeight,
+                                    right.x + 2 * kMargin + kArrow, kMargin + kHeight) &
+                           cv::Rect({0, 0}, picture.size()));
+  ground = 0.3 * ground + cv::Scalar(178, 178, 178);
+  for (const cv::Point& end : {left, right}) {
+    cv::line(picture, end, end - cv::Point(0, 6), kChartText, 2);
+  }
+  cv::line(picture, left, right, kChartText, 2);
+  DrawText(picture, ShortText(length_m) + " m", {0.5 * (left.x + right.x), left.y - 14.0},
+           TextAlign::kCentre, 10, kChartText);
+  const Eigen::Vector2d north = (view.R_view_world * Eigen::Vector3d::UnitY()).head<2>();
+  if (!(north.norm() > 0.5)) return;  // seen from the side
+  const Eigen::Vector2d half = 0.5 * kArrow * north.normalized();
+  const Eigen::Vector2d middle(right.x + kMargin + 0.5 * kArrow, left.y - 0.5 * kArrow);
+  const auto at = [&](double share) {
+    const Eigen::Vector2d place = middle + share * half;
+    return cv::Point(static_cast<int>(std::lround(place.x())),
+                     static_cast<int>(std::lround(place.y())));
+  };
+  cv::arrowedLine(picture, at(-1), at(0.4), kChartText, 2, cv::LINE_AA, 0, 0.45);
+  const Eigen::Vector2d letter = middle + half;
+  DrawText(picture, "N", {letter.x(), letter.y()}, TextAlign::kCentre, 9, kChartText);
+}
+
 cv::Mat WithName(cv::Mat picture, const std::string& name) {
   DrawText(picture, name, {10, 14}, TextAlign::kLeft, 9, kChartText);
   return picture;
@@ -238,6 +273,7 @@ cv::Mat OverviewPicture(const Reconstruction& reconstruction, bool is_path) {
     cv::Mat picture =
         DrawPoints(cloud, view, [&](std::size_t i) { return ColourOfPoint(cloud, i); });
     DrawPath(map, view, is_path, picture);
+    if (pictures.empty()) DrawScale(map, view, picture);
     pictures.push_back(WithName(picture, view.name));
   }
   const int height = std::max(pictures[1].rows, pictures[2].rows);
@@ -272,6 +308,7 @@ cv::Mat NextViewsPicture(const MapReconstruction& map, const NextViews& next) {
     return cv::Point(static_cast<int>(std::lround(std::clamp(at.x(), -1e4, 1e4))),
                      static_cast<int>(std::lround(std::clamp(at.y(), -1e4, 1e4))));
   };
+  DrawScale(map, view, picture);
   for (std::size_t i = next.views.size(); i-- > 0;) {  // the first on top
     const cv::Point from = pixel(next.views[i].T_world_cam.translation());
     const cv::Point to = pixel(next.views[i].target_world);
@@ -299,6 +336,7 @@ cv::Mat CoveragePicture(const MapReconstruction& map) {
   cv::Mat picture = DrawPoints(cloud, view, [&](std::size_t i) {
     return colours.at(std::min<std::uint32_t>(cloud.observations[i], kMaxCoverage));
   });
+  DrawScale(map, view, picture);
   const int below = 46;
   cv::copyMakeBorder(picture, picture, 0, below, 0, 0, cv::BORDER_CONSTANT,
                      cv::Scalar(255, 255, 255));

@@ -70,7 +70,8 @@ Section NextViewsSection(const MapReconstruction& map, const NextViews& next) {
   figure.jpeg_quality = 82;
   section.figures = {figure};
   Table table;
-  table.columns = {"view", "why", "gain", "at x, y, z", "looks along"};
+  table.columns = {"view", "why", "gain", map.georeference ? "at x, y, z, m" : "at x, y, z",
+                   "looks along"};
   const auto text = [](const Eigen::Vector3d& v, int decimals) {
     return FormatFixed(v.x(), decimals) + ", " + FormatFixed(v.y(), decimals) + ", " +
            FormatFixed(v.z(), decimals);

@@ -18,8 +18,9 @@ constexpr int kExampleWidth_px = 256;
 // Live, a frame may wait before it is tracked.
 constexpr std::size_t kMaxLatestImages = 64;
 
-// Of a photograph that is looked at with all others, at the end, where that does not place it.
-constexpr const char* kNoPlace = "no place among the other photographs was found";
+// Of a photograph that was to be looked at with all others, at the end, where that was not done:
+// else it is told why it was not placed.
+constexpr const char* kNoPlace = "the run ended before photographs were placed";
 
 cv::Mat Small(const cv::Mat& image, int width_px, int interpolation) {
   if (image.cols <= width_px) return image.clone();
@@ -98,10 +99,12 @@ void RunNotes::AddProgress(const PipelineProgress& progress) {
       number_of_reason_.try_emplace(is_tracked ? "" : reason, reasons_.size());
   if (is_new) reasons_.push_back(number->first);
   notes_[progress.frame_index] = {is_tracked || tracking.is_pending, number->second};
-  if (is_tracked || !lost_images_.TakesNext()) return;
+  if (is_tracked) return;
   const auto image =
       std::ranges::find(latest_images_, progress.frame_index, &LostImage::frame_index);
-  if (image != latest_images_.end()) lost_images_.Add(*image);
+  if (image == latest_images_.end()) return;
+  if (tracking.is_pending) photos_[progress.frame_index] = image->name;
+  if (lost_images_.TakesNext()) lost_images_.Add(*image);
 }
 
 void RunNotes::AddDepthMap(const DepthMap& map) {
@@ -122,9 +125,17 @@ std::vector<FrameNote> RunNotes::frames() const {
   std::vector<FrameNote> frames;
   frames.reserve(notes_.size());
   for (const auto& [index, note] : notes_) {
-    frames.push_back({index, note.is_tracked, reasons_[note.reason]});
+    const auto photo = photos_.find(index);
+    frames.push_back({index, note.is_tracked, reasons_[note.reason],
+                      photo == photos_.end() ? std::string() : photo->second});
   }
   return frames;
+}
+
+std::string RunNotes::NameOf(std::int64_t frame_index) const {
+  const std::lock_guard lock(mutex_);
+  const auto photo = photos_.find(frame_index);
+  return photo == photos_.end() ? "frame " + std::to_string(frame_index) : photo->second;
 }
 
 std::vector<DepthExample> RunNotes::depth_examples() const {

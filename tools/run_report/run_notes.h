@@ -26,6 +26,7 @@ struct FrameNote {
   std::int64_t frame_index = 0;
   bool is_tracked = false;  // or looked at with all others, at the end
   std::string reason;       // why it has no pose, where it has none
+  std::string photo = {};   // name of the file; empty: of a frame of a video
 };
 
 // A depth map, small.
@@ -55,6 +56,8 @@ class RunNotes {
   std::vector<FrameNote> frames() const;
   std::vector<DepthExample> depth_examples() const;
   std::vector<LostImage> lost_images() const;
+  // "DJI_0018.JPG" of photographs in any order, "frame 18" of frames that follow each other.
+  std::string NameOf(std::int64_t frame_index) const;
 
   // All of it but the latest images, for the journal of a run, and back; see common/state_json.h.
   nlohmann::json ToJson() const;
@@ -69,6 +72,7 @@ class RunNotes {
     std::size_t reason = 0;
   };
   std::map<std::int64_t, Note> notes_;
+  std::map<std::int64_t, std::string> photos_;  // names of those in any order
   std::vector<std::string> reasons_;
   std::map<std::string, std::size_t> number_of_reason_;
   EvenSample<LostImage> lost_images_{64};

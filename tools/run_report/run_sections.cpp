@@ -147,21 +147,36 @@ void AddLostFrames(const RunReport& report, const std::vector<FrameOutcome>& out
                    Section& section) {
   const std::vector<LostStretch> stretches = LostStretches(outcomes);
   if (stretches.empty()) return;
+  const bool are_photos = report.record.are_photos;
+  const bool have_names = !stretches.front().photo.empty();
   Table table;
-  table.title = "Frames without a pose";
-  table.columns = {"frames", "number", "reason"};
+  table.title = are_photos ? "Photographs without a pose" : "Frames without a pose";
+  if (have_names) {
+    table.columns = {are_photos ? "photograph" : "frame", "reason"};
+  } else {
+    table.columns = {"frames", "number", "reason"};
+  }
   const std::vector<LostImage> images = report.notes.lost_images();
   std::vector<std::pair<cv::Mat, std::string>> tiles;
   std::map<std::string, std::int64_t> by_reason;
   for (const LostStretch& stretch : stretches) {
     by_reason[stretch.reason] += stretch.num_frames;
     if (table.rows.size() >= kMaxLostShown) continue;
-    table.rows.push_back({FramesOf(stretch), Count(stretch.num_frames), stretch.reason});
+    if (have_names) {
+      table.rows.push_back({stretch.photo, stretch.reason});
+    } else {
+      table.rows.push_back({FramesOf(stretch), Count(stretch.num_frames), stretch.reason});
+    }
     const LostImage* image = ImageOf(stretch, images);
-    if (image != nullptr) tiles.emplace_back(image->bgr, "frame " + Count(image->frame_index));
+    if (image != nullptr) {
+      tiles.emplace_back(image->bgr, report.notes.NameOf(image->frame_index));
+    }
   }
   const std::size_t num_more = stretches.size() - table.rows.size();
-  if (num_more > 0) table.notes = {"And " + Count(static_cast<int>(num_more)) + " shorter parts."};
+  if (num_more > 0) {
+    table.notes = {"And " + Count(static_cast<int>(num_more)) +
+                   (have_names ? " more." : " shorter parts.")};
+  }
   section.tables.push_back(table);
   int num_explained = 0;
   constexpr int kMaxExplained = 3;
@@ -172,9 +187,10 @@ void AddLostFrames(const RunReport& report, const std::vector<FrameOutcome>& out
   }
   if (tiles.empty()) return;
   const int columns = std::min<int>(4, static_cast<int>(tiles.size()));
-  section.figures.push_back(JpegFigure("lost_frames", Tiles(tiles, columns),
-                                       "Images of frames without a pose.",
-                                       "small images of frames without a pose"));
+  section.figures.push_back(
+      JpegFigure("lost_frames", Tiles(tiles, columns),
+                 are_photos ? "Photographs without a pose." : "Images of frames without a pose.",
+                 "small images of what has no pose"));
 }
 
 double MedianOf(const std::vector<KeyframeOverlap>& overlaps, double KeyframeOverlap::*member) {
@@ -267,6 +283,7 @@ Section CoverageSection(const RunReport& report) {
   if (report.reconstruction.maps.empty()) return {};
   const MapReconstruction& map = report.reconstruction.maps[0];
   const std::vector<KeyframeOverlap> overlaps = Overlaps(map.sparse);
+  const bool are_photos = report.record.are_photos;
   const cv::Mat coverage = CoveragePicture(map);
   if (!coverage.empty()) {
     section.figures.push_back(JpegFigure(
@@ -278,16 +295,19 @@ Section CoverageSection(const RunReport& report) {
   if (!overlaps.empty()) {
     const double shared = MedianOf(overlaps, &KeyframeOverlap::shared);
     section.paragraphs.push_back(
-        "A keyframe shares " + FormatPercent(shared, 0) +
-        " of its points with the one before (median), and lies " +
+        std::string(are_photos ? "A photograph" : "A keyframe") + " shares " +
+        FormatPercent(shared, 0) + " of its points with the one before (median), and lies " +
         FormatPercent(MedianOf(overlaps, &KeyframeOverlap::baseline_ratio), 1) +
         " of the depth away from it." +
-        (shared < kGoodOverlap ? " That is little: take more images a second, or fly slower."
-                               : ""));
+        (shared >= kGoodOverlap ? ""
+         : are_photos           ? " That is little: take photographs nearer to each other."
+                                : " That is little: take more images a second, or fly slower."));
     section.figures.push_back(
-        SvgFigure("overlap", OverlapSvg(overlaps),
-                  "Share of a keyframe's points that the one before shows as well. Where it falls "
-                  "to zero, tracking is about to be lost.",
+        SvgFigure("overlap", OverlapSvg(overlaps, are_photos),
+                  are_photos ? "Share of a photograph's points that the one before shows as well. "
+                               "Low where a new strip of the flight begins."
+                             : "Share of a keyframe's points that the one before shows as well. "
+                               "Where it falls to zero, tracking is about to be lost.",
                   "a curve of the overlap of keyframes over the frames"));
   }
   return section.figures.empty() ? Section() : section;
@@ -296,10 +316,14 @@ Section CoverageSection(const RunReport& report) {
 Section FrameSection(const RunReport& report, const std::vector<FrameOutcome>& outcomes) {
   Section section = WithTitle(report.record.are_photos ? "Photographs" : "Frames");
   if (outcomes.empty()) return {};
+  const bool are_photos = report.record.are_photos;
   section.figures = {SvgFigure(
-      "timeline", TimelineSvg(outcomes, report.reconstruction),
-      "Poses: green when the frame came, yellow later, red none. Depth maps: blue taken, red "
-      "refused. Model: how well the latest depth maps fitted it (green, yellow, red).",
+      "timeline", TimelineSvg(outcomes, report.reconstruction, are_photos),
+      std::string(are_photos ? "Photographs in the order of their names, from 0 on. Poses: green "
+                               "found, red none."
+                             : "Poses: green when the frame came, yellow later, red none.") +
+          " Depth maps: blue taken, red refused. Model: how well the latest depth maps fitted it "
+          "(green, yellow, red).",
       "poses, keyframes, depth maps and the state of the model over the frames")};
   AddLostFrames(report, outcomes, section);
   const PipelineCounts& counts = report.reconstruction.counts;
@@ -325,7 +349,7 @@ Section DepthOfRunSection(const RunReport& report) {
     const std::size_t at =
         num_shown > 1 ? i * (examples.size() - 1) / (num_shown - 1) : examples.size() / 2;
     const DepthExample& example = examples[at];
-    tiles.emplace_back(example.bgr, "frame " + Count(example.frame_index));
+    tiles.emplace_back(example.bgr, report.notes.NameOf(example.frame_index));
     tiles.emplace_back(DepthColours(example.depth), "depth");
     tiles.emplace_back(ConfidenceColours(example.confidence, example.bgr.size()), "confidence");
   }

@@ -57,7 +57,7 @@ std::string SvgBegin(double height) {
          "\" font-family=\"sans-serif\" font-size=\"13\">\n<g fill=\"currentColor\">\n";
 }
 
-std::string SvgFrameTicks(const FrameAxis& axis, double y) {
+std::string SvgFrameTicks(const FrameAxis& axis, bool are_photos, double y) {
   const double span = static_cast<double>(axis.last - axis.first + 1);
   const double power = std::pow(10, std::floor(std::log10(std::max(1.0, span / 8))));
   const double ratio = span / 8 / power;
@@ -67,7 +67,7 @@ std::string SvgFrameTicks(const FrameAxis& axis, double y) {
   for (double frame = first_tick; frame <= static_cast<double>(axis.last); frame += step) {
     svg += SvgText(axis.At(frame), y, "middle", FormatFixed(frame, 0));
   }
-  return svg + SvgText(0, y, "start", "frame");
+  return svg + SvgText(0, y, "start", are_photos ? "photograph" : "frame");
 }
 
 const char* ColourOf(FrameFate fate) {
@@ -136,7 +136,7 @@ std::string HealthRow(const FrameAxis& axis, const MapReconstruction& map, doubl
 }  // namespace
 
 std::string TimelineSvg(const std::vector<FrameOutcome>& outcomes,
-                        const Reconstruction& reconstruction) {
+                        const Reconstruction& reconstruction, bool are_photos) {
   if (outcomes.empty()) return {};
   const FrameAxis axis{outcomes.front().frame_index, outcomes.back().frame_index};
   std::string labels;
@@ -161,11 +161,11 @@ std::string TimelineSvg(const std::vector<FrameOutcome>& outcomes,
   if (!reconstruction.maps.empty() && !reconstruction.maps[0].fusions.empty()) {
     add_row("Model", HealthRow(axis, reconstruction.maps[0], y));
   }
-  labels += SvgFrameTicks(axis, y + 6);
+  labels += SvgFrameTicks(axis, are_photos, y + 6);
   return SvgBegin(y + 14) + labels + "</g>\n" + rows + "</svg>\n";
 }
 
-std::string OverlapSvg(const std::vector<KeyframeOverlap>& overlaps) {
+std::string OverlapSvg(const std::vector<KeyframeOverlap>& overlaps, bool are_photos) {
   if (overlaps.empty()) return {};
   constexpr double kTop = 8;
   constexpr double kHeight = 120;
@@ -182,7 +182,7 @@ std::string OverlapSvg(const std::vector<KeyframeOverlap>& overlaps) {
     points += Coordinate(axis.At(static_cast<double>(overlap.frame_index) + 0.5)) + "," +
               Coordinate(kTop + kHeight * (1 - overlap.shared)) + " ";
   }
-  labels += SvgFrameTicks(axis, kTop + kHeight + 24);
+  labels += SvgFrameTicks(axis, are_photos, kTop + kHeight + 24);
   return SvgBegin(kTop + kHeight + 32) + labels +
          "</g>\n<path stroke=\"currentColor\" stroke-opacity=\".18\" d=\"" + grid +
          "\"/>\n<polyline class=\"curve\" fill=\"none\" stroke=\"#1f5fa8\" stroke-width=\"2\" "

@@ -17,9 +17,9 @@ namespace mono3d::tools {
 // Over the frames: which have a pose, keyframes, depth maps taken or refused, and how the model
 // fared.
 std::string TimelineSvg(const std::vector<FrameOutcome>& outcomes,
-                        const Reconstruction& reconstruction);
+                        const Reconstruction& reconstruction, bool are_photos = false);
 
 // Over the frames: the share of points that a keyframe has in common with the one before.
-std::string OverlapSvg(const std::vector<KeyframeOverlap>& overlaps);
+std::string OverlapSvg(const std::vector<KeyframeOverlap>& overlaps, bool are_photos = false);
 
 }  // namespace mono3d::tools

@@ -238,6 +238,7 @@ void Chain::TakeLateResults() {
       placed.push_back(*late.pose);
     } else {
       CountReason(late.reason, 1, counts_.untracked_frames);
+      unplaced_photos_[late.frame_index] = late.reason;
     }
   }
   counts_.num_recovered += static_cast<std::int64_t>(placed.size());
@@ -334,6 +335,7 @@ Reconstruction Chain::Finish() {
   }
   TakeCounts();
   result.counts = latest_.snapshot.counts;
+  result.unplaced_photos = std::move(unplaced_photos_);
   AddModelCounts(worker_->Progress().counts, result.counts);
   return result;
 }

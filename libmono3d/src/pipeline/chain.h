@@ -77,6 +77,7 @@ class Chain {
   PipelineCounts counts_;                                       // without those of the worker
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;
+  std::map<std::int64_t, std::string> unplaced_photos_;  // by the index of the frame: why
   // The selector's images are others than the tracker's: of a global shutter.
   bool has_changed_images_ = false;
   bool has_thrown_ = false;  // a stage after the tracker: it would again

@@ -126,6 +126,8 @@ struct SelfCalibration {
 struct Reconstruction {
   std::vector<MapReconstruction> maps;  // the one with most tracked frames first
   PipelineCounts counts;
+  // Photographs without a place in any map, by the index of their frame: why.
+  std::map<std::int64_t, std::string> unplaced_photos = {};
   std::optional<LiveStatistics> live;  // after Start
   std::optional<SelfCalibration> self_calibration;
 };
