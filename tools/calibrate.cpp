@@ -15,6 +15,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/io/camera_file.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/output_file.h"
 
 namespace mono3d::tools {
 namespace {
@@ -69,6 +70,7 @@ int Calibrate(const Arguments& arguments) {
   const std::optional<CalibrationBoard> board = BoardOf(arguments);
   RequireImagesOfPlaces(arguments.input, FindPrior(arguments.input, arguments.camera).camera,
                         arguments.source);
+  RequireWritableFile(arguments.output);
   TellOfTurn(arguments.input);
   const CameraCalibration calibration = Learn(arguments, board);
   if (!calibration.is_learned && !AgreesWithCalibration(calibration)) {

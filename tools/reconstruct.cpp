@@ -589,6 +589,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   if (arguments.map.empty() && !arguments.live) {
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
+  if (!arguments.live) RequireOtherFolder(arguments.input, arguments.output);
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   DeviceOptions own_device_options = device_options;
   own_device_options.yields = arguments.pipeline.is_live;

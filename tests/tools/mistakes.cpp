@@ -75,6 +75,12 @@ void WriteFilesOfMistakes(const std::filesystem::path& folder) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
       "property float z\nend_header\n0 0 0\n");
   write("run/trajectory.txt", ReadText(folder / "poses.txt"));
+  write("measured/groundtruth.txt", ReadText(folder / "poses.txt"));
+  write("finished/model.ply", ReadText(folder / "cut.ply"));
+  write("exchanged.csv", "timestamp,lat,lon,alt\n0,138.6,-34.9,120\n1,138.6,-34.91,120\n");
+  for (int i = 0; i < 12; ++i) {
+    WriteNoise(folder / "twelve" / (std::to_string(i) + ".jpg"), i + 1);
+  }
 }
 
 const std::vector<Mistake>& Mistakes() {
@@ -88,6 +94,10 @@ const std::vector<Mistake>& Mistakes() {
        "--help"},
       {"an option without its value", "reconstruct flight -o out --stride", 2, "--stride",
        "--help"},
+      {"no value behind a =", "reconstruct flight --camera= -o out", 2,
+       "--camera: its value is missing", "--help"},
+      {"an option in place of a value", "reconstruct flight --camera -o out", 2,
+       "--camera: its value is missing", "-o comes next"},
       {"a word for a number", "reconstruct flight -o out --stride two", 2, "--stride", "two"},
       {"a number out of its range", "reconstruct flight -o out --stride 0", 2, "--stride",
        "1 or more"},
@@ -199,7 +209,23 @@ const std::vector<Mistake>& Mistakes() {
       {"a file in place of the output folder", "reconstruct flight -o file", 1, "file", "folder"},
       {"an output folder that cannot be written", "reconstruct flight -o /proc/out", 1, "/proc/out",
        "cannot"},
+      {"the images' own folder for the output", "reconstruct flight -o flight", 2, "--output",
+       "name another folder"},
+      {"two videos", "reconstruct text.mp4 broken.mp4 -o out", 2, "broken.mp4 was not expected",
+       "join the videos"},
+      {"a calibration before the images", "reconstruct camera.yaml flight -o out", 2,
+       "flight was not expected", "is camera.yaml meant as --camera camera.yaml?"},
+      {"latitude and longitude exchanged", "reconstruct flight --positions exchanged.csv -o out", 1,
+       "exchanged.csv: no positions in this file", "are the two exchanged?"},
+      {"a video as file of positions", "reconstruct flight --positions broken.mp4 -o out", 1,
+       "broken.mp4:1: not a file of positions", "expected DJI telemetry"},
+      {"all products, and some", "reconstruct flight --products dsm,all -o out", 2, "--products",
+       "stands alone"},
       // The other tools.
+      {"all images of a flight for a depth map", "depth twelve --camera camera.yaml -o out", 2,
+       "twelve: wrong number of images", "mono3d-reconstruct"},
+      {"a calibration into a folder that is not there", "calibrate flight -o none/new.yaml", 1,
+       "none/new.yaml", "cannot create the file"},
       {"four images for a depth map",
        "depth flight/0.jpg flight/1.jpg flight/2.jpg flight/3.jpg --camera camera.yaml -o out", 2,
        "wrong number of images", "expected 3, 5, 7 or 9"},
@@ -233,17 +259,23 @@ const std::vector<Mistake>& Mistakes() {
        "time"},
       {"a folder that is no run", "evaluate run flight flight", 1, "flight: not the output",
        "trajectory.txt"},
+      {"run and truth exchanged", "evaluate run measured run", 1, "measured: not the output",
+       "behind the run"},
       {"a sequence without truth", "evaluate run run flight", 1, "flight", "groundtruth.txt"},
       {"a cut point cloud", "evaluate cloud cut.ply cut.ply", 1, "cut.ply", "ends too early"},
       {"an alignment that is not there", "evaluate trajectory poses.txt poses.txt --align best", 2,
        "--align", "sim3"},
       {"a model that is not there", "render none.ply --overview -o out.png", 1, "none.ply",
        "no such file"},
+      {"a run in place of its model", "render finished --overview -o out.png", 1, "finished",
+       "name the model.ply in it"},
       {"a picture without a pose", "render cut.ply -o out.png", 2, "--overview", "--pose"},
       {"a scene that is not there", "simulate -o out --scene.kind moon", 2,
        "--scene.kind: expected one of", "town"},
       {"a view of no run", "view flight", 1, "flight: there is no run",
        "the output folder of mono3d-reconstruct"},
+      {"a view of a model", "view finished/model.ply", 1, "finished/model.ply: there is no run",
+       "name its folder"},
   };
   return all;
 }

@@ -71,6 +71,20 @@ bool AreAllSame(const std::vector<std::string>& images) {
 
 }  // namespace
 
+void RequireOtherFolder(const std::string& input, const std::filesystem::path& output) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(output, ignored)) return;
+  if (std::filesystem::is_regular_file(input, ignored)) return;  // a video
+  const std::filesystem::path image = ListImages(input).front();
+  const std::filesystem::path images = image.has_parent_path() ? image.parent_path() : ".";
+  if (!std::filesystem::equivalent(images, output, ignored)) return;
+  throw UsageError(ErrorParts{.what = "the images lie there, and pictures of the run would be "
+                                      "taken for images of the next one: name another folder",
+                              .where = "--output",
+                              .expected = "a folder of the run's own",
+                              .found = output.string()});
+}
+
 void RequireImagesOfPlaces(const std::string& input, const CameraModel& camera,
                            const FrameSourceOptions& source) {
   const std::unique_ptr<FrameSource> frames = OpenFrameSource(input, camera, source);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "mono3d/geometry/camera_model.h"
@@ -14,5 +15,8 @@ namespace mono3d::tools {
 // Throws Error with what to do otherwise. `camera`: of the images, as they are stored.
 void RequireImagesOfPlaces(const std::string& input, const CameraModel& camera,
                            const FrameSourceOptions& source);
+
+// Throws UsageError where the output folder is the one in which the images of the input lie.
+void RequireOtherFolder(const std::string& input, const std::filesystem::path& output);
 
 }  // namespace mono3d::tools

@@ -163,6 +163,32 @@ std::string Tool::Suggestion(int argc, const char* const* argv) const {
   return {};
 }
 
+// Options of an application and of its subcommands; null: there is none of this name.
+const CLI::Option* FindOption(const CLI::App& app, const std::string& name) {
+  if (const CLI::Option* option = app.get_option_no_throw(name)) return option;
+  for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (const CLI::Option* option = FindOption(*subcommand, name)) return option;
+  }
+  return nullptr;
+}
+
+// "--camera= -o out" and "--camera -o out": CLI11 would take the next option for the value.
+std::string Tool::MissingValue(int argc, const char* const* argv) const {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool ends_open = word.starts_with("--") && word.ends_with('=');
+    const std::string name = ends_open ? word.substr(0, word.size() - 1) : word;
+    if (!name.starts_with('-')) continue;
+    const CLI::Option* option = FindOption(app_, name);
+    if (option == nullptr || option->get_items_expected_min() == 0) continue;
+    if (ends_open) return name + ": its value is missing behind the =";
+    const bool comes_option =
+        i + 1 < argc && argv[i + 1][0] == '-' && FindOption(app_, argv[i + 1]) != nullptr;
+    if (comes_option) return name + ": its value is missing, " + argv[i + 1] + " comes next";
+  }
+  return {};
+}
+
 // What is likely meant by arguments that there is no place for; empty: who knows.
 std::string Tool::MeaningOfExtras() const {
   const std::vector<std::string> extras = app_.remaining(/*recurse=*/true);
@@ -170,12 +196,26 @@ std::string Tool::MeaningOfExtras() const {
     return std::ranges::any_of(endings, [&](const char* end) { return word.ends_with(end); });
   };
   std::error_code ignored;
-  const auto is_file = [&](const std::string& word) {
-    return std::filesystem::is_regular_file(word, ignored);
+  const auto is_there = [&](const std::string& word) {
+    return std::filesystem::exists(word, ignored);
   };
-  if (extras.empty() || !std::ranges::all_of(extras, is_file)) return {};
-  if (has_ending(extras[0], {".yaml", ".yml", ".xml", ".json"})) {
+  if (extras.empty() || !std::ranges::all_of(extras, is_there)) return {};
+  const auto is_calibration = [&](const std::string& word) {
+    return has_ending(word, {".yaml", ".yml", ".xml", ".json"});
+  };
+  if (is_calibration(extras[0])) {
     return extras[0] + " was not expected: is it meant as --camera " + extras[0] + "?";
+  }
+  const CLI::Option* input = app_.get_option_no_throw("INPUT");
+  if (input != nullptr && input->count() > 0 && is_calibration(input->results()[0])) {
+    return extras[0] + " was not expected: is " + input->results()[0] + " meant as --camera " +
+           input->results()[0] + "?";
+  }
+  if (std::filesystem::is_directory(extras[0], ignored) ||
+      has_ending(extras[0], {".mp4", ".MP4", ".mov", ".MOV", ".avi", ".mkv", ".m4v", ".ts"})) {
+    return extras[0] +
+           " was not expected: there is one input at a time; of a flight in parts put "
+           "the images into one folder, or join the videos, as by ffmpeg -f concat";
   }
   const std::filesystem::path folder = std::filesystem::path(extras[0]).parent_path();
   const std::string ending = std::filesystem::path(extras[0]).extension().string();
@@ -221,6 +261,9 @@ int Tool::Run(int argc, const char* const* argv, const std::function<int()>& bod
     if (common_.list_devices) {
       PrintDevices();
       return 0;
+    }
+    if (const std::string missing = MissingValue(argc, argv); !missing.empty()) {
+      return PrintError(missing + " (see --help)", 2);
     }
     app_.parse(argc, argv);
     SendLogToStderr(name_, common_.verbose);

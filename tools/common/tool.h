@@ -65,6 +65,7 @@ class Tool {
 
   int PrintError(const std::string& message, int status) const;
   void HideRareOptions();
+  std::string MissingValue(int argc, const char* const* argv) const;
   std::string MeaningOfExtras() const;
   // "; did you mean --mesh?" where an argument is no option.
   std::string Suggestion(int argc, const char* const* argv) const;

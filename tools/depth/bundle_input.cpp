@@ -24,10 +24,13 @@ std::vector<Frame> ReadFrames(const BundleInput& input, const CameraModel& calib
     images = ListImages(images[0]);
   }
   if (!IsBundleSize(images.size())) {
-    throw UsageError(ErrorParts{.what = "wrong number of images",
-                                .where = input.images[0],
-                                .expected = kBundleSizesText,
-                                .found = std::to_string(images.size())});
+    throw UsageError(ErrorParts{
+        .what = images.size() > 9 ? "wrong number of images: name those of one depth map, or give "
+                                    "all of them to mono3d-reconstruct"
+                                  : "wrong number of images",
+        .where = input.images[0],
+        .expected = kBundleSizesText,
+        .found = std::to_string(images.size())});
   }
   FrameSourceOptions options;
   options.resize = input.resize;

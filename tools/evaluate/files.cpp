@@ -142,10 +142,13 @@ RunFiles FindRunFiles(const std::filesystem::path& folder) {
   files.normal = ListDepthMapFiles(folder / "depth", "normal");
   files.record = FileOrNothing(folder / "run.json");
   if (files.maps.empty() && files.depth.empty()) {
+    const bool is_truth = !FileOrNothing(folder / "groundtruth.txt").empty();
     throw Error(ErrorParts{.what = "not the output of a reconstruction",
                            .where = folder.string(),
                            .expected = "trajectory.txt, model.ply or depth/NNNNNN.depth.pfm",
-                           .found = "none of them"});
+                           .found = is_truth ? "a sequence with its truth: that comes second, "
+                                               "behind the run"
+                                             : "none of them"});
   }
   return files;
 }

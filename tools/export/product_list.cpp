@@ -69,7 +69,8 @@ std::vector<const Product*> ChooseProducts(const std::string& names) {
     if (found == Products().end()) {
       std::string known = "all";
       for (const Product& product : Products()) known += ", " + product.name;
-      throw UsageError("--products: expected " + known + ", found \"" + name + "\"");
+      throw UsageError("--products: expected " + known + ", found \"" + name + "\"" +
+                       (name == "all" ? " beside others: it stands alone" : ""));
     }
     if (std::ranges::find(chosen, &*found) == chosen.end()) chosen.push_back(&*found);
   }

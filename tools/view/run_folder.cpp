@@ -133,10 +133,11 @@ std::vector<ViewProposal> NextViewsOf(const nlohmann::json& json) {
 RunFolder::RunFolder(const fs::path& folder) : folder_(folder) {
   std::error_code ignored;
   if (!fs::exists(model_path(), ignored)) {
+    const bool is_file = fs::is_regular_file(folder, ignored);
     throw Error(ErrorParts{.what = "there is no run with a model",
                            .where = folder.string(),
                            .expected = "the output folder of mono3d-reconstruct",
-                           .found = "no model.ply"});
+                           .found = is_file ? "a file: name its folder" : "no model.ply"});
   }
   record_ = RecordOrNothing(folder_ / "run.json");
   try {

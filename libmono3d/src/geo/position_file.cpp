@@ -81,10 +81,16 @@ PositionTrack ReadPositionFile(const std::filesystem::path& path) {
   if (IsPositionTable(lines)) return ParsePositionTable(path, lines);
   if (IsImagePositionList(lines)) return ParseImagePositionList(path, lines);
   if (IsPositionList(lines)) return ParsePositionList(path, lines);
+  constexpr std::size_t kMaxShown = 80;
+  const bool is_text = std::ranges::none_of(
+      lines.front(), [](char c) { return static_cast<unsigned char>(c) < 32 && c != '\t'; });
   throw Error(ErrorParts{.what = "not a file of positions",
                          .where = AtLine(path, 1),
                          .expected = kForms,
-                         .found = lines.front(),
+                         .found = !is_text ? "a file that is no text"
+                                  : lines.front().size() <= kMaxShown
+                                      ? lines.front()
+                                      : lines.front().substr(0, kMaxShown) + " ...",
                          .code = ErrorCode::kUnsupported});
 }
 

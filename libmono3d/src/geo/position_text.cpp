@@ -153,8 +153,10 @@ PositionTrackBuilder::PositionTrackBuilder(std::string source, std::string form,
 void PositionTrackBuilder::Add(const PositionFix& fix, int num_decimals) {
   const bool is_in_range = std::abs(fix.latitude_deg) <= 90 && std::abs(fix.longitude_deg) <= 180;
   if (!is_in_range) {
+    const bool is_turned = std::abs(fix.longitude_deg) <= 90 && std::abs(fix.latitude_deg) <= 180;
     AddUnreadable(fix.line, "latitude " + ToText(fix.latitude_deg) + " and longitude " +
-                                ToText(fix.longitude_deg) + " are no place");
+                                ToText(fix.longitude_deg) + " are no place" +
+                                (is_turned ? ": are the two exchanged?" : ""));
     return;
   }
   if (fix.latitude_deg == 0 && fix.longitude_deg == 0) {

@@ -30,7 +30,9 @@ std::ifstream OpenPly(const std::filesystem::path& path) {
   // A pipe may never end, nor a device.
   if (!std::filesystem::is_regular_file(path, ignored)) {
     RefusePly(path,
-              std::filesystem::is_directory(path, ignored)
+              std::filesystem::exists(path / "model.ply", ignored)
+                  ? "cannot read the file: it is a folder; name the model.ply in it"
+              : std::filesystem::is_directory(path, ignored)
                   ? "cannot read the file: it is a folder"
                   : "cannot read the file: not a regular one",
               ErrorCode::kIo);

@@ -162,7 +162,8 @@ FinishedRun ReadFinishedRun(const fs::path& folder) {
     throw Error(ErrorParts{.what = "there is no run with a model",
                            .where = folder.string(),
                            .expected = "the output folder of mono3d-reconstruct",
-                           .found = "no model.ply"});
+                           .found = fs::is_regular_file(folder, ignored) ? "a file: name its folder"
+                                                                         : "no model.ply"});
   }
   if (fs::exists(folder / "mesh.ply", ignored)) run.mesh = folder / "mesh.ply";
   const nlohmann::json record = ReadRunRecord(folder / "run.json");
