@@ -27,6 +27,7 @@
 #include "run_report/next_views_kml.h"
 #include "run_report/next_views_report.h"
 #include "run_report/overlap.h"
+#include "run_report/run_sections.h"
 #include "run_report/timeline.h"
 #include "tools/command.h"
 
@@ -479,6 +480,37 @@ TEST(RunReport, TellsHowSureItIsWhereTheModelIsOnTheEarth) {
                             HasSubstr("1 of 2"), HasSubstr("fill=\"#c8382e\"")));
   // The outlier does not set the scale: half a metre is the end of it.
   EXPECT_THAT(html(), AllOf(HasSubstr(">0.5</text>"), Not(HasSubstr(">40</text>"))));
+}
+
+// Who reads the first section alone is told of a point that is metres off.
+TEST(RunReport, SaysFirstWhichControlPointsContradict) {
+  const RunNotes notes;
+  Reconstruction reconstruction;
+  Georeference& found = reconstruction.maps.emplace_back().georeference.emplace();
+  found.is_by_control = true;
+  ControlResidual good, bad;
+  good.name = "gcp1";
+  good.is_used = good.is_seen = true;
+  bad.name = "gcp2";
+  bad.why_unused = "it contradicts the other control points";
+  bad.contradicting_images = {"7.jpg"};
+  found.control = {good};
+  const RunRecord record;
+  const RunReport report = {.reconstruction = reconstruction,
+                            .record = record,
+                            .notes = notes,
+                            .command = "",
+                            .no_model = ""};
+  EXPECT_EQ(NoticeSection(report).paragraphs.front(), "Nothing went wrong that the run knows of.");
+  found.control = {good, bad};
+  const std::vector<std::string> notices = NoticeSection(report).paragraphs;
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_EQ(notices[0],
+            "Ground control point gcp2: it contradicts the other control points; its mark "
+            "contradicts the others in 7.jpg. See below, On the earth.");
+  const Table table = PositionSection(report).tables.at(1);
+  EXPECT_EQ(table.rows.at(1).back(), "left out") << "short: a phone shows it beside the figures";
+  EXPECT_THAT(table.notes.at(0), testing::StartsWith("gcp2: it contradicts"));
 }
 
 TEST(RunReport, IsWrittenWithoutAnyMap) {

@@ -28,7 +28,7 @@ h1 { font-size: 1.8rem; font-weight: 600; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.25rem; font-weight: 600; margin: 3rem 0 .6rem; }
 header p, .note, figcaption, footer, .title, .key dt, .key span { color: var(--quiet); }
 header p { margin: 0; overflow-wrap: anywhere; }
-p { max-width: 46rem; }
+p { max-width: 46rem; overflow-wrap: anywhere; }
 .key {
   display: grid; grid-template-columns: repeat(auto-fit, minmax(9.5rem, 1fr)); gap: 1px;
   margin: 1.75rem 0 0; background: var(--line); border: 1px solid var(--line);

@@ -58,20 +58,29 @@ Table GeoreferenceTable(const Georeference& found) {
 
 std::string InCentimetres(double metres) { return FormatFixed(100 * metres, 1); }
 
-// What became of a ground control point, in words.
+// What became of a ground control point.
 std::string FateOf(const ControlResidual& residual, bool is_by_control) {
-  std::string fate = residual.is_check  ? "check point"
-                     : residual.is_used ? "used"
-                     : is_by_control    ? "left out"
-                                        : "not used";
-  if (!residual.why_unused.empty()) fate += ": " + residual.why_unused;
+  return residual.is_check  ? "check point"
+         : residual.is_used ? "used"
+         : is_by_control    ? "left out"
+                            : "not used";
+}
+
+}  // namespace
+
+std::string FaultOf(const ControlResidual& residual) {
+  std::string fault = residual.why_unused;
   std::string images;
   for (const std::string& image : residual.contradicting_images) {
     images += (images.empty() ? "" : ", ") + image;
   }
-  if (!images.empty()) fate += "; its mark contradicts the others in " + images;
-  return fate;
+  if (!images.empty()) {
+    fault += (fault.empty() ? "" : "; ") + ("its mark contradicts the others in " + images);
+  }
+  return fault;
 }
+
+namespace {
 
 Table ControlTable(const Georeference& found) {
   Table table;
@@ -88,6 +97,8 @@ Table ControlTable(const Georeference& found) {
                   std::to_string(residual.num_marks));
     row.push_back(FateOf(residual, found.is_by_control));
     table.rows.push_back(std::move(row));
+    const std::string fault = FaultOf(residual);
+    if (!fault.empty()) table.notes.push_back(residual.name + ": " + fault + ".");
   }
   return table;
 }

@@ -208,6 +208,27 @@ void AddHealth(const RunReport& report, std::vector<std::string>& notices) {
                     ToText(AdviceOfModel(reconstruction, report.record)) + ".");
 }
 
+// What contradicts the survey is not found out at the end of the page.
+void AddControl(const RunReport& report, std::vector<std::string>& notices) {
+  if (report.reconstruction.maps.empty()) return;
+  const MapReconstruction& map = report.reconstruction.maps[0];
+  if (!map.georeference && !map.why_no_georeference.empty()) {
+    notices.push_back("The model is not on the earth, though there are positions: " +
+                      map.why_no_georeference + ".");
+  }
+  if (!map.georeference) return;
+  if (!map.georeference->why_no_control.empty()) {
+    notices.push_back("Ground control points are not used: " + map.georeference->why_no_control +
+                      ".");
+  }
+  for (const ControlResidual& residual : map.georeference->control) {
+    const std::string fault = FaultOf(residual);
+    if (fault.empty()) continue;
+    notices.push_back((residual.is_check ? "Check point " : "Ground control point ") +
+                      residual.name + ": " + fault + ". See below, On the earth.");
+  }
+}
+
 void AddEnd(const RunReport& report, std::vector<std::string>& notices) {
   if (report.record.end == RunEnd::kFailed) {
     notices.push_back("The run failed: " + report.record.error +
@@ -227,6 +248,7 @@ Section NoticeSection(const RunReport& report) {
   const PipelineCounts& counts = report.reconstruction.counts;
   AddEnd(report, notices);
   AddHealth(report, notices);
+  AddControl(report, notices);
   if (report.record.calibration && report.record.calibration->contradicts_prior) {
     notices.push_back(CameraLine(*report.record.calibration) + ".");
   }

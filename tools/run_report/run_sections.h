@@ -19,6 +19,9 @@ Section FrameSection(const RunReport& report, const std::vector<FrameOutcome>& o
 Section DepthOfRunSection(const RunReport& report);
 // What was told of the camera, what the images say, and whether they contradict it.
 Section CameraSection(const RunReport& report);
+// Why a ground control point is not used, and which of its marks contradict the others; empty:
+// nothing is wrong with it.
+std::string FaultOf(const ControlResidual& residual);
 // How sure it is where the first map is on the earth, and what the fixes differ by.
 Section PositionSection(const RunReport& report);
 Section TimeSection(const RunReport& report);
