@@ -113,8 +113,9 @@ class Cells {
 
 bool SeesAll(const SourceProjection& source, const cv::Rect& pixels, const Range& range) {
   const cv::Point last = pixels.br() - cv::Point(1, 1);
-  return SeesPoint(source, pixels.x, pixels.y, range) && SeesPoint(source, last.x, pixels.y, range) &&
-         SeesPoint(source, pixels.x, last.y, range) && SeesPoint(source, last.x, last.y, range);
+  return SeesPoint(source, pixels.x, pixels.y, range) &&
+         SeesPoint(source, last.x, pixels.y, range) && SeesPoint(source, pixels.x, last.y, range) &&
+         SeesPoint(source, last.x, last.y, range);
 }
 
 // The only source that sees the point.
