@@ -159,7 +159,7 @@ void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::
   if (placing != ImagePlacing::kNone) {
     if (!MayPlaceImages(target)) {
       Log(LogLevel::kWarning, target.string() +
-                                  " has other files in it, or cannot be read: the images of the "
+                                  " has other files in it: the images of the "
                                   "keyframes are not written");
       return;
     }
@@ -202,7 +202,9 @@ bool MayPlaceImages(const fs::path& images) {
   for (fs::directory_iterator it(images, error), end; !error && it != end; it.increment(error)) {
     if (std::ranges::find(names, it->path().filename().string()) == names.end()) return false;
   }
-  return !error || error == std::errc::no_such_file_or_directory;
+  if (!error || error == std::errc::no_such_file_or_directory) return true;
+  Log(LogLevel::kWarning, images.string() + ": cannot read the folder: " + error.message());
+  return false;
 }
 
 }  // namespace mono3d
