@@ -196,27 +196,30 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
   recorder_.Submit(times_);
 
   DepthMap map = DownloadMap(bundle, geometry.largest_baseline_su());
-  const double density = static_cast<double>(CountEstimates(map)) /
-                         static_cast<double>(reference.ContentOrAll().area());
-  const bool has_depth = density >= kMinDensity;
-  DepthResult result = has_depth
-                           ? DepthResult{}
-                           : NotMatched(bundle, "too little texture, or the images do not match");
+  const auto density = [&] {
+    return static_cast<double>(CountEstimates(map)) /
+           static_cast<double>(reference.ContentOrAll().area());
+  };
+  const std::optional<SideDifferences> sides = MeasureSides(greys, geometry, map.depth);
+  const bool are_unrelated = density() >= kMinDensity && sides && AreUnrelated(*sides);
+  const cv::Mat doubtful = ClearDoubtful(geometry, plan, map);
+  const double certain_density = density();
+  DepthResult result;
+  if (are_unrelated) {
+    result = Rejected(DepthRejection::kNoMatch,
+                      "the images do not match: those before and after the middle one disagree");
+  } else if (certain_density < kMinDensity) {
+    result = NotMatched(bundle, "too little texture, or the images do not match");
+  } else {
+    result.status = DepthStatus::kEstimated;
+  }
   result.level = plan.level;
   result.num_planes = static_cast<int>(plan.num_planes);
   result.min_depth_su = 1 / (plan.inverse_depth + plan.step * (plan.num_planes - 1));
   result.max_depth_su =
       plan.inverse_depth > 0 ? 1 / plan.inverse_depth : std::numeric_limits<double>::infinity();
-  if (!has_depth) return result;
-  const std::optional<SideDifferences> sides = MeasureSides(greys, geometry, map.depth);
-  if (sides && AreUnrelated(*sides)) {
-    result.rejection = DepthRejection::kNoMatch;
-    result.reason = "the images do not match: those before and after the middle one disagree";
-    return result;
-  }
-  result.status = DepthStatus::kEstimated;
-  const cv::Mat doubtful = ClearDoubtful(geometry, plan, map);
-  if (options_.inference.enabled && density < kWholeDensity) {
+  if (result.status != DepthStatus::kEstimated) return result;
+  if (options_.inference.enabled && certain_density < kWholeDensity) {
     Infer(geometry, plan, doubtful, map);
   }
   if (!reference.content.empty()) ClearAround(ShownSurely(reference), map);

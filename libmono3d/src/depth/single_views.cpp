@@ -14,7 +14,8 @@
 namespace mono3d {
 namespace {
 
-// As wide as the windows of coarse levels reach at full resolution.
+// About as wide as the census window, 9 px, of images at a quarter of the resolution: what a false
+// match there spoils.
 constexpr int kDepthCell_px = 32;
 // Share of the inverse depths of a cell at either end that may be wrong.
 constexpr double kOutlierShareOfCell = 0.05;
@@ -24,15 +25,9 @@ struct Range {
   float nearest = 0;
 };
 
-bool SeesPoint(const SourceProjection& source, int x, int y, float inverse_depth) {
-  const Eigen::Vector3d at = source.A * Eigen::Vector3d(x, y, 1) + double(inverse_depth) * source.b;
-  if (!(at.z() > 0)) return false;
-  return source.bounds.Contain(at.hnormalized());
-}
-
 // Also at all depths between: they lie on a line, and images are convex.
-bool SeesPoint(const SourceProjection& source, int x, int y, const Range& range) {
-  return SeesPoint(source, x, y, range.farthest) && SeesPoint(source, x, y, range.nearest);
+bool SeesAll(const SourceProjection& source, int x, int y, const Range& range) {
+  return source.Sees({x, y}, range.farthest) && source.Sees({x, y}, range.nearest);
 }
 
 // The depth map in cells.
@@ -113,9 +108,8 @@ class Cells {
 
 bool SeesAll(const SourceProjection& source, const cv::Rect& pixels, const Range& range) {
   const cv::Point last = pixels.br() - cv::Point(1, 1);
-  return SeesPoint(source, pixels.x, pixels.y, range) &&
-         SeesPoint(source, last.x, pixels.y, range) && SeesPoint(source, pixels.x, last.y, range) &&
-         SeesPoint(source, last.x, last.y, range);
+  return SeesAll(source, pixels.x, pixels.y, range) && SeesAll(source, last.x, pixels.y, range) &&
+         SeesAll(source, pixels.x, last.y, range) && SeesAll(source, last.x, last.y, range);
 }
 
 // The only source that sees the point.
@@ -123,7 +117,7 @@ const SourceProjection* SingleView(const SourceProjections& sources, int x, int 
                                    float inverse_depth) {
   const SourceProjection* single = nullptr;
   for (const SourceProjection& source : sources) {
-    if (!SeesPoint(source, x, y, inverse_depth)) continue;
+    if (!source.Sees({x, y}, inverse_depth)) continue;
     if (single != nullptr) return nullptr;
     single = &source;
   }
@@ -150,7 +144,7 @@ cv::Mat FindDoubtfulSingleViews(const SweepGeometry& geometry, const cv::Mat& de
           const float depth_su = depth.at<float>(y, x);
           if (!(depth_su > 0)) continue;
           const SourceProjection* single = SingleView(sources, x, y, 1 / depth_su);
-          if (single == nullptr || SeesPoint(*single, x, y, around)) continue;
+          if (single == nullptr || SeesAll(*single, x, y, around)) continue;
           doubtful.at<std::uint8_t>(y, x) = 255;
         }
       }

@@ -154,8 +154,7 @@ double SweepGeometry::VisibleShare(double inverse_depth) const {
   for (std::size_t i = 0; i < projections_.size(); ++i) {
     int num_seen = 0;
     ForEachGridPixel(bounds(0), [&](const Eigen::Vector3d& p) {
-      const Eigen::Vector3d at = projections_[i].A * p + inverse_depth * projections_[i].b;
-      num_seen += Sees(projections_[i].bounds, at) ? 1 : 0;
+      num_seen += projections_[i].Sees(p.head<2>(), inverse_depth) ? 1 : 0;
     });
     most = std::max(most, num_seen);
   }

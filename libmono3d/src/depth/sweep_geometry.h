@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
@@ -33,6 +34,12 @@ struct SourceProjection {
   Eigen::Vector3d b;
   PixelBounds bounds = {};     // of the source
   PixelBounds reference = {};  // the same of the reference, for all sources
+
+  // Does the source see the point of this pixel, and of this inverse depth?
+  bool Sees(const Eigen::Vector2d& pixel, double inverse_depth) const {
+    const Eigen::Vector3d at = A * pixel.homogeneous() + inverse_depth * b;
+    return at.z() > 0 && bounds.Contain(at.hnormalized());
+  }
 };
 
 // Of the sources, the images other than the reference: the first half is one side of the bundle,
