@@ -115,6 +115,16 @@ class Mp4Test : public TemporaryFolderTest {
     return times_s;
   }
 
+  // Of all frames, each later than the one before; what was said meanwhile goes to `messages`.
+  std::vector<double> RisingTimes(std::vector<std::string>& messages) const {
+    SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
+    std::vector<double> times_s = Times();
+    SetLogSink({});
+    EXPECT_EQ(times_s.size(), static_cast<std::size_t>(kNumFrames));
+    for (std::size_t i = 1; i < times_s.size(); ++i) EXPECT_GT(times_s[i], times_s[i - 1]);
+    return times_s;
+  }
+
   std::filesystem::path path_;
 };
 
@@ -142,11 +152,8 @@ TEST_F(Mp4Test, FramesWithoutTimesFollowAtTheMeanRateAndItIsSaid) {
   durations[4] = 0;  // frame 5 has the time of frame 4
   SetFrameDurations(path_, durations);
   std::vector<std::string> messages;
-  SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
-  const std::vector<double> times_s = Times();
-  SetLogSink({});
+  const std::vector<double> times_s = RisingTimes(messages);
   ASSERT_EQ(times_s.size(), static_cast<std::size_t>(kNumFrames));
-  for (std::size_t i = 1; i < times_s.size(); ++i) EXPECT_GT(times_s[i], times_s[i - 1]);
   EXPECT_NEAR(times_s[5] - times_s[4], 1 / kFps, 0.1 / kFps);
   EXPECT_THAT(messages, ElementsAre(testing::AllOf(HasSubstr("flight.mp4"), HasSubstr("frame 5"),
                                                    HasSubstr("--fps"))));
@@ -158,11 +165,7 @@ TEST_F(Mp4Test, FramesThatTheDecoderHeldAtTheEndNeedNoTimes) {
   durations[kNumFrames - 3] = durations[kNumFrames - 2] = 0;
   SetFrameDurations(path_, durations);
   std::vector<std::string> messages;
-  SetLogSink([&](LogLevel, std::string_view message) { messages.emplace_back(message); });
-  const std::vector<double> times_s = Times();
-  SetLogSink({});
-  ASSERT_EQ(times_s.size(), static_cast<std::size_t>(kNumFrames));
-  for (std::size_t i = 1; i < times_s.size(); ++i) EXPECT_GT(times_s[i], times_s[i - 1]);
+  RisingTimes(messages);
   EXPECT_THAT(messages, testing::IsEmpty());
 }
 
