@@ -159,8 +159,8 @@ void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::
   if (placing != ImagePlacing::kNone) {
     if (!MayPlaceImages(target)) {
       Log(LogLevel::kWarning, target.string() +
-                                  " has other files in it: the images of the "
-                                  "keyframes are not written");
+                                  " has other files in it: the images of the keyframes are not "
+                                  "written");
       return;
     }
     RemovePlacedImages(target);

@@ -18,7 +18,7 @@ namespace mono3d {
 namespace {
 
 constexpr const char* kModelState = "state of the model";
-constexpr std::uint32_t kModelStateVersion = 1;
+constexpr std::uint32_t kModelStateVersion = 2;
 constexpr const char* kModelPart = "model";
 // What seldom changes is written once: lists that grow, in pieces.
 constexpr std::size_t kMembersPerSection = 256;
