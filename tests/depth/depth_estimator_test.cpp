@@ -12,6 +12,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "depth/plane_scene.h"
+#include "depth/single_views.h"
+#include "depth/sweep_geometry.h"
 #include "gpu/test_device.h"
 #include "mono3d/core/error.h"
 
@@ -210,6 +212,22 @@ TEST(DepthEstimator, FindsItFromOneSide) {
   const DepthResult result = Estimate(bundle);
   ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
   EXPECT_GE(ShareWithin(result.map.depth, scene.TrueDepth(), kDepthTolerance), 0.75);
+}
+
+TEST(DepthEstimator, IsHalfAsSureOfWhatOneSourceAloneSees) {
+  const PlaneScene scene{.num_images = 3};
+  const ImageBundle bundle = scene.Bundle();
+  const DepthMap map = Estimate(bundle, FullResolution()).map;
+  const cv::Mat views = FindSingleViews(SweepGeometry(bundle), map.depth);
+  const cv::Mat is_single = views == kSingle;
+  ASSERT_GT(cv::countNonZero(is_single), 500) << "some columns on either side";
+  double most = 0;
+  cv::minMaxLoc(map.confidence, nullptr, &most, nullptr, nullptr, is_single);
+  EXPECT_GT(most, 0.2);
+  EXPECT_LE(most, 0.5);
+  const cv::Mat is_confirmed = (views == kNotSingle) & (map.depth > 0);
+  EXPECT_GT(cv::mean(map.confidence, is_confirmed)[0],
+            1.5 * cv::mean(map.confidence, is_single)[0]);
 }
 
 TEST(DepthEstimator, FindsItOnEachLevel) {

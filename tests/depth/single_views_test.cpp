@@ -17,7 +17,9 @@ class SingleViews : public testing::Test {
  protected:
   SingleViews() : depth_(scene_.TrueDepth()) {}
 
-  cv::Mat Found() const { return FindDoubtfulSingleViews(SweepGeometry(scene_.Bundle()), depth_); }
+  cv::Mat Found() const {
+    return FindSingleViews(SweepGeometry(scene_.Bundle()), depth_) == kDoubtfulSingle;
+  }
   int NumFound(const cv::Rect& pixels) const { return cv::countNonZero(Found()(pixels)); }
   // As seen `motion_px` further on by the cameras next to the reference.
   void Set(const cv::Rect& pixels, double motion_px) {

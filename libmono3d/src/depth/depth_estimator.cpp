@@ -46,6 +46,9 @@ constexpr double kMinDensity = 0.01;
 // Planes by which the depths of two pixels must differ to contradict each other: one plane each for
 // what refinement may have left.
 constexpr float kContradiction = 2;
+// What no second image confirms is as often wrong as what has half its confidence and is confirmed
+// (decision 45).
+constexpr double kSingleConfidence = 0.5;
 // Above this what is missing are the edges of surfaces, and inferring them is not worth the time.
 constexpr double kWholeDensity = 0.98;
 // Matching images that must see an inferred point, which no match of its own proves.
@@ -248,8 +251,8 @@ NormalsParams VulkanDepthEstimator::ParamsOfNormals(const SweepGeometry& geometr
           .tolerance = static_cast<float>(plan.step / (1u << static_cast<unsigned>(plan.level)))};
 }
 
-// Takes out of the map what FindContradicted and FindDoubtfulSingleViews name, and returns it: not
-// 0. Empty: nothing.
+// Takes out of the map what FindContradicted and FindSingleViews doubt, and returns it: not 0.
+// Empty: nothing.
 cv::Mat VulkanDepthEstimator::ClearDoubtful(const SweepGeometry& geometry, const SweepPlan& plan,
                                             DepthMap& map) const {
   const ScopedStageTimer timer(times_, "depth/doubtful");
@@ -262,8 +265,11 @@ cv::Mat VulkanDepthEstimator::ClearDoubtful(const SweepGeometry& geometry, const
   const float tolerance = kContradiction * ParamsOfNormals(geometry, plan).tolerance;
   const cv::Mat contradicted = FindContradicted(geometry, map.depth, map.confidence, tolerance);
   clear(contradicted);
-  const cv::Mat single = FindDoubtfulSingleViews(geometry, map.depth);
+  const cv::Mat views = FindSingleViews(geometry, map.depth);
+  const cv::Mat single = views == kDoubtfulSingle;
   clear(single);
+  cv::Mat halved = kSingleConfidence * map.confidence;
+  halved.copyTo(map.confidence, views == kSingle);
   const cv::Mat both = contradicted | single;
   return cv::countNonZero(both) > 0 ? both : cv::Mat();
 }

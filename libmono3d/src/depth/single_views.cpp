@@ -113,7 +113,7 @@ bool SeesAll(const SourceProjection& source, const cv::Rect& pixels, const Range
 }
 
 // The only source that sees the point.
-const SourceProjection* SingleView(const SourceProjections& sources, int x, int y,
+const SourceProjection* OnlySource(const SourceProjections& sources, int x, int y,
                                    float inverse_depth) {
   const SourceProjection* single = nullptr;
   for (const SourceProjection& source : sources) {
@@ -126,9 +126,9 @@ const SourceProjection* SingleView(const SourceProjections& sources, int x, int 
 
 }  // namespace
 
-cv::Mat FindDoubtfulSingleViews(const SweepGeometry& geometry, const cv::Mat& depth) {
+cv::Mat FindSingleViews(const SweepGeometry& geometry, const cv::Mat& depth) {
   const SourceProjections sources = geometry.Projections(0);
-  cv::Mat doubtful(depth.size(), CV_8UC1, cv::Scalar(0));
+  cv::Mat views(depth.size(), CV_8UC1, cv::Scalar(kNotSingle));
   Cells cells(depth);
   for (int row = 0; row < cells.num_rows(); ++row) {
     for (int column = 0; column < cells.num_columns(); ++column) {
@@ -143,14 +143,14 @@ cv::Mat FindDoubtfulSingleViews(const SweepGeometry& geometry, const cv::Mat& de
         for (int x = pixels.x; x < pixels.br().x; ++x) {
           const float depth_su = depth.at<float>(y, x);
           if (!(depth_su > 0)) continue;
-          const SourceProjection* single = SingleView(sources, x, y, 1 / depth_su);
-          if (single == nullptr || SeesAll(*single, x, y, around)) continue;
-          doubtful.at<std::uint8_t>(y, x) = 255;
+          const SourceProjection* single = OnlySource(sources, x, y, 1 / depth_su);
+          if (single == nullptr) continue;
+          views.at<std::uint8_t>(y, x) = SeesAll(*single, x, y, around) ? kSingle : kDoubtfulSingle;
         }
       }
     }
   }
-  return doubtful;
+  return views;
 }
 
 }  // namespace mono3d
