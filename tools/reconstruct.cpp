@@ -24,6 +24,7 @@
 #include "mono3d/io/frame_source.h"
 #include "mono3d/io/live_input.h"
 #include "mono3d/io/output_file.h"
+#include "mono3d/pipeline/georeferencing.h"
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
 #include "mono3d/pipeline/next_views.h"
@@ -131,13 +132,15 @@ Footage FindFootage(const Arguments& arguments, StageTimes& times) {
 
 // Says on stdout what the photographs say of their cameras.
 CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<CameraGroup>& groups,
-                            const RunWriter& writer, StageTimes& times, RunRecord& record) {
+                            const PositionsOfMap& positions, const RunWriter& writer,
+                            StageTimes& times, RunRecord& record) {
   if (arguments.with_global_shutter_images) {
     throw UsageError("photographs of several cameras have no --global-shutter-images");
   }
   const ScopedStageTimer timer(&times, "calibration");
-  PhotoCameras found = ChooseCamerasOfPhotos(arguments.input, groups, arguments.source,
-                                             arguments.camera, arguments.pipeline.photos);
+  PhotoCameras found =
+      ChooseCamerasOfPhotos(arguments.input, groups, arguments.source, arguments.camera,
+                            arguments.pipeline.photos, positions);
   std::printf("the photographs are of %zu cameras, zooms or sizes\n", groups.size());
   for (std::size_t i = 0; i < found.of_run.size(); ++i) {
     const CameraOfRun& camera = found.of_run[i];
@@ -151,13 +154,21 @@ CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<Camera
 // Says on stdout what the images say of their camera.
 // `photos`: null where they are tracked one after the other.
 CamerasOfImages FindCamera(const Arguments& arguments, const PhotoMapperOptions* photos,
-                           const RunWriter& writer, StageTimes& times, RunRecord& record) {
+                           const PlaceOfRun& place, const RunWriter& writer, StageTimes& times,
+                           RunRecord& record) {
+  PositionsOfMap positions;
+  if (photos != nullptr) {
+    if (const std::optional<PipelinePositions> known = PositionsFor(place)) {
+      positions = [known](const SparseModel& map) { return PositionsOfPhotos(map, *known); };
+    }
+  }
   if (record.are_photos) {
     const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
-    if (groups.size() > 1) return FindCameras(arguments, groups, writer, times, record);
+    if (groups.size() > 1) return FindCameras(arguments, groups, positions, writer, times, record);
   }
   const ScopedStageTimer timer(&times, "calibration");
-  CameraChoice choice = ChooseCamera(arguments.input, arguments.source, arguments.camera, photos);
+  CameraChoice choice =
+      ChooseCamera(arguments.input, arguments.source, arguments.camera, photos, positions);
   if (choice.calibration) {
     const std::string line = CameraLine(*choice.calibration);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -294,8 +305,8 @@ Result RunWithKnownCamera(const Run& run) {
   run.record.is_sparse_video = footage == Footage::kSparseVideo;
   options.are_photos = footage != Footage::kVideo;
   options.photos.are_frames = footage == Footage::kSparseVideo;
-  result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.writer,
-                              run.times, run.record);
+  result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.place,
+                              run.writer, run.times, run.record);
   PlaceOfRun place = run.place;
   if (place.control) FindSights(arguments.input, result.cameras, *place.control);
   // A map of an earlier run keeps its shape as well as its axes.

@@ -14,6 +14,7 @@
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
+#include "mono3d/image/camera_positions.h"
 #include "mono3d/image/undistorter.h"
 #include "reference/random.h"
 #include "tracking/tracking_world.h"
@@ -94,7 +95,7 @@ SparseModel MakeRollingMap(const CameraModel& camera, unsigned seed) {
 }
 
 CameraAdjustment Adjust(const CameraPrior& prior, const SparseModel& map) {
-  return AdjustCamera(prior, prior.camera, std::vector{map});
+  return AdjustCamera(prior, prior.camera, {std::vector{map}});
 }
 
 TEST(CameraAdjustment, FindsTheCameraOfAnOrbit) {
@@ -211,9 +212,8 @@ TEST(CameraAdjustment, KeepsAFocalLengthOfMetadataThatTheResidualsHardlyTell) {
   metadata.camera.fx = metadata.camera.fy = 0.95 * TrueCamera().fx;
   metadata.focal_sigma = 0.06;
   const SparseModel strip = MakeMap(TrueCamera(), Way::kStrip, 3, 0.8);
-  CameraPrior unknown = metadata;
-  unknown.source = CameraPriorSource::kDefault;
-  EXPECT_TRUE(Adjust(unknown, strip).is_determined[kLogFocal]);
+  // Of a lens that is not known to a third, the strip tells more than the prior does.
+  EXPECT_TRUE(Adjust(UnknownCamera(), strip).is_determined[kLogFocal]);
   const CameraAdjustment of_strip = Adjust(metadata, strip);
   EXPECT_FALSE(of_strip.is_determined[kLogFocal]);
   EXPECT_NEAR(of_strip.camera.fx, metadata.camera.fx, 1e-9);  // by way of its logarithm
@@ -284,12 +284,113 @@ TEST(CameraAdjustment, KnowsMoreFromTwoMaps) {
                             MakeMap(TrueCamera(), Way::kOrbit, 4)};
   const CameraPrior prior = UnknownCamera();
   const CameraAdjustment of_one = Adjust(prior, maps[0]);
-  const CameraAdjustment of_both = AdjustCamera(prior, prior.camera, maps);
+  const CameraAdjustment of_both = AdjustCamera(prior, prior.camera, {maps});
   EXPECT_EQ(of_both.num_images, 24U);
   EXPECT_LT(of_both.covariance(kLogFocal, kLogFocal),
             0.8 * of_one.covariance(kLogFocal, kLogFocal));
   EXPECT_LT(LargestUncertainty_px(of_both.camera, of_both.covariance),
             LargestUncertainty_px(of_one.camera, of_one.covariance));
+}
+
+// What a survey of flat ground shows: 24 views straight down, from two heights.
+SparseModel MakeBlock(const CameraModel& camera, unsigned seed, double higher = 2) {
+  std::mt19937 random(seed);
+  SparseModel map;
+  map.camera = camera;
+  for (int i = 0; i < 400; ++i) {
+    const double x = Uniform(random, -10, 10);
+    const double y = Uniform(random, -8, 8);
+    map.points.push_back({{x, y, Uniform(random, 0, 0.05)}, {}});
+  }
+  for (int i = 0; i < 24; ++i) {
+    SparseImage& image = map.images.emplace_back();
+    image.id = 3 * i;
+    const Eigen::Vector3d eye(2.4 * (i % 6) - 6, 3. * (i / 6) - 4.5, i % 2 == 0 ? 8 : 8 + higher);
+    image.T_world_cam = tracking::LookAt(eye + Eigen::Vector3d(0, 0.001, 0), {eye.x(), eye.y(), 0});
+    const Pose T_cam_world = image.T_world_cam.Inverse();
+    for (std::size_t k = 0; k < map.points.size(); ++k) {
+      Eigen::Vector2d pixel = ProjectDistorted(camera, T_cam_world * map.points[k].p_world);
+      if (!camera.Contains(pixel)) continue;
+      for (double& coordinate : pixel) coordinate += Normal(random, kNoise_px);
+      image.observations.push_back({pixel, k});
+    }
+  }
+  return map;
+}
+
+// Measured in axes that are turned, shifted and of five times the unit.
+CameraPositions MeasurePositions(const SparseModel& map, double sigma_m) {
+  std::mt19937 random(17);
+  CameraPositions positions;
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
+  positions.S_metric_map = Similarity(5, Pose(turn, Eigen::Vector3d(900, -40, 70)));
+  for (const SparseImage& image : map.images) {
+    CameraPosition& position = positions.positions.emplace_back();
+    position.frame_index = image.id;
+    position.sigma_m = Eigen::Vector3d::Constant(sigma_m);
+    position.p_m = positions.S_metric_map * image.T_world_cam.translation();
+    for (double& coordinate : position.p_m) coordinate += Normal(random, sigma_m);
+  }
+  return positions;
+}
+
+// Any focal length fits, with the ground farther away; noise in the poses makes one of them seem
+// better.
+TEST(CameraAdjustment, KeepsAnUnknownFocalLengthWhereAnyFits) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const CameraPrior prior = UnknownCamera();
+    const CameraAdjustment found = Adjust(prior, MakeBlock(TrueCamera(), seed, /*higher=*/0));
+    EXPECT_FALSE(found.is_determined[kLogFocal]);
+    EXPECT_NEAR(found.camera.fx, prior.camera.fx, 1e-9);
+    EXPECT_NEAR(std::sqrt(found.covariance(kLogFocal, kLogFocal)), prior.focal_sigma, 1e-12);
+  }
+}
+
+// Straight down, a longer focal length is a higher flight, and a lens that bends the rays is ground
+// that is bent.
+TEST(CameraAdjustment, PositionsTellWhatABlockFromAboveDoesNot) {
+  const CameraPrior prior = UnknownCamera();
+  const SparseModel block = MakeBlock(TrueCamera(), 1);
+  const CameraAdjustment alone = Adjust(prior, block);
+  const std::vector positions = {MeasurePositions(block, 0.03)};
+  const CameraAdjustment with = AdjustCamera(prior, prior.camera, {std::vector{block}, positions});
+  EXPECT_EQ(alone.num_positions, 0U);
+  EXPECT_EQ(with.num_positions, block.images.size());
+  EXPECT_LT(with.covariance(kLogFocal, kLogFocal), 0.25 * alone.covariance(kLogFocal, kLogFocal));
+  EXPECT_TRUE(with.is_determined[kLogFocal]);
+  const double sigma = std::sqrt(with.covariance(kLogFocal, kLogFocal));
+  EXPECT_LT(std::abs(std::log(with.camera.fx / TrueCamera().fx)), 3 * sigma);
+  EXPECT_LT(LargestDifference_px(TrueCamera(), with.camera),
+            3 * LargestUncertainty_px(with.camera, with.covariance));
+}
+
+TEST(CameraAdjustment, BearsPositionsThatAreFarOff) {
+  const CameraPrior prior = UnknownCamera();
+  const SparseModel block = MakeBlock(TrueCamera(), 2);
+  CameraPositions positions = MeasurePositions(block, 0.03);
+  const CameraAdjustment without =
+      AdjustCamera(prior, prior.camera, {std::vector{block}, std::vector{positions}});
+  for (const std::size_t i : {3U, 14U}) positions.positions[i].p_m += Eigen::Vector3d(20, -9, 30);
+  const CameraAdjustment with =
+      AdjustCamera(prior, prior.camera, {std::vector{block}, std::vector{positions}});
+  EXPECT_LT(LargestDifference_px(without.camera, with.camera),
+            LargestUncertainty_px(without.camera, without.covariance));
+}
+
+// The roll about the line would be free.
+TEST(CameraAdjustment, TakesNoPositionsOnALineOrWithoutHeights) {
+  const CameraPrior prior = UnknownCamera();
+  const SparseModel strip = MakeMap(TrueCamera(), Way::kStrip, 1, 0.3);
+  const std::vector on_a_line = {MeasurePositions(strip, 0.03)};
+  const CameraAdjustment of_strip =
+      AdjustCamera(prior, prior.camera, {std::vector{strip}, on_a_line});
+  EXPECT_EQ(of_strip.num_positions, 0U);
+  EXPECT_EQ(of_strip.camera, Adjust(prior, strip).camera);
+  const SparseModel block = MakeBlock(TrueCamera(), 3);
+  CameraPositions flat = MeasurePositions(block, 0.03);
+  flat.has_vertical = false;
+  EXPECT_EQ(
+      AdjustCamera(prior, prior.camera, {std::vector{block}, std::vector{flat}}).num_positions, 0U);
 }
 
 TEST(CameraAdjustment, BearsOutliers) {
@@ -355,7 +456,7 @@ TEST(CameraAdjustment, FindsALensWhereWhatFitsIsNone) {
   const CameraAdjustment fitted = Adjust(prior, map);
   EXPECT_LT(fitted.camera.distortion[0], -0.8);
   EXPECT_THROW(Undistorter(fitted.camera), Error);
-  const CameraAdjustment lens = AdjustToLens(prior, prior.camera, std::vector{map});
+  const CameraAdjustment lens = AdjustToLens(prior, prior.camera, {std::vector{map}});
   EXPECT_NO_THROW(Undistorter(lens.camera));
   EXPECT_GT(lens.num_observations, 0U);
 }
@@ -393,7 +494,7 @@ TEST(CamerasAdjustment, FindsTwoCamerasOfOneMap) {
   int num_all = 0;
   for (const unsigned seed : {1U, 2U, 3U}) {
     const std::vector<CameraAdjustment> found =
-        AdjustCameras(priors, starts, std::vector{MakeMapOfTwo(2, seed)});
+        AdjustCameras(priors, starts, {std::vector{MakeMapOfTwo(2, seed)}});
     ASSERT_EQ(found.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
       EXPECT_EQ(found[i].num_images, 6U);
@@ -413,7 +514,7 @@ TEST(CamerasAdjustment, OfOneCameraIsThatOfTheCamera) {
   const SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 1);
   const CameraAdjustment alone = Adjust(UnknownCamera(), map);
   const CameraAdjustment among =
-      AdjustCameras({UnknownCamera()}, std::vector{UnknownCamera().camera}, std::vector{map})
+      AdjustCameras({UnknownCamera()}, std::vector{UnknownCamera().camera}, {std::vector{map}})
           .front();
   EXPECT_NEAR(among.camera.fx, alone.camera.fx, 1e-3);
   EXPECT_NEAR(among.camera.cx, alone.camera.cx, 1e-2);
@@ -431,7 +532,7 @@ TEST(CamerasAdjustment, LearnsLittleOfACameraOfOnePhoto) {
   map.further_cameras = {simple};
   const std::vector<CameraPrior> priors = {UnknownCamera(), DefaultCameraPrior(500, 600)};
   const std::vector<CameraAdjustment> found =
-      AdjustCameras(priors, std::vector{priors[0].camera, priors[1].camera}, std::vector{map});
+      AdjustCameras(priors, std::vector{priors[0].camera, priors[1].camera}, {std::vector{map}});
   EXPECT_EQ(found[1].num_images, 1U);
   EXPECT_TRUE(found[1].is_determined[kLogFocal]);
   EXPECT_TRUE(found[1].is_determined[kK1]);
@@ -447,7 +548,7 @@ TEST(CamerasAdjustment, LeavesACameraWithoutPhotosWhereItIs) {
   const std::vector<CameraPrior> priors = {UnknownCamera(), DefaultCameraPrior(500, 600)};
   const std::vector<CameraAdjustment> found =
       AdjustCameras(priors, std::vector{priors[0].camera, priors[1].camera},
-                    std::vector{MakeMap(TrueCamera(), Way::kOrbit, 1)});
+                    {std::vector{MakeMap(TrueCamera(), Way::kOrbit, 1)}});
   EXPECT_GT(found[0].num_observations, 0U);
   EXPECT_EQ(found[1].num_observations, 0U);
   EXPECT_EQ(found[1].camera, priors[1].camera);

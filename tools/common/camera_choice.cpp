@@ -96,14 +96,15 @@ FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& sourc
 }
 
 CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
-                          const CameraArguments& arguments, const PhotoMapperOptions* photos) {
+                          const CameraArguments& arguments, const PhotoMapperOptions* photos,
+                          const PositionsOfMap& positions) {
   const CameraPrior prior = FindPrior(input, arguments);
   if (arguments.is_held && !arguments.file.empty()) return {prior.camera, std::nullopt};
   CameraChoice choice;
   const FootageOpener open = OpenerOf(input, source);
-  choice.calibration = photos != nullptr
-                           ? CalibrateCameraOfPhotos(prior, open, *photos, arguments.calibration)
-                           : CalibrateCamera(prior, open, arguments.calibration);
+  choice.calibration = photos != nullptr ? CalibrateCameraOfPhotos(prior, open, *photos,
+                                                                   arguments.calibration, positions)
+                                         : CalibrateCamera(prior, open, arguments.calibration);
   choice.camera = choice.calibration->posterior.camera;
   return choice;
 }

@@ -45,10 +45,11 @@ FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& sourc
 
 // The camera of the file where it is held; else what the images say, beginning with the file, or
 // with what photos or the telemetry of a video say of their camera, or with the default. `photos`:
-// of photographs in any order; null: of a video.
+// of photographs in any order, whose `positions` have a say then; null: of a video.
 CameraChoice ChooseCamera(const std::string& input, const FrameSourceOptions& source,
                           const CameraArguments& arguments,
-                          const PhotoMapperOptions* photos = nullptr);
+                          const PhotoMapperOptions* photos = nullptr,
+                          const PositionsOfMap& positions = {});
 
 // One line for people: "focal length 1021.3 +- 0.8 px (was 1100.0 from EXIF)". Empty where the
 // images agree with the calibration.

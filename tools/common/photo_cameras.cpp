@@ -110,7 +110,8 @@ std::vector<CameraGroup> GroupsOfInput(const std::string& input) {
 PhotoCameras ChooseCamerasOfPhotos(const std::string& input, const std::vector<CameraGroup>& groups,
                                    const FrameSourceOptions& source,
                                    const CameraArguments& arguments,
-                                   const PhotoMapperOptions& photos) {
+                                   const PhotoMapperOptions& photos,
+                                   const PositionsOfMap& positions) {
   std::map<std::string, std::size_t> group_of_image;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     for (const std::string& image : groups[i].images) group_of_image[image] = i;
@@ -127,8 +128,8 @@ PhotoCameras ChooseCamerasOfPhotos(const std::string& input, const std::vector<C
         input, {{cameras.begin(), cameras.end()}, result.cameras.camera_of_image}, source);
   };
   const auto camera_of_frame = [&](std::int64_t frame) { return result.cameras.Of(frame); };
-  std::vector<CameraCalibration> found =
-      CalibrateCamerasOfPhotos(priors, camera_of_frame, open, photos, arguments.calibration);
+  std::vector<CameraCalibration> found = CalibrateCamerasOfPhotos(
+      priors, camera_of_frame, open, photos, arguments.calibration, positions);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     result.cameras.cameras.push_back(found[i].posterior.camera);
     result.of_run.push_back({NameOf(groups[i]), static_cast<std::int64_t>(groups[i].images.size()),

@@ -32,7 +32,8 @@ std::vector<CameraGroup> GroupsOfInput(const std::string& input);
 PhotoCameras ChooseCamerasOfPhotos(const std::string& input, const std::vector<CameraGroup>& groups,
                                    const FrameSourceOptions& source,
                                    const CameraArguments& arguments,
-                                   const PhotoMapperOptions& photos);
+                                   const PhotoMapperOptions& photos,
+                                   const PositionsOfMap& positions);
 
 // One line for people: "camera 2 (Canon EOS 5D), 14 photographs of 713x483: focal length ...".
 std::string PhotoCameraLine(std::size_t number, const CameraOfRun& camera);

@@ -40,9 +40,9 @@ void SolveAll(CameraProblem& problem) {
 
 // With one readout time held at the prior.
 CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const CameraPrior& prior,
-                              std::span<const SparseModel> maps, std::size_t max_points) {
+                              const CalibrationMaps& maps) {
   start.shutter = prior.camera.shutter;
-  CameraProblem problem(maps, start, prior, max_points);
+  CameraProblem problem(maps, start, prior);
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout] = true;
   problem.FixAtPrior(held);
@@ -54,11 +54,11 @@ CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const Camera
 // resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well? The
 // rounding is by up to a pixel, as video has even sizes: 0.58 px of the smaller side.
 bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPrior prior,
-                         std::span<const SparseModel> maps, std::size_t max_points) {
+                         const CalibrationMaps& maps) {
   constexpr double kRoundingSigma_px = 0.58;
   constexpr double kDoubtless = 3;  // in sigmas
   prior.aspect_sigma = kRoundingSigma_px / std::min(prior.camera.width, prior.camera.height);
-  CameraProblem problem(maps, with.camera(), prior, max_points);
+  CameraProblem problem(maps, with.camera(), prior);
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;
   problem.FixAtPrior(held);
@@ -111,30 +111,19 @@ class RayGrid {
   std::array<Eigen::Vector3d, 9> rays_;
 };
 
-// The relative error of the focal length that the residuals would not show. What the model leaves
-// out (other distortion, the shutter) is taken for a tenth of the residuals, and may be alike in
-// all images: an error of f that adds a hundredth to their variance, with all else fitted to it,
-// could be that. About .3 % for 25 photographs of a church, 6 % for 18 straight down over flat
-// ground.
-double HiddenFocalError(const CameraProblem& problem, std::size_t camera,
-                        const CameraCovariance& covariance) {
-  constexpr double kLeftOut = 0.1;
-  const auto num_coordinates = static_cast<double>(2 * problem.NumObservationsOf(camera));
-  return kLeftOut * std::sqrt(num_coordinates * covariance.independent[kLogFocal]);
-}
-
-// What the images tell better than the prior does. The focal length of metadata is right within
-// some per cent: it is given up only where an error of half as much would show in the residuals.
+// What the images tell better than the prior does. The focal length has to be known as well where
+// what the model leaves out is alike in all images: along a straight flight that looks straight
+// down any focal length fits, with the ground farther away, and noise in the poses makes one of
+// them seem better (an error that all observations share). About .3 % for 25 photographs of a
+// church, 6 % for 18 straight down over flat ground.
 ParameterFlags DeterminedOf(const CameraProblem& problem, std::size_t camera,
-                            const CameraCovariance& covariance, CameraPriorSource source) {
+                            const CameraCovariance& covariance) {
   const ParameterVector& sigmas = problem.prior_sigmas(camera);
   ParameterFlags is_determined = DeterminedParameters(covariance.clustered, sigmas);
-  const bool is_metadata =
-      source != CameraPriorSource::kDefault && source != CameraPriorSource::kCalibration;
-  if (is_metadata && !problem.is_fixed(camera)[kLogFocal]) {
-    ParameterVector hidden = ParameterVector::Zero();
-    hidden[kLogFocal] = HiddenFocalError(problem, camera, covariance);
-    is_determined = is_determined && DeterminedParameters(hidden.cwiseAbs2().asDiagonal(), sigmas);
+  if (!problem.is_fixed(camera)[kLogFocal]) {
+    const ParameterMatrix hidden = covariance.hidden.asDiagonal();
+    is_determined[kLogFocal] =
+        is_determined[kLogFocal] && DeterminedParameters(hidden, sigmas)[kLogFocal];
   }
   return is_determined;
 }
@@ -173,6 +162,7 @@ CameraAdjustment ResultOf(const CameraProblem& problem, std::size_t camera,
   result.num_images = problem.NumImagesOf(camera);
   result.num_points = problem.num_points();
   result.num_observations = problem.NumObservationsOf(camera);
+  result.num_positions = problem.NumPositionsOf(camera);
   result.variation = MeasureIntrinsicsVariation(problem, camera);
   result.residuals = problem.Residuals(camera);
   return result;
@@ -188,10 +178,10 @@ ParameterFlags NotOfPhotos(std::size_t num_photos) {
 
 std::vector<CameraAdjustment> AdjustCamerasOnce(std::span<const CameraPrior> priors,
                                                 std::span<const CameraModel> starts,
-                                                std::span<const SparseModel> maps) {
+                                                const CalibrationMaps& maps) {
   std::vector<CameraAdjustment> results(starts.size());
   for (std::size_t i = 0; i < starts.size(); ++i) results[i].camera = starts[i];
-  CameraProblem problem(maps, starts, priors, kMaxPoints);
+  CameraProblem problem(maps, starts, priors);
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return results;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     problem.FixAtPrior(NotOfPhotos(problem.NumImagesOf(i)), i);
@@ -201,8 +191,7 @@ std::vector<CameraAdjustment> AdjustCamerasOnce(std::span<const CameraPrior> pri
   std::vector<ParameterFlags> is_determined;
   bool is_held = false;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    is_determined.emplace_back(DeterminedOf(problem, i, covariances[i], priors[i].source) &&
-                               !problem.is_fixed(i));
+    is_determined.emplace_back(DeterminedOf(problem, i, covariances[i]) && !problem.is_fixed(i));
     const ParameterFlags held = ToHold(problem, i, covariances[i].clustered, is_determined[i]);
     problem.FixAtPrior(held, i);
     is_held = is_held || held.any();
@@ -227,21 +216,21 @@ bool IsLens(const CameraModel& camera) {
 }  // namespace
 
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
-                              std::span<const SparseModel> maps, std::size_t max_points) {
+                              const CalibrationMaps& maps) {
   CameraAdjustment result;
   result.camera = start;
-  CameraProblem problem(maps, start, prior, max_points);
+  CameraProblem problem(maps, start, prior);
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   SolveAll(problem);
   const Parameter larger = problem.HoldLesserReadout();
   problem.Solve(kMinGains.back());
   if (larger != UsualReadout(start) && prior.aspect_sigma == 0 &&
-      !HoldsWithFreeAspect(problem, larger, prior, maps, max_points)) {
-    problem = WithReadoutHeld(larger, problem.camera(), prior, maps, max_points);
+      !HoldsWithFreeAspect(problem, larger, prior, maps)) {
+    problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
   }
   const CameraCovariance known = CameraCovariances(problem).front();
   const ParameterMatrix& covariance = known.clustered;
-  ParameterFlags is_determined = DeterminedOf(problem, 0, known, prior.source);
+  ParameterFlags is_determined = DeterminedOf(problem, 0, known);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     if (problem.is_fixed()[readout]) is_determined[readout] = false;
   }
@@ -259,19 +248,19 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
 }
 
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
-                              std::span<const SparseModel> maps, std::size_t max_points) {
-  CameraAdjustment adjustment = AdjustCamera(prior, start, maps, max_points);
+                              const CalibrationMaps& maps) {
+  CameraAdjustment adjustment = AdjustCamera(prior, start, maps);
   for (const double k1_sigma : {prior.distortion_sigma[0], 0.}) {
     if (adjustment.num_observations == 0 || IsLens(adjustment.camera)) break;
     prior.distortion_sigma = {k1_sigma, 0, 0, 0, 0};
-    adjustment = AdjustCamera(prior, start, maps, max_points);
+    adjustment = AdjustCamera(prior, start, maps);
   }
   return adjustment;
 }
 
 std::vector<CameraAdjustment> AdjustCameras(std::vector<CameraPrior> priors,
                                             std::span<const CameraModel> starts,
-                                            std::span<const SparseModel> maps) {
+                                            const CalibrationMaps& maps) {
   std::vector<CameraAdjustment> adjustments = AdjustCamerasOnce(priors, starts, maps);
   for (const bool keeps_k1 : {true, false}) {
     bool all_are_lenses = true;

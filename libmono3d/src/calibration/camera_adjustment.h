@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/camera_parameters.h"
+#include "calibration/camera_problem.h"
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/camera_prior.h"
@@ -25,33 +26,31 @@ struct CameraAdjustment {
   std::size_t num_images = 0;
   std::size_t num_points = 0;
   std::size_t num_observations = 0;  // 0: nothing was adjusted
+  std::size_t num_positions = 0;     // of its images, that had a say
   IntrinsicsVariation variation;
   std::vector<CalibrationResidual> residuals;
 };
-
-// Of all maps, those that most images show. The time grows with their number.
-inline constexpr std::size_t kMaxPoints = 3000;
 
 // Bundle adjustment of the poses and points of `maps` and of their one camera, which starts at
 // `start` and is drawn to `prior`. The pixels of the maps are those of the images as taken. A
 // parameter whose posterior sigma is not below half of its prior's stays where the prior has it,
 // and so does a distortion that differs from the prior's by no more than chance. With fewer than
 // three images or fifty points of three observations nothing is adjusted. Of more than `max_points`
-// points those that most images show.
+// points those that most images show. Positions have their weight too, Cauchy's loss keeps those
+// that are far off from counting: they tell what the images alone do not, as a block of photographs
+// from one height that is bent by its lens.
 //
 // The covariance is the clustered sandwich estimate (Cameron, Gelbach, Miller 2011), over points
 // and over stretches of the footage: the errors of one point in neighbouring images are not
 // independent, nor are those of neighbouring images, so that the inverse of the information would
 // be too small.
 CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start,
-                              std::span<const SparseModel> maps,
-                              std::size_t max_points = kMaxPoints);
+                              const CalibrationMaps& maps);
 
 // The same; where the distortion that fits best is no lens's, as it folds back within the image,
 // with k1 alone, and where that folds too with the distortion of `prior`.
 CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
-                              std::span<const SparseModel> maps,
-                              std::size_t max_points = kMaxPoints);
+                              const CalibrationMaps& maps);
 
 // The same of photos that several cameras took, which SparseImage::camera names, all in one
 // adjustment. Their shutters stay as the priors have them: how photos moved is not known. Of a
@@ -60,7 +59,7 @@ CameraAdjustment AdjustToLens(CameraPrior prior, const CameraModel& start,
 // that took none of the photos has no observations.
 std::vector<CameraAdjustment> AdjustCameras(std::vector<CameraPrior> priors,
                                             std::span<const CameraModel> starts,
-                                            std::span<const SparseModel> maps);
+                                            const CalibrationMaps& maps);
 
 // The standard deviation in px of where the camera shows a ray, at its largest over the image.
 double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& covariance);

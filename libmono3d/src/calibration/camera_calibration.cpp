@@ -21,6 +21,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/distortion.h"
+#include "mono3d/image/camera_positions.h"
 #include "mono3d/image/sparse_model.h"
 #include "mono3d/tracking/tracker.h"
 
@@ -28,6 +29,7 @@ namespace mono3d {
 namespace {
 
 using calibration::AdjustToLens;
+using calibration::CalibrationMaps;
 using calibration::CameraAdjustment;
 using calibration::Contradicts;
 using calibration::IsFarFrom;
@@ -119,8 +121,12 @@ struct SteadiestRound {
   CameraCalibration result;
 };
 
-using TrackParts =
-    std::function<std::vector<SparseModel>(const CameraModel&, const std::vector<FootagePart>&)>;
+struct TrackedMaps {
+  std::vector<SparseModel> maps;
+  std::vector<CameraPositions> positions;  // of which map: map_id
+};
+
+using TrackParts = std::function<TrackedMaps(const CameraModel&, const std::vector<FootagePart>&)>;
 
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
                             const std::vector<FootagePart>& all_parts,
@@ -138,15 +144,16 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   std::optional<SteadiestRound> steadiest;
   bool is_settled = false;
   for (int round = 1; round <= options.max_rounds; ++round) {
-    const std::vector<SparseModel> maps = track(camera, parts);
+    const TrackedMaps tracked = track(camera, parts);
     const bool is_coarse = parts != all_parts && !is_told;
-    const std::size_t max_points = is_coarse ? kCoarsePoints : kMaxPoints;
-    CameraAdjustment adjustment = AdjustToLens(weight, camera, maps, max_points);
+    const CalibrationMaps maps{tracked.maps, tracked.positions,
+                               is_coarse ? kCoarsePoints : kMaxPoints};
+    CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
     const bool has_weight = prior.source != CameraPriorSource::kDefault && !is_told;
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = DefaultCameraPrior(camera.width, camera.height, camera.lens);
-      adjustment = AdjustToLens(weight, adjustment.camera, maps, max_points);
+      adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
       if (parts == all_parts) break;
@@ -233,13 +240,13 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
   const int width = source->camera().width;
   const int height = source->camera().height;
   const auto track = [&](const CameraModel& camera, const std::vector<FootagePart>& parts) {
-    std::vector<SparseModel> maps;
+    TrackedMaps tracked;
     for (const FootagePart& part : parts) {
       const std::unique_ptr<FrameSource> footage =
           open(camera.Resized(told.width, told.height), part.start, part.num_frames);
-      TrackFootage(*footage, camera, maps);
+      TrackFootage(*footage, camera, tracked.maps);
     }
-    return maps;
+    return tracked;
   };
   CameraCalibration result = Calibrate(prior.Resized(width, height), track,
                                        ChooseParts(source->num_frames(), options), options);
@@ -249,7 +256,8 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
 
 CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const FootageOpener& open,
                                           const PhotoMapperOptions& photos,
-                                          const CalibrationOptions& options) {
+                                          const CalibrationOptions& options,
+                                          const PositionsOfMap& positions) {
   options.Validate();
   photos.Validate();
   Validate(prior, "calibration");
@@ -259,7 +267,9 @@ CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const Footag
   CameraCalibration result = Calibrate(
       at_size,
       [&](const CameraModel& camera, const std::vector<FootagePart>&) {
-        return footage.Map(camera);
+        TrackedMaps placed{footage.Map(camera), {}};
+        placed.positions = calibration::PositionsOf(placed.maps, positions);
+        return placed;
       },
       {{0, options.part_frames}}, options);
   calibration::BringToSize(prior, result);

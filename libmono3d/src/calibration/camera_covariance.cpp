@@ -99,13 +99,21 @@ class ReducedSystem {
   }
 
   // Of each camera the rows of the inverse that belong to it, with the gauge and the priors of
-  // `problem`.
-  std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem) {
+  // `problem`. `weight`: of the observations, beside priors and positions.
+  std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem, double weight) const {
+    ReducedSystem system = *this;
+    system.S_ *= weight;
+    return system.WithPriorsInverted(problem);
+  }
+
+ private:
+  std::vector<CameraRows> WithPriorsInverted(const CameraProblem& problem) {
     S_.bottomLeftCorner(num_of_cameras_, cameras_at_) =
         S_.topRightCorner(cameras_at_, num_of_cameras_).transpose();
     for (std::size_t image = 0; image < problem.num_images(); ++image) {
       const Eigen::Index at = RowOfImage(image) + 6;
       S_.block<6, 6>(at, at) += problem.velocity_information(image);
+      S_.block<6, 6>(at - 6, at - 6) += problem.position_information(image);
     }
     for (const std::size_t image : problem.held_images()) {
       for (Eigen::Index i = 0; i < 6; ++i) Fix(RowOfImage(image) + i);
@@ -138,7 +146,6 @@ class ReducedSystem {
     return of_camera;
   }
 
- private:
   void Fix(Eigen::Index i) {
     S_.row(i).setZero();
     S_.col(i).setZero();
@@ -171,8 +178,9 @@ ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& o
 }
 
 // Of one camera, whose rows of the inverse `rows` are.
-CameraCovariance CovarianceOf(const CameraProblem& problem, const std::vector<PointTerm>& terms,
-                              std::size_t camera, const CameraRows& rows) {
+ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
+                                    const std::vector<PointTerm>& terms, std::size_t camera,
+                                    const CameraRows& rows) {
   const Eigen::Index cameras_at = RowOfImage(problem.num_images());
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
@@ -225,6 +233,8 @@ CameraCovariance CovarianceOf(const CameraProblem& problem, const std::vector<Po
     const Eigen::Matrix<double, kNumParameters, 6> by_velocity =
         rows.middleCols<6>(RowOfImage(image) + 6);
     covariance += by_velocity * problem.velocity_information(image) * by_velocity.transpose();
+    const Eigen::Matrix<double, kNumParameters, 6> by_pose = rows.middleCols<6>(RowOfImage(image));
+    covariance += by_pose * problem.position_information(image) * by_pose.transpose();
   }
   // Never below what independent errors give.
   const ParameterMatrix inverse = rows.middleCols<kNumParameters>(cameras_at + RowOfCamera(camera));
@@ -235,7 +245,16 @@ CameraCovariance CovarianceOf(const CameraProblem& problem, const std::vector<Po
     covariance.row(i) *= scale;
     covariance.col(i) *= scale;
   }
-  return {covariance, inverse.diagonal()};
+  return covariance;
+}
+
+ParameterVector HiddenVariances(const CameraProblem& problem, const ReducedSystem& system,
+                                std::size_t camera) {
+  const auto num_coordinates = static_cast<double>(2 * problem.NumObservationsOf(camera));
+  const double weight = 1 / std::max(1., kLeftOutShare * kLeftOutShare * num_coordinates);
+  const CameraRows rows = system.CameraRowsOfInverse(problem, weight)[camera];
+  const Eigen::Index at = RowOfImage(problem.num_images()) + RowOfCamera(camera);
+  return rows.middleCols<kNumParameters>(at).diagonal();
 }
 
 }  // namespace
@@ -247,10 +266,11 @@ std::vector<CameraCovariance> CameraCovariances(const CameraProblem& problem) {
     terms.push_back(MakeTerm(problem, observations));
     system.Add(observations, terms.back());
   });
-  const std::vector<CameraRows> rows = system.CameraRowsOfInverse(problem);
+  const std::vector<CameraRows> rows = system.CameraRowsOfInverse(problem, /*weight=*/1);
   std::vector<CameraCovariance> covariances;
   for (std::size_t camera = 0; camera < rows.size(); ++camera) {
-    covariances.push_back(CovarianceOf(problem, terms, camera, rows[camera]));
+    covariances.push_back({ClusteredCovariance(problem, terms, camera, rows[camera]),
+                           HiddenVariances(problem, system, camera)});
   }
   return covariances;
 }

@@ -12,9 +12,16 @@ namespace mono3d::calibration {
 
 // What is known of a camera's parameters. Zero where they are fixed.
 struct CameraCovariance {
-  ParameterMatrix clustered;    // errors are alike within stretches of images and of one point
-  ParameterVector independent;  // variances, were all errors independent
+  ParameterMatrix clustered;  // errors are alike within stretches of images and of one point
+  // Variances that errors alike in all images could hide, which more images do not reduce: see
+  // kLeftOutShare.
+  ParameterVector hidden;
 };
+
+// What the model leaves out (other distortion, the shutter) is taken for a tenth of the residuals,
+// and may be alike in all images: what changes their variance by no more than a hundredth, with all
+// else fitted to it, could be that.
+inline constexpr double kLeftOutShare = 0.1;
 
 // Of each camera's at the solution of `problem`, over all poses, points and other cameras.
 // O(points * images per point^2 + images^3).

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <utility>
 
 namespace mono3d::calibration {
 
@@ -93,8 +95,22 @@ void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result
   result.sigma_px = adjustment.sigma_px;
   result.num_images = static_cast<int>(adjustment.num_images);
   result.num_points = static_cast<int>(adjustment.num_points);
+  result.num_positions = static_cast<int>(adjustment.num_positions);
   result.variation = adjustment.variation;
   result.residuals = adjustment.residuals;
+}
+
+std::vector<CameraPositions> PositionsOf(const std::vector<SparseModel>& maps,
+                                         const PositionsOfMap& positions) {
+  std::vector<CameraPositions> all;
+  if (!positions) return all;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    std::optional<CameraPositions> of_map = positions(maps[i]);
+    if (!of_map) continue;
+    of_map->map_id = static_cast<int>(i);
+    all.push_back(std::move(*of_map));
+  }
+  return all;
 }
 
 void BringToSize(const CameraPrior& told, CameraCalibration& result) {

@@ -3,8 +3,12 @@
 
 #pragma once
 
+#include <vector>
+
 #include "calibration/camera_adjustment.h"
 #include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/image/camera_positions.h"
+#include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {
 
@@ -28,6 +32,10 @@ CameraAdjustment WithDifference(CameraAdjustment adjustment, const CameraAdjustm
 
 // Writes the camera of the adjustment and what is known of it into the posterior.
 void TakePosterior(const CameraAdjustment& adjustment, CameraCalibration& result);
+
+// Those of each map that has any, its place in `maps` as map_id.
+std::vector<CameraPositions> PositionsOf(const std::vector<SparseModel>& maps,
+                                         const PositionsOfMap& positions);
 
 // What was found in images of another size, brought to the size of `told`.
 void BringToSize(const CameraPrior& told, CameraCalibration& result);

@@ -7,15 +7,19 @@
 #include <ceres/normal_prior.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <utility>
 
 #include "calibration/reprojection_cost.h"
 #include "mono3d/core/statistics.h"
+#include "mono3d/geometry/similarity.h"
+#include "tracking/optimisation/chi2.h"
 
 namespace mono3d::calibration {
 namespace {
@@ -24,6 +28,8 @@ constexpr std::size_t kMinObservations = 3;  // of a point: two images agree on 
 // Of the residuals' robust standard deviation: the loss of Cauchy has 95 % of the efficiency of
 // least squares there.
 constexpr double kLossScale = 2.385;
+// Of a position's error of three coordinates, in standard deviations.
+const double kPositionLossScale = std::sqrt(tracking::kChi2ThreeDof);
 constexpr double kMadToSigma = 1.4826;
 constexpr double kRoundingOfShares = 1e-9;
 // Of how an image moves: differences of poses do not follow a shake of some hertz to better.
@@ -42,15 +48,69 @@ struct PriorError {
   ParameterVector sigmas;
 };
 
+using CentreCost = ceres::AutoDiffCostFunction<tracking::CentreError, 3, 6>;
 using PriorCost = ceres::AutoDiffCostFunction<PriorError, kNumParameters, kNumParameters>;
 
-std::array<double, 6> ToPoseBlock(const Pose& T_cam_first) {
+std::array<double, 6> ToPoseBlock(const Pose& T_cam_axes) {
   std::array<double, 6> block = {};
-  const Eigen::AngleAxisd turn(T_cam_first.rotation());
+  const Eigen::AngleAxisd turn(T_cam_axes.rotation());
   const Eigen::Vector3d rotation = turn.angle() * turn.axis();
   std::copy_n(rotation.data(), 3, block.data());
-  std::copy_n(T_cam_first.translation().data(), 3, block.data() + 3);
+  std::copy_n(T_cam_axes.translation().data(), 3, block.data() + 3);
   return block;
+}
+
+// The axes of a map's measured positions, and these in them.
+struct MetricAxes {
+  Similarity S_axes_map;
+  std::vector<std::pair<std::size_t, tracking::CentreError>> centres;  // of which image
+};
+
+// Do positions determine all three rotations? Their second largest spread is then beyond what they
+// are off by.
+bool AreOnALine(const std::vector<std::pair<std::size_t, tracking::CentreError>>& centres) {
+  constexpr double kBeyondChance = 3;  // in standard deviations
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double sum_of_variances = 0;
+  for (const auto& [image, centre] : centres) {
+    sum += centre.p_m;
+    sum_of_variances += centre.weight.cwiseInverse().cwiseAbs2().mean();
+  }
+  const auto count = static_cast<double>(centres.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& [image, centre] : centres) {
+    const Eigen::Vector3d from_middle = centre.p_m - sum / count;
+    scatter += from_middle * from_middle.transpose();
+  }
+  const double second =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly)
+          .eigenvalues()[1];
+  return !(second > kBeyondChance * kBeyondChance * sum_of_variances);
+}
+
+// Nothing where the positions do not hold the map: fewer than three, on a line, or without heights.
+std::optional<MetricAxes> MetricAxesOf(const SparseModel& map,
+                                       const std::vector<std::size_t>& images,
+                                       const CameraPositions& positions) {
+  constexpr std::size_t kFewest = 3;
+  if (!positions.has_vertical) return std::nullopt;
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
+  for (const std::size_t i : images) {
+    middle_m += positions.S_metric_map * map.images[i].T_world_cam.translation();
+  }
+  middle_m /= static_cast<double>(images.size());
+  MetricAxes axes;
+  axes.S_axes_map =
+      Similarity(1, Pose(Eigen::Quaterniond::Identity(), -middle_m)) * positions.S_metric_map;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    const auto measured = std::ranges::find(positions.positions, map.images[images[k]].id,
+                                            &CameraPosition::frame_index);
+    if (measured == positions.positions.end() || !(measured->sigma_m.minCoeff() > 0)) continue;
+    axes.centres.emplace_back(
+        k, tracking::CentreError{measured->p_m - middle_m, tracking::WeightOf(measured->sigma_m)});
+  }
+  if (axes.centres.size() < kFewest || AreOnALine(axes.centres)) return std::nullopt;
+  return axes;
 }
 
 // Of each coordinate.
@@ -72,19 +132,25 @@ CameraProblem::FreeCamera::FreeCamera(const CameraModel& start, const CameraPrio
       shape(start),
       parameters(is_fixed.select(prior, ToParameters(start))) {}
 
-CameraProblem::CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
-                             const CameraPrior& prior, std::size_t max_points)
-    : CameraProblem(maps, std::span(&start, 1), std::span(&prior, 1), max_points) {}
+CameraProblem::CameraProblem(const CalibrationMaps& maps, const CameraModel& start,
+                             const CameraPrior& prior)
+    : CameraProblem(maps, std::span(&start, 1), std::span(&prior, 1)) {}
 
-CameraProblem::CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
-                             std::span<const CameraPrior> priors, std::size_t max_points) {
+CameraProblem::CameraProblem(const CalibrationMaps& maps, std::span<const CameraModel> starts,
+                             std::span<const CameraPrior> priors) {
   for (std::size_t i = 0; i < starts.size(); ++i) cameras_.emplace_back(starts[i], priors[i]);
-  if (maps.empty()) return;
+  if (maps.maps.empty()) return;
   std::size_t num_images = 0;
-  for (const SparseModel& map : maps) num_images += map.images.size();
+  for (const SparseModel& map : maps.maps) num_images += map.images.size();
   const double share = std::min(1., static_cast<double>(kMaxImages) /
                                         static_cast<double>(std::max<std::size_t>(num_images, 1)));
-  for (const SparseModel& map : maps) Add(map, ChooseImages(map, share), max_points / maps.size());
+  const std::size_t max_points = maps.max_points / maps.maps.size();
+  for (std::size_t i = 0; i < maps.maps.size(); ++i) {
+    const auto measured =
+        std::ranges::find(maps.positions, static_cast<int>(i), &CameraPositions::map_id);
+    Add(maps.maps[i], ChooseImages(maps.maps[i], share),
+        measured == maps.positions.end() ? nullptr : &*measured, max_points);
+  }
 }
 
 std::vector<std::size_t> CameraProblem::ChooseImages(const SparseModel& map, double share) const {
@@ -101,17 +167,22 @@ std::vector<std::size_t> CameraProblem::ChooseImages(const SparseModel& map, dou
 }
 
 void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& images,
-                        std::size_t max_points) {
+                        const CameraPositions* positions, std::size_t max_points) {
   if (images.size() < 2) return;
   const std::size_t first_image = poses_.size();
   const std::size_t first_point = points_.size();
-  const Pose& T_world_first = map.images[images.front()].T_world_cam;
+  const std::optional<MetricAxes> metric =
+      positions != nullptr ? MetricAxesOf(map, images, *positions) : std::nullopt;
+  const Similarity S_axes_map =
+      metric ? metric->S_axes_map : Similarity(1, map.images[images.front()].T_world_cam.Inverse());
   for (const std::size_t i : images) {
-    poses_.push_back(ToPoseBlock(map.images[i].T_world_cam.Inverse() * T_world_first));
-    velocities_.push_back({map.images[i].velocity.value_or(CameraVelocity())});
+    poses_.push_back(ToPoseBlock((S_axes_map * map.images[i].T_world_cam).Inverse()));
+    CameraVelocity velocity = map.images[i].velocity.value_or(CameraVelocity());
+    velocity.linear_su_per_s *= S_axes_map.scale();
+    velocities_.push_back({velocity});
     camera_of_image_.push_back(map.images[i].camera);
   }
-  AddPoints(map, images, first_image, max_points);
+  AddPoints(map, images, S_axes_map, first_image, max_points);
   if (points_.size() == first_point) {
     poses_.resize(first_image);
     velocities_.resize(first_image);
@@ -119,12 +190,18 @@ void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& 
     return;
   }
   WeighVelocities(first_image);
-  ChooseGauge(first_image);
+  if (!metric) {
+    ChooseGauge(first_image);
+    return;
+  }
+  for (const auto& [image, error] : metric->centres) {
+    positions_.push_back({first_image + image, error});
+  }
 }
 
 void CameraProblem::AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
-                              std::size_t first_image, std::size_t max_points) {
-  const Pose T_first_world = map.images[images.front()].T_world_cam.Inverse();
+                              const Similarity& S_axes_map, std::size_t first_image,
+                              std::size_t max_points) {
   std::vector<std::vector<Observation>> of_point(map.points.size());
   for (std::size_t image = first_image; image < poses_.size(); ++image) {
     const SparseImage& shown = map.images[images[image - first_image]];
@@ -147,8 +224,8 @@ void CameraProblem::AddPoints(const SparseModel& map, const std::vector<std::siz
       observation.point = points_.size();
       observations_.push_back(observation);
     }
-    const Eigen::Vector3d p_first = T_first_world * map.points[i].p_world;
-    points_.push_back({p_first.x(), p_first.y(), p_first.z()});
+    const Eigen::Vector3d p_axes = S_axes_map * map.points[i].p_world;
+    points_.push_back({p_axes.x(), p_axes.y(), p_axes.z()});
   }
 }
 
@@ -159,6 +236,11 @@ std::size_t CameraProblem::NumImagesOf(std::size_t camera) const {
 std::size_t CameraProblem::NumObservationsOf(std::size_t camera) const {
   return static_cast<std::size_t>(std::ranges::count_if(
       observations_, [&](const Observation& seen) { return camera_of(seen) == camera; }));
+}
+
+std::size_t CameraProblem::NumPositionsOf(std::size_t camera) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      positions_, [&](const MeasuredCentre& of) { return camera_of_image_[of.image] == camera; }));
 }
 
 // The largest coordinate of the image that is furthest from the first.
@@ -225,9 +307,9 @@ void CameraProblem::WeighVelocities(std::size_t first_image) {
     const PoseBlock& pose = poses_[observation.image];
     const Eigen::Vector3d turn(pose[0], pose[1], pose[2]);
     const double angle = turn.norm();
-    const Eigen::Vector3d p_first(points_[observation.point].data());
+    const Eigen::Vector3d p_axes(points_[observation.point].data());
     Eigen::Vector3d p_cam(pose[3], pose[4], pose[5]);
-    p_cam += angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * p_first : p_first;
+    p_cam += angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * p_axes : p_axes;
     const double distance = p_cam.norm();
     if (!(distance > 0)) continue;
     // How the ray to the point turns, per second.
@@ -306,6 +388,11 @@ void CameraProblem::Solve(double min_gain) {
                              poses_[observation.image].data(), points_[observation.point].data(),
                              velocities_[observation.image].change.data());
   }
+  ceres::CauchyLoss loss_of_positions(kPositionLossScale);
+  for (const MeasuredCentre& measured : positions_) {
+    problem.AddResidualBlock(new CentreCost(new tracking::CentreError(measured.error)),
+                             &loss_of_positions, poses_[measured.image].data());
+  }
   for (std::size_t i = 0; i < velocities_.size(); ++i) AddVelocity(i, problem);
   for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
   for (const std::size_t image : held_images_) {
@@ -323,6 +410,23 @@ void CameraProblem::Solve(double min_gain) {
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
+}
+
+CameraProblem::PoseInformation CameraProblem::position_information(std::size_t image) const {
+  PoseInformation information = PoseInformation::Zero();
+  for (const MeasuredCentre& measured : positions_) {
+    if (measured.image != image) continue;
+    const double* parameters[] = {poses_[image].data()};
+    Eigen::Vector3d error;
+    Eigen::Matrix<double, 3, 6, Eigen::RowMajor> J;
+    double* jacobians[] = {J.data()};
+    CentreCost(new tracking::CentreError(measured.error))
+        .Evaluate(parameters, error.data(), jacobians);
+    double rho[3];
+    ceres::CauchyLoss(kPositionLossScale).Evaluate(error.squaredNorm(), rho);
+    information += rho[1] * J.transpose() * J;
+  }
+  return information;
 }
 
 Parameter CameraProblem::HoldLesserReadout(std::size_t camera) {

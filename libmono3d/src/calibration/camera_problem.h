@@ -13,7 +13,9 @@
 #include "calibration/camera_parameters.h"
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/geometry/rolling_shutter.h"
+#include "mono3d/image/camera_positions.h"
 #include "mono3d/image/sparse_model.h"
+#include "tracking/optimisation/centre_error.h"
 
 namespace ceres {
 class Problem;
@@ -23,9 +25,23 @@ namespace mono3d::calibration {
 
 class ReprojectionCost;
 
+// Of all maps, those that most images show. The time grows with their number.
+inline constexpr std::size_t kMaxPoints = 3000;
+
+// What a camera is learned from.
+struct CalibrationMaps {
+  std::span<const SparseModel> maps;  // with the pixels of the images as taken
+  // Where the cameras of a map were measured to be: map_id is its position in `maps`, the images'
+  // ids are the frames. Maps that are not named here have none.
+  std::span<const CameraPositions> positions = {};
+  std::size_t max_points = kMaxPoints;
+};
+
 // A bundle adjustment of one or more maps with free cameras, mostly one: what it varies, its
 // residuals and its gauge. Each map's world is the frame of its first image; one coordinate of
-// another of its images holds its unit of length.
+// another of its images holds its unit of length. A map whose images were measured to be in three
+// places that are not on a line has the axes and the unit of these measurements instead, with the
+// middle of its images as origin, and they hold it.
 class CameraProblem {
  public:
   // Of all maps. Time grows with the square of the images and with the points.
@@ -39,6 +55,7 @@ class CameraProblem {
     std::size_t point;      // position in points()
     Eigen::Vector2d pixel;  // as taken, its lines read one after the other
   };
+  using PoseInformation = Eigen::Matrix<double, 6, 6>;
   // The derivatives of one observation's residual (in sigmas, corrected for the robust loss).
   struct Linearised {
     Eigen::Vector2d residual;
@@ -58,11 +75,10 @@ class CameraProblem {
   // Maps without two images or without points are left out. Of more than kMaxImages images each map
   // gives its first ones of each camera, of more than `max_points` points those that most images
   // show. The camera starts at `start`.
-  CameraProblem(std::span<const SparseModel> maps, const CameraModel& start,
-                const CameraPrior& prior, std::size_t max_points);
+  CameraProblem(const CalibrationMaps& maps, const CameraModel& start, const CameraPrior& prior);
   // Of several cameras, which SparseImage::camera names.
-  CameraProblem(std::span<const SparseModel> maps, std::span<const CameraModel> starts,
-                std::span<const CameraPrior> priors, std::size_t max_points);
+  CameraProblem(const CalibrationMaps& maps, std::span<const CameraModel> starts,
+                std::span<const CameraPrior> priors);
 
   // Adjusts everything; the weights come from the residuals before. `min_gain`: the relative gain
   // below which a step is the last.
@@ -89,6 +105,7 @@ class CameraProblem {
   // That a camera took.
   std::size_t NumImagesOf(std::size_t camera) const;
   std::size_t NumObservationsOf(std::size_t camera) const;
+  std::size_t NumPositionsOf(std::size_t camera) const;
   const ParameterFlags& is_fixed(std::size_t camera = 0) const { return cameras_[camera].is_fixed; }
   const ParameterVector& parameters(std::size_t camera = 0) const {
     return cameras_[camera].parameters;
@@ -102,6 +119,8 @@ class CameraProblem {
     if (!HasFreeVelocity(image)) return VelocityInformation::Zero();
     return velocities_[image].information / velocity_variance_;
   }
+  // What its measured position says of an image's pose; zero where there is none.
+  PoseInformation position_information(std::size_t image) const;
   // The gauge of the maps: images whose poses are not varied, and single coordinates.
   const std::vector<std::size_t>& held_images() const { return held_images_; }
   const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
@@ -110,7 +129,13 @@ class CameraProblem {
   // Found less observed, in `sigma_px`; false behind the camera.
   ReprojectionCost CostOf(const Observation& observation, double sigma_px) const;
 
-  using PoseBlock = std::array<double, 6>;  // rotation vector and translation of T_cam_first
+  // Rotation vector and translation of T_cam_axes, in the axes that the map has here.
+  using PoseBlock = std::array<double, 6>;
+
+  struct MeasuredCentre {
+    std::size_t image;
+    tracking::CentreError error;
+  };
 
   // Of an image's middle line.
   struct ImageVelocity {
@@ -131,9 +156,10 @@ class CameraProblem {
 
   // The first images of each camera, this share of them.
   std::vector<std::size_t> ChooseImages(const SparseModel& map, double share) const;
-  void Add(const SparseModel& map, const std::vector<std::size_t>& images, std::size_t max_points);
+  void Add(const SparseModel& map, const std::vector<std::size_t>& images,
+           const CameraPositions* positions, std::size_t max_points);
   void AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
-                 std::size_t first_image, std::size_t max_points);
+                 const Similarity& S_axes_map, std::size_t first_image, std::size_t max_points);
   static void AddCamera(FreeCamera& camera, ceres::Problem& problem);
   void AddVelocity(std::size_t image, ceres::Problem& problem);
   // Is that of the image varied? Only where its lines are not all read at once.
@@ -151,6 +177,7 @@ class CameraProblem {
   std::vector<Observation> observations_;
   std::vector<std::size_t> held_images_;
   std::vector<HeldCoordinate> held_coordinates_;
+  std::vector<MeasuredCentre> positions_;
   double sigma_px_ = 1;
   double velocity_variance_ = 1;  // of the velocities, by that of their information
 };

@@ -122,7 +122,7 @@ class CameraOfPhotos {
 
 std::vector<CameraAdjustment> AdjustPhotoCameras(const std::vector<CameraOfPhotos>& cameras,
                                                  const std::vector<CameraModel>& starts,
-                                                 const std::vector<SparseModel>& maps) {
+                                                 const calibration::CalibrationMaps& maps) {
   std::vector<CameraPrior> weights;
   for (const CameraOfPhotos& camera : cameras) weights.push_back(camera.weight());
   return calibration::AdjustCameras(std::move(weights), starts, maps);
@@ -136,9 +136,11 @@ std::vector<CameraModel> ModelsOf(const std::vector<CameraOfPhotos>& cameras) {
 
 // Have all changed by no more than they are known to?
 bool LearnOnce(const calibration::PhotoFootage& footage, const CameraModel& common,
-               std::vector<CameraOfPhotos>& cameras) {
+               const PositionsOfMap& positions, std::vector<CameraOfPhotos>& cameras) {
   const std::vector<CameraModel> starts = ModelsOf(cameras);
-  const std::vector<SparseModel> maps = footage.Map(starts, common);
+  const std::vector<SparseModel> placed = footage.Map(starts, common);
+  const std::vector<CameraPositions> measured = calibration::PositionsOf(placed, positions);
+  const calibration::CalibrationMaps maps{placed, measured};
   std::vector<CameraAdjustment> adjustments = AdjustPhotoCameras(cameras, starts, maps);
   bool drops_metadata = false;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -161,7 +163,8 @@ bool LearnOnce(const calibration::PhotoFootage& footage, const CameraModel& comm
 std::vector<CameraCalibration> CalibrateCamerasOfPhotos(
     std::span<const CameraPrior> priors,
     const std::function<std::size_t(std::int64_t)>& camera_of_frame, const PhotosOpener& open,
-    const PhotoMapperOptions& photos, const CalibrationOptions& options) {
+    const PhotoMapperOptions& photos, const CalibrationOptions& options,
+    const PositionsOfMap& positions) {
   options.Validate();
   photos.Validate();
   std::vector<CameraModel> told;
@@ -175,7 +178,7 @@ std::vector<CameraCalibration> CalibrateCamerasOfPhotos(
   for (const CameraPrior& prior : priors) cameras.emplace_back(AtScaleOf(common, prior));
   const calibration::PhotoFootage footage(*source, ModelsOf(cameras), camera_of_frame, photos);
   for (int round = 0; round < options.max_rounds; ++round) {
-    if (LearnOnce(footage, common, cameras)) break;
+    if (LearnOnce(footage, common, positions, cameras)) break;
   }
   std::vector<CameraCalibration> results;
   for (std::size_t i = 0; i < cameras.size(); ++i) results.push_back(cameras[i].Result(priors[i]));

@@ -109,13 +109,13 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
   options_.num_features = std::max(500, options.num_features / kNumFeaturesOfRun);
   std::vector<tracking::PhotoFeatures> photos;
   std::vector<std::size_t> camera_of;
-  std::vector<double> timestamps_s;
+  std::vector<Photo> known;
   try {
     while (const std::optional<Frame> frame = source.Next()) {
       photos.push_back(
           tracking::ExtractPhotoFeatures(*frame, options_.num_features, options_.max_side_px));
       camera_of.push_back(camera_of_frame(frame->index));
-      timestamps_s.push_back(frame->timestamp_s);
+      known.push_back({frame->index, frame->name, frame->timestamp_s});
       const CameraModel& taken_by = read_with[camera_of.back()];
       for (Eigen::Vector2d& pixel : photos.back().pixels) {
         pixel = ProjectDistorted(taken_by, frame->camera.Unproject(pixel));
@@ -127,7 +127,7 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
   for (const std::size_t photo : tracking::OrderOfContent(photos)) {
     photos_.push_back(std::move(photos[photo]));
     camera_of_.push_back(camera_of[photo]);
-    timestamps_s_.push_back(timestamps_s[photo]);
+    known_.push_back(std::move(known[photo]));
   }
   pairs_ = tracking::MatchPhotos(photos_, options_);
 }
@@ -150,7 +150,7 @@ std::vector<SparseModel> PhotoFootage::Map(std::span<const CameraModel> cameras,
   }
   std::vector<tracking::PhotoTime> times;
   for (std::size_t i = 0; options_.are_frames && i < photos_.size(); ++i) {
-    times.push_back({timestamps_s_[i], cameras[camera_of_[i]]});
+    times.push_back({known_[i].timestamp_s, cameras[camera_of_[i]]});
   }
   std::vector<SparseModel> maps;
   for (const tracking::PhotoMap& map :
@@ -159,6 +159,11 @@ std::vector<SparseModel> PhotoFootage::Map(std::span<const CameraModel> cameras,
     maps.push_back(WithCameras(WithFewerPoints(map.sparse), cameras, [&](std::int64_t photo) {
       return camera_of_[static_cast<std::size_t>(photo)];
     }));
+    for (SparseImage& image : maps.back().images) {
+      const Photo& photo = known_[static_cast<std::size_t>(image.id)];
+      image.id = photo.frame_index;
+      image.name = photo.name;
+    }
   }
   return maps;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mono3d/geometry/camera_model.h"
@@ -35,15 +36,21 @@ class PhotoFootage {
   // most photos show.
   std::vector<SparseModel> Map(const CameraModel& camera) const;
   // Of several cameras, which the images of the maps name. They are placed with the pixels that
-  // `common` has, which has no distortion.
+  // `common` has, which has no distortion. Images have the id and the name of their frame.
   std::vector<SparseModel> Map(std::span<const CameraModel> cameras,
                                const CameraModel& common) const;
 
  private:
+  struct Photo {
+    std::int64_t frame_index = 0;
+    std::string name;
+    double timestamp_s = 0;
+  };
+
   PhotoMapperOptions options_;
   std::vector<tracking::PhotoFeatures> photos_;  // with pixels as taken
   std::vector<std::size_t> camera_of_;           // each photo
-  std::vector<double> timestamps_s_;             // of each photo
+  std::vector<Photo> known_;                     // of each photo
   std::vector<tracking::PhotoPair> pairs_;
 };
 

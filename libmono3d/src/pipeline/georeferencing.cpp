@@ -132,6 +132,22 @@ std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
   return told;
 }
 
+std::optional<CameraPositions> PositionsOfPhotos(const SparseModel& map,
+                                                 const PipelinePositions& positions) {
+  if (positions.track.clock != PositionClock::kImages || positions.track.fixes.empty()) {
+    return std::nullopt;
+  }
+  MapReconstruction placed;
+  placed.sparse = map;
+  for (const SparseImage& image : map.images) {
+    placed.trajectory.push_back({image.id, static_cast<double>(image.id), 0, image.T_world_cam});
+  }
+  std::ranges::stable_sort(placed.trajectory, {}, &TrajectoryEntry::frame_index);
+  PipelinePositions by_positions = positions;
+  by_positions.control.reset();
+  return PositionsToFollow(placed, by_positions);
+}
+
 void PlaceOnEarth(const PipelinePositions& positions, MapReconstruction& map) {
   GeoreferenceResult result = FindPlaceOnEarth(map, positions);
   map.why_no_georeference = std::move(result.reason);

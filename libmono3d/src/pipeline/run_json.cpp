@@ -415,6 +415,7 @@ JsonValue CalibrationJson(const CameraCalibration& calibration) {
   json.Set("rounds", calibration.num_rounds);
   json.Set("images", calibration.num_images);
   json.Set("points", calibration.num_points);
+  json.Set("positions", calibration.num_positions);
   return json;
 }
 

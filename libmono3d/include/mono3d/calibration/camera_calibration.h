@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/camera_prior.h"
+#include "mono3d/image/camera_positions.h"
+#include "mono3d/image/sparse_model.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/tracking/photo_mapper.h"
 
@@ -71,6 +74,7 @@ struct CameraCalibration {
   int num_rounds = 0;
   int num_images = 0;  // keyframes of the last round
   int num_points = 0;
+  int num_positions = 0;  // of these images, that had a say
   // One camera for all images is exact only without any.
   IntrinsicsVariation variation;
   std::vector<CalibrationResidual> residuals;  // of the last adjustment
@@ -89,11 +93,19 @@ using FootageOpener = std::function<std::unique_ptr<FrameSource>(const CameraMod
 CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener& open,
                                   const CalibrationOptions& options = {});
 
+// Where the cameras of a map of photographs were measured to be, in its own metric axes; nothing
+// where that does not place the map. The images of the map have the index of their frame as id and
+// its name. See PositionsToFollow.
+using PositionsOfMap = std::function<std::optional<CameraPositions>(const SparseModel& map)>;
+
 // The same of photographs in any order: they are matched once, and placed with the camera known so
-// far (CreatePhotoMapper). Takes as long as placing them.
+// far (CreatePhotoMapper). Takes as long as placing them. `positions` have a say in the adjustment
+// of the camera: photographs from one height alone do not tell a wrong lens from ground that is
+// bent. Fewer than three, on a line, or without heights they have none.
 CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const FootageOpener& open,
                                           const PhotoMapperOptions& photos = {},
-                                          const CalibrationOptions& options = {});
+                                          const CalibrationOptions& options = {},
+                                          const PositionsOfMap& positions = {});
 
 // Opens photos that several cameras took, undistorted by these into the images of one camera.
 using PhotosOpener =
@@ -106,7 +118,8 @@ using PhotosOpener =
 std::vector<CameraCalibration> CalibrateCamerasOfPhotos(
     std::span<const CameraPrior> priors,
     const std::function<std::size_t(std::int64_t)>& camera_of_frame, const PhotosOpener& open,
-    const PhotoMapperOptions& photos = {}, const CalibrationOptions& options = {});
+    const PhotoMapperOptions& photos = {}, const CalibrationOptions& options = {},
+    const PositionsOfMap& positions = {});
 
 // The largest distance in px, over the image, between where two cameras of one size show the same
 // ray: how wrong the one is if the other is right.

@@ -41,6 +41,11 @@ GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
 std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
                                                  const PipelinePositions& positions);
 
+// The same of photographs that have been placed, by their positions alone: for
+// CalibrateCameraOfPhotos. Nothing where the positions do not belong to images by name.
+std::optional<CameraPositions> PositionsOfPhotos(const SparseModel& map,
+                                                 const PipelinePositions& positions);
+
 // Moves a map that is in its tracker's own axes onto the earth, by FindPlaceOnEarth: metres, x
 // east, y north, z up of the origin. map.georeference is set, and map.axes. Where nothing
 // determines that, nothing moves, and map.why_no_georeference says why. Maps of one run come into

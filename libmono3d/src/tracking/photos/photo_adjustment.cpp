@@ -19,6 +19,7 @@
 
 #include "mono3d/core/statistics.h"
 #include "mono3d/geometry/similarity.h"
+#include "tracking/optimisation/centre_error.h"
 #include "tracking/optimisation/chi2.h"
 
 namespace mono3d::tracking {
@@ -47,23 +48,6 @@ struct RayError {
   }
 };
 
-// The centre of a camera minus where it was measured.
-struct CentreError {
-  Vector3d p_m;
-  Vector3d weight;  // 0: not measured
-
-  template <typename T>
-  bool operator()(const T* const camera, T* error) const {
-    const std::array<T, 3> inverse = {-camera[0], -camera[1], -camera[2]};
-    std::array<T, 3> centre;
-    ceres::AngleAxisRotatePoint(inverse.data(), camera + 3, centre.data());
-    for (int i = 0; i < 3; ++i) {
-      error[i] = (-centre.at(static_cast<std::size_t>(i)) - p_m[i]) * weight[i];
-    }
-    return true;
-  }
-};
-
 struct PlaceError {
   Vector3d p_m;
   Vector3d weight;  // 0: not known
@@ -83,14 +67,6 @@ CameraBlock BlockOf(const Pose& T_cam_metric) {
 
 Pose PoseOfBlock(const CameraBlock& block) {
   return {RotationExp({block[0], block[1], block[2]}), Vector3d(block[3], block[4], block[5])};
-}
-
-Vector3d Inverted(const Vector3d& sigma) {
-  Vector3d weight = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (sigma[i] > 0) weight[i] = 1 / sigma[i];
-  }
-  return weight;
 }
 
 // By the distances of all observations, which are of two errors each.
@@ -219,7 +195,7 @@ class EarthAdjustment {
     for (const CameraPosition& position : positions_.positions) {
       const auto found = image_of_.find(position.frame_index);
       if (found == image_of_.end()) continue;
-      Vector3d weight = Inverted(position.sigma_m);
+      Vector3d weight = WeightOf(position.sigma_m);
       if (!positions_.has_vertical) weight.z() = 0;
       const CentreError error{position.p_m - middle_m_, weight};
       centres_.emplace_back(found->second, error);
@@ -239,7 +215,7 @@ class EarthAdjustment {
       }
       constexpr std::size_t kFewestSights = 2;
       if (sights.size() < kFewestSights) continue;
-      const PlaceError error{known.p_m - middle_m_, Inverted(known.sigma_m)};
+      const PlaceError error{known.p_m - middle_m_, WeightOf(known.sigma_m)};
       PointBlock& block =
           place_blocks_.emplace_back(PointBlock{error.p_m.x(), error.p_m.y(), error.p_m.z()});
       places_.emplace_back(place_blocks_.size() - 1, error);
