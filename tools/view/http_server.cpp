@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <list>
 #include <random>
@@ -62,14 +63,7 @@ class ConnectionThreads final : public httplib::TaskQueue {
   }
 
   void enqueue(std::function<void()> task) override {
-    threads_.remove_if([](Thread& thread) {
-      if (!thread.is_done) return false;
-      thread.thread.join();
-      return true;
-    });
-    // One that is told to end does so at once: a few more than the limit do not matter.
-    const bool is_full = threads_.size() >= max_connections_ && !connections_.EndOneThatWaits();
-    if (is_full || threads_.size() >= 2 * max_connections_ || !Start(task)) {
+    if (!MakeRoom() || !Start(task)) {
       MustRefuse() = true;
       task();
       MustRefuse() = false;
@@ -87,6 +81,25 @@ class ConnectionThreads final : public httplib::TaskQueue {
     std::atomic<bool> is_done = false;
     std::thread thread = {};
   };
+
+  // On a machine that does much else it takes a while until a thread that has been started waits
+  // for a request, or one that was told to end does so.
+  bool MakeRoom() {
+    constexpr auto kPatience = std::chrono::milliseconds(500);
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (true) {
+      threads_.remove_if([](Thread& thread) {
+        if (!thread.is_done) return false;
+        thread.thread.join();
+        return true;
+      });
+      // A few more than the limit do not matter.
+      if (threads_.size() < max_connections_) return true;
+      if (threads_.size() < 2 * max_connections_ && connections_.EndOneThatWaits()) return true;
+      if (std::chrono::steady_clock::now() >= deadline) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
 
   // False where the system has no more threads.
   bool Start(const std::function<void()>& task) {
