@@ -308,7 +308,9 @@ Result RunWithKnownCamera(const Run& run) {
   result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.place,
                               run.writer, run.times, run.record);
   PlaceOfRun place = run.place;
-  if (place.control) FindSights(arguments.input, result.cameras, *place.control);
+  if (place.control) {
+    FindSights(arguments.input, result.cameras, footage != Footage::kPhotographs, *place.control);
+  }
   // A map of an earlier run keeps its shape as well as its axes.
   if (arguments.map.empty()) options.positions = PositionsFor(place);
   RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;

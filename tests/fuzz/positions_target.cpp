@@ -41,7 +41,8 @@ void Positions(std::string_view input) {
   const auto track = ReadOrRefuse([&] { return ReadPositionFile(file); });
   if (!track) return;
   if (track->fixes.empty() || !std::ranges::all_of(track->fixes, IsPlace) ||
-      !std::ranges::is_sorted(track->fixes, {}, &PositionFix::time_s)) {
+      (track->clock != PositionClock::kImages &&
+       !std::ranges::is_sorted(track->fixes, {}, &PositionFix::time_s))) {
     throw std::logic_error("positions that are none, or not in order of their times");
   }
 }

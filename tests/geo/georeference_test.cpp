@@ -211,6 +211,54 @@ TEST(Georeference, GoesByTheNamesOfImages) {
   EXPECT_THAT(none.reason, HasSubstr("by their name"));
 }
 
+// Errors of minutes are shared by photographs of seconds, and not by those of hours.
+TEST(Georeference, KnowsWhenPhotographsWereTaken) {
+  const auto take = [](double seconds_between) {
+    PositionTrack track = Receive(30, Strips, {1, {0, 0, 0.5}, {0, 0, 0.5}, 0, 0}, 7);
+    track.clock = PositionClock::kImages;
+    track.has_image_times = true;
+    constexpr double kFirst_s = 1.5e9;
+    // Their names run backwards.
+    for (std::size_t i = 0; i < track.fixes.size(); ++i) {
+      track.fixes[i].image = "image" + std::to_string(10 * i);
+      track.fixes[i].time_s =
+          kFirst_s + seconds_between * static_cast<double>(track.fixes.size() - 1 - i);
+    }
+    return EstimateGeoreference(Fly(30, Strips), track, std::nullopt, {});
+  };
+  const GeoreferenceResult seconds = take(0.5), hours = take(3600);
+  ASSERT_TRUE(seconds.georeference && hours.georeference) << seconds.reason << hours.reason;
+  EXPECT_LT(hours.georeference->position_sigma_m.norm(),
+            0.5 * seconds.georeference->position_sigma_m.norm());
+  const std::vector<PositionResidual>& residuals = seconds.georeference->residuals;
+  ASSERT_EQ(residuals.size(), 31U);
+  EXPECT_EQ(residuals.front().image, "image300");
+  EXPECT_EQ(residuals.front().time_s, 0);
+  EXPECT_EQ(residuals.front().taken_s, 1.5e9);
+  EXPECT_EQ(residuals.back().image, "image0");
+  EXPECT_EQ(residuals.back().time_s, 15);
+}
+
+// Times are those of the images, whatever was told of them; frames go by their index.
+TEST(Georeference, TellsTheFramesOfPositionsByName) {
+  PositionTrack track = Receive(60, Strips, {}, 7);
+  track.clock = PositionClock::kImages;
+  track.has_image_times = true;
+  std::vector<PositionedCamera> cameras = Fly(60, Strips);
+  for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].timestamp_s = static_cast<double>(i);
+  for (std::size_t i = 0; i < track.fixes.size(); ++i) {
+    track.fixes[i].image = "image" + std::to_string(10 * i);
+    track.fixes[i].time_s = 1.5e9 + 7 * static_cast<double>(i);
+  }
+  const auto result = EstimateGeoreference(cameras, track, std::nullopt, {});
+  ASSERT_TRUE(result.georeference.has_value()) << result.reason;
+  const CameraPositions told = CameraPositionsOf(cameras, track, *result.georeference, {});
+  ASSERT_EQ(told.positions.size(), track.fixes.size());
+  for (std::size_t i = 0; i < told.positions.size(); ++i) {
+    EXPECT_EQ(told.positions[i].frame_index, static_cast<std::int64_t>(10 * i));
+  }
+}
+
 // A recorder that knows the time of day, and began before the camera.
 TEST(Georeference, FindsThePlaceInALongerTrackOfAnotherClock) {
   const auto path = [](double time_s) { return Strips(time_s - 40); };

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -121,6 +122,60 @@ TEST(GroundControl, StatesHowSureItIs) {
   }
 }
 
+// Lines of 30 ms in all, at 12 m/s and turning: the ground moves by 7 pixels meanwhile.
+TEST(GroundControl, TakesEachMarkByThePoseOfItsLine) {
+  const Similarity S_map_enu = TrueSurveySimilarity().Inverse();
+  constexpr double kReadout_s = 0.03;
+  std::vector<FrameInMap> frames = Frames();
+  for (FrameInMap& frame : frames) {
+    frame.velocity.linear_su_per_s = Vector3d(12, -4, 1) * S_map_enu.scale();
+    frame.velocity.angular_rad_per_s = {0.1, -0.2, 0.3};
+    frame.velocity.angular_rad_per_s2 = {1, 2, -1};
+  }
+  GroundControl control = Survey(Places());
+  for (std::size_t i = 0; i < control.points.size(); ++i) {
+    for (ControlSight& sight : control.points[i].sights) {
+      const FrameInMap& frame = frames[static_cast<std::size_t>(sight.frame_index)];
+      const Vector3d p_cam = frame.T_map_cam.Inverse() * (S_map_enu * Places()[i]);
+      // Rows of 800 pixels; which one shows the point depends on where that is by then.
+      Vector3d ray = p_cam / p_cam.z();
+      for (int round = 0; round < 6; ++round) {
+        sight.line_s = kReadout_s * ray.y() / 0.8;
+        const Vector3d p_line = frame.velocity.T_later_now(sight.line_s) * p_cam;
+        ray = p_line / p_line.z();
+      }
+      sight.ray_cam = ray;
+    }
+  }
+  const auto result = EstimateGeoreference(frames, control, kSurveyOrigin, std::nullopt);
+  ASSERT_TRUE(result.georeference.has_value()) << result.reason;
+  const auto known = KnownPointsOf(frames, control, *result.georeference);
+  ASSERT_EQ(known.size(), 6U);
+  double most_moved_px = 0;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const ControlResidual& residual = result.georeference->control[i];
+    EXPECT_LT(residual.enu_m.norm(), 1e-5);
+    EXPECT_LT(residual.rms_px, 1e-3);
+    EXPECT_EQ(residual.num_marks_used, residual.num_marks);
+    // What follows the points knows poses of middle lines alone.
+    for (std::size_t k = 0; k < known[i].sights.size(); ++k) {
+      const PointSight& sight = known[i].sights[k];
+      const FrameInMap& frame = frames[static_cast<std::size_t>(sight.frame_index)];
+      const Vector3d p_cam = frame.T_map_cam.Inverse() * (S_map_enu * Places()[i]);
+      EXPECT_LT((sight.ray_cam - p_cam / p_cam.z()).norm(), 1e-6);
+      const Vector3d moved = sight.ray_cam - control.points[i].sights[k].ray_cam;
+      most_moved_px = std::max(most_moved_px, kFocal_px * moved.norm());
+    }
+  }
+  EXPECT_GT(most_moved_px, 2);
+
+  // By the poses of the middle lines they are off.
+  for (FrameInMap& frame : frames) frame.velocity = {};
+  const auto middle = EstimateGeoreference(frames, control, kSurveyOrigin, std::nullopt);
+  ASSERT_TRUE(middle.georeference.has_value()) << middle.reason;
+  EXPECT_GT(middle.georeference->control[0].rms_px, 0.5);
+}
+
 TEST(GroundControl, NamesAMarkThatWasSetInTheWrongPlace) {
   GroundControl control = Survey(Places(), {0.01, 0.5, 3});
   control.points[2].sights[1].ray_cam.y() += 40 / kFocal_px;
@@ -132,7 +187,7 @@ TEST(GroundControl, NamesAMarkThatWasSetInTheWrongPlace) {
   EXPECT_THAT(residual.contradicting_images, ElementsAre(image));
   EXPECT_EQ(residual.num_marks_used + 1, residual.num_marks);
   EXPECT_LT(residual.enu_m.norm(), 0.1);
-  const auto known = KnownPointsOf(control, *result.georeference);
+  const auto known = KnownPointsOf(Frames(), control, *result.georeference);
   ASSERT_EQ(known.size(), 6U);
   EXPECT_EQ(known[2].sights.size(), residual.num_marks_used);
 }
@@ -149,7 +204,7 @@ TEST(GroundControl, LeavesOutAPointThatContradictsAllOthers) {
     }
     EXPECT_THAT(result.georeference->control[wrong].why_unused, HasSubstr("contradicts"));
     EXPECT_NEAR(result.georeference->control[wrong].enu_m.x(), -0.8, 0.15);
-    EXPECT_EQ(KnownPointsOf(control, *result.georeference).size(), 5U);
+    EXPECT_EQ(KnownPointsOf(Frames(), control, *result.georeference).size(), 5U);
   }
 }
 
@@ -167,7 +222,7 @@ TEST(GroundControl, CheckPointsTakeNoPart) {
   // Half a metre from 50 m away.
   EXPECT_NEAR(check.rms_px, 0.5 / 50 * kFocal_px, 1);
   EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-7);
-  EXPECT_EQ(KnownPointsOf(control, *result.georeference).size(), 5U);
+  EXPECT_EQ(KnownPointsOf(Frames(), control, *result.georeference).size(), 5U);
 }
 
 TEST(GroundControl, AHeightMayBeMissing) {
@@ -179,7 +234,7 @@ TEST(GroundControl, AHeightMayBeMissing) {
   EXPECT_TRUE(result.georeference->control[1].is_used);
   EXPECT_EQ(result.georeference->control[1].enu_m.z(), 0);
   EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-3);
-  EXPECT_EQ(KnownPointsOf(control, *result.georeference)[1].sigma_m.z(), 0);
+  EXPECT_EQ(KnownPointsOf(Frames(), control, *result.georeference)[1].sigma_m.z(), 0);
 }
 
 TEST(GroundControl, SaysWhatIsMissing) {

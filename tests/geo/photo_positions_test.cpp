@@ -74,6 +74,38 @@ TEST_F(PhotoPositions, AreThoseOfXmpWhereThereAreBoth) {
   EXPECT_EQ(fix.sigma_vertical_m, 0.07);
 }
 
+TEST_F(PhotoPositions, HaveTheTimesOfTheirPhotos) {
+  const auto photo = [&](const std::string& name, const std::string& taken,
+                         const std::string& fraction, const std::string& zone) {
+    using enum ExifWriter::Directory;
+    ExifWriter exif;
+    exif.Place(46.8, 8.2, 500).Ascii(kExif, 0x9003, taken);
+    if (!fraction.empty()) exif.Ascii(kExif, 0x9291, fraction);
+    if (!zone.empty()) exif.Ascii(kExif, 0x9011, zone);
+    return Write(name, JpegPhoto(8, 8, exif.Block()));
+  };
+  constexpr double kNoon_s = 1466683200;  // 2016-06-23 12:00:00 UTC
+  const std::string a = photo("a.jpg", "2016:06:23 12:00:00", "25", "+02:00");
+  const std::string b = photo("b.jpg", "2016:06:23 13:30:01", "", "+02:00");
+  const PositionTrack utc = ReadPhotoPositions({a, b});
+  ASSERT_EQ(utc.fixes.size(), 2U);
+  EXPECT_TRUE(utc.has_image_times);
+  EXPECT_EQ(utc.fixes[0].time_s, kNoon_s - 7200 + 0.25);
+  EXPECT_EQ(utc.fixes[1].time_s, kNoon_s - 1800 + 1);
+
+  // Of another camera, which tells no offset from UTC: all by the clocks of their cameras.
+  const std::string c = photo("c.jpg", "2016:06:23 12:00:02", "no number", "");
+  const PositionTrack local = ReadPhotoPositions({a, c});
+  EXPECT_TRUE(local.has_image_times);
+  EXPECT_EQ(local.fixes[0].time_s, kNoon_s + 0.25);
+  EXPECT_EQ(local.fixes[1].time_s, kNoon_s + 2);
+
+  const std::string d = photo("d.jpg", "0000:00:00 00:00:00", "", "");
+  const PositionTrack some = ReadPhotoPositions({a, d});
+  EXPECT_FALSE(some.has_image_times);
+  EXPECT_EQ(some.fixes[0].time_s, 0);
+}
+
 TEST_F(PhotoPositions, AreEmptyWhereNoPhotoHasAny) {
   ExifWriter camera_alone;
   camera_alone.Camera("Maker", "Model");

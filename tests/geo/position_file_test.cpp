@@ -16,6 +16,7 @@ namespace mono3d {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 
 class PositionFile : public testing::Test {
@@ -92,6 +93,39 @@ TEST_F(PositionFile, ReadsTelemetryOfTheMavicPro) {
   EXPECT_EQ(track.fixes[0].height_m, 1.9);
   EXPECT_EQ(track.fixes[1].height_m, 2.5);
   EXPECT_NEAR(track.resolution_m, 11.1, 0.1);
+}
+
+// Speeds that it does not know are "n/a"; the first is no altitude, but a distance.
+TEST_F(PositionFile, ReadsTelemetryOfTheMavicMini) {
+  const PositionTrack track = Read(
+      "1\r\n00:00:00,000 --> 00:00:01,000\r\nF/2.8, SS 30.15, ISO 260, EV -1.7, GPS (-121.7458, "
+      "48.0771, 17), D 221.21m, H 200.70m, H.S n/a, V.S n/a \r\n\r\n"
+      "2\r\n00:00:01,000 --> 00:00:02,000\r\nF/2.8, SS 30.15, ISO 260, EV -1.7, GPS (n/a, n/a, "
+      "0), D 221.21m, H 200.70m, H.S n/a, V.S n/a \r\n");
+  ASSERT_EQ(track.fixes.size(), 1U);
+  EXPECT_EQ(track.fixes[0].latitude_deg, 48.0771);
+  EXPECT_EQ(track.fixes[0].longitude_deg, -121.7458);
+  EXPECT_FALSE(track.fixes[0].altitude_m.has_value());
+  EXPECT_EQ(track.fixes[0].height_m, 200.7);
+  EXPECT_EQ(track.num_without_position, 1U);
+  EXPECT_EQ(track.num_unreadable, 0U);
+}
+
+// 25 subtitles a second, behind a byte order mark; the receiver tells its place five times.
+TEST_F(PositionFile, ReadsTelemetryOfTheMavic2Pro) {
+  std::string text = "\xEF\xBB\xBF";
+  for (int i = 0; i < 25; ++i) {
+    const std::string begin = std::to_string(1000 + 40 * i).substr(1);
+    text += std::to_string(i + 1) + "\n00:00:00," + begin +
+            " --> 00:00:09,000\n<font size=\"36\">FrameCnt : 218, DiffTime : 40ms\n2019-09-27 "
+            "10:28:08,438,904\n[iso : 110] [focal_len : 280] [latitude : -35.08015" +
+            std::to_string(i / 5) + "] [longtitude : -60.286702] </font>\n\n";
+  }
+  const PositionTrack track = Read(text);
+  ASSERT_EQ(track.fixes.size(), 5U);
+  EXPECT_EQ(track.fixes[4].time_s, 0.8);
+  EXPECT_EQ(track.fixes[4].latitude_deg, -35.080154);
+  EXPECT_FALSE(track.fixes[4].altitude_m.has_value());
 }
 
 TEST_F(PositionFile, ReadsTelemetryOfThePhantom4Rtk) {
@@ -173,13 +207,29 @@ TEST_F(PositionFile, CountsWhatItPassesOver) {
 }
 
 TEST_F(PositionFile, RefusesWhatHasNoPositionsAndSaysWhy) {
-  EXPECT_THAT(ErrorOf(""), HasSubstr("is empty"));
-  EXPECT_THAT(ErrorOf("\xEF\xBB\xBF"), HasSubstr("is empty"));
-  EXPECT_THAT(ErrorOf("1\n"), HasSubstr("no positions in this file (DJI telemetry)"));
-  EXPECT_THAT(ErrorOf("1\n00:00:00,000 --> 00:00:01,000\nHello\n"), HasSubstr("1 entries"));
+  EXPECT_THAT(ErrorOf(""), HasSubstr("track:1: the file of positions is empty"));
+  EXPECT_THAT(ErrorOf("\xEF\xBB\xBF"), HasSubstr("track:1: the file of positions is empty"));
+  EXPECT_THAT(ErrorOf("1\n"), HasSubstr("track:1: no positions in this file (DJI telemetry)"));
+  // The Mavic Air writes none.
+  EXPECT_THAT(ErrorOf("\n1\n00:00:00,000 --> 00:00:00,039\n<font size=\"36\">FrameCnt : 1, "
+                      "DiffTime : 39ms\n2018-02-19 08:04:51,265,847\n[iso : 100] [shutter : "
+                      "1/240.0] [fnum : 280] [ev : 0] [ct : 5627] </font>\n"),
+              AllOf(HasSubstr("track:2: no positions in this file (DJI telemetry)"),
+                    HasSubstr("1 entry, the first has no latitude and longitude")));
+  // What cannot be read stands in the way sooner than what has no fix.
+  EXPECT_THAT(ErrorOf("1\n00:00:00,000 --> 00:00:01,000\n[latitude: 0] [longitude: 0]\n\n"
+                      "2\n00:00:01,000 --> 00:00:02,000\nGPS(149.0\n\n"
+                      "3\n00:00:02,000 --> 00:00:03,000\n[latitude: n1] [longitude: 2.5]\n"),
+              AllOf(HasSubstr("track:9: no positions in this file"),
+                    HasSubstr("3 entries, the position is cut off or no number")));
+  EXPECT_THAT(ErrorOf("time,latitude,longitude\n1,,\n"),
+              HasSubstr("track:2: no positions in this file (table)"));
+  EXPECT_THAT(ErrorOf("$GPGGA,123521,,,,,0,00,,,M,,M,,\r\n"),
+              HasSubstr("track:1: no positions in this file (NMEA 0183)"));
   EXPECT_THAT(ErrorOf("some text\nand more\n"), HasSubstr("track:1: not a file of positions"));
   EXPECT_THAT(ErrorOf("latitude,longitude\n1,2\n"), HasSubstr("neither times nor images"));
-  EXPECT_THAT(ErrorOf("EPSG:32632\na.jpg 500000 5400000 100\n"), HasSubstr("coordinate system"));
+  EXPECT_THAT(ErrorOf("# survey\nEPSG:32632\na.jpg 500000 5400000 100\n"),
+              HasSubstr("track:2: positions in this coordinate system are not read"));
 }
 
 TEST_F(PositionFile, ReadsGpx) {
@@ -250,6 +300,13 @@ TEST_F(PositionFile, ReadsTablesWithNamedColumns) {
   ASSERT_EQ(images.fixes.size(), 1U);
   EXPECT_EQ(images.clock, PositionClock::kImages);
   EXPECT_EQ(images.fixes[0].image, "a, b.jpg");
+  EXPECT_FALSE(images.has_image_times);
+
+  const PositionTrack taken = Read(
+      "image,lat,lon,datetime\na.jpg,47.1,8.2,2021-01-01 10:00:05\nb.jpg,47.1,8.2,2021-01-01 "
+      "10:00:00\n");
+  EXPECT_TRUE(taken.has_image_times);
+  EXPECT_EQ(taken.fixes[0].time_s - taken.fixes[1].time_s, 5);
 }
 
 TEST_F(PositionFile, ReadsImagePositionsOfOpenDroneMap) {

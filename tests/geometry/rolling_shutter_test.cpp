@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <span>
+#include <vector>
+
 #include "mono3d/geometry/pose.h"
 
 namespace mono3d {
@@ -26,6 +30,34 @@ CameraModel WithoutShutter(CameraModel camera) {
 
 const CameraVelocity kFlight{{0.3, -0.6, 0.2}, {1, 0.5, -0.8}};
 const Eigen::Vector3d kPoint(1.5, 1, 6);
+
+// A motion that is a polynomial of the second degree is found again, whichever poses tell it.
+TEST(VelocityThrough, FindsTheMotionThatThePosesHave) {
+  CameraVelocity truth = kFlight;
+  truth.angular_rad_per_s2 = {2, -1, 3};
+  truth.linear_su_per_s2 = {-4, 2, 1};
+  std::vector<LaterPose> around;
+  for (const double time_s : {0.03, 0.07, -0.03, -0.05}) {
+    around.push_back({truth.T_later_now(time_s), time_s});
+  }
+  for (std::size_t num = 2; num <= around.size(); ++num) {
+    const auto found = VelocityThrough(std::span(around).first(num), 0.03);
+    ASSERT_TRUE(found.has_value());
+    EXPECT_LT((found->angular_rad_per_s - truth.angular_rad_per_s).norm(), 1e-9);
+    EXPECT_LT((found->linear_su_per_s - truth.linear_su_per_s).norm(), 1e-9);
+    EXPECT_LT((found->angular_rad_per_s2 - truth.angular_rad_per_s2).norm(), 1e-6);
+    EXPECT_LT((found->linear_su_per_s2 - truth.linear_su_per_s2).norm(), 1e-6);
+  }
+  // One pose tells the mean velocity on the way to it.
+  const auto mean = VelocityThrough(std::span(around).first(1), 0.03);
+  ASSERT_TRUE(mean.has_value());
+  EXPECT_LT(
+      (mean->linear_su_per_s - VelocityOf(around[0].T_later_now, 0.03).linear_su_per_s).norm(),
+      1e-9);
+  around[1] = around[0];
+  EXPECT_FALSE(VelocityThrough(around, 0.03).has_value());
+  EXPECT_FALSE(VelocityThrough({}, 0.03).has_value());
+}
 
 TEST(ShutterMotion, OfAGlobalShutterMovesNothing) {
   CameraModel sensor = RollingSensor();

@@ -57,6 +57,13 @@ TEST_F(SplatFileTest, HasADiscForEachSurfel) {
   EXPECT_EQ(ReadPly(folder_ / "splats.ply").normals[1], cloud.normals[1]);
 }
 
+TEST_F(SplatFileTest, OfAModelIsTheSameBlockByBlock) {
+  WritePly(folder_ / "model.ply", TwoSurfels());
+  WriteSplatsOf(folder_ / "model.ply", folder_ / "of_model.ply");
+  WriteSplats(folder_ / "splats.ply", ReadPly(folder_ / "model.ply"));
+  EXPECT_EQ(ReadText(folder_ / "of_model.ply"), ReadText(folder_ / "splats.ply"));
+}
+
 TEST_F(SplatFileTest, RefusesWhatHasNoDiscs) {
   PointCloud cloud = TwoSurfels();
   cloud.radii.clear();

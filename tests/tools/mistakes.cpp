@@ -216,9 +216,9 @@ const std::vector<Mistake>& Mistakes() {
       {"a calibration before the images", "reconstruct camera.yaml flight -o out", 2,
        "flight was not expected", "is camera.yaml meant as --camera camera.yaml?"},
       {"latitude and longitude exchanged", "reconstruct flight --positions exchanged.csv -o out", 1,
-       "exchanged.csv: no positions in this file", "are the two exchanged?"},
+       "exchanged.csv:2: no positions in this file", "are the two exchanged?"},
       {"a video as file of positions", "reconstruct flight --positions broken.mp4 -o out", 1,
-       "broken.mp4:1: not a file of positions", "expected DJI telemetry"},
+       "broken.mp4: the video has no subtitles with positions", "expected DJI telemetry"},
       {"all products, and some", "reconstruct flight --products dsm,all -o out", 2, "--products",
        "stands alone"},
       // The other tools.

@@ -3,18 +3,20 @@
 
 #include "export/mesh.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/io/mesh_file.h"
-#include "mono3d/io/ply_file.h"
+#include "mono3d/io/ply_reader.h"
 #include "mono3d/products/mesh_decimation.h"
 #include "mono3d/products/mesh_texturing.h"
+#include "mono3d/products/model_mesh.h"
 #include "mono3d/products/run_image.h"
 #include "mono3d/products/textured_mesh_file.h"
 
@@ -57,27 +59,42 @@ std::vector<TextureView> ViewsOf(const FinishedRun& run) {
   return views;
 }
 
+double MedianRadius(const std::filesystem::path& model) {
+  PlyReader reader(model);
+  std::vector<float> radii;
+  PointCloud block;
+  constexpr std::size_t kSurfelsOfBlock = std::size_t{1} << 16;
+  while (reader.Read(kSurfelsOfBlock, block) > 0) {
+    radii.insert(radii.end(), block.radii.begin(), block.radii.end());
+  }
+  if (radii.empty()) {
+    throw Error(ErrorParts{"the model has no surfels", model.string(), "radii", "none"});
+  }
+  return UpperMedian(std::move(radii));
+}
+
+// The mesh that the run has written, or else that of its model.
+ModelMesh MeshOf(const FinishedRun& run, std::size_t max_triangles) {
+  if (run.mesh.empty()) return MakeModelMesh(run.model, {.max_triangles = max_triangles});
+  ModelMesh of_run;
+  const TriangleMesh whole = ReadMeshPly(run.mesh);
+  DecimatedMesh decimated = Decimate(whole, max_triangles);
+  of_run.mesh = std::move(decimated.mesh);
+  of_run.num_triangles = whole.triangles.size();
+  of_run.num_parts = 1;
+  of_run.error_su = decimated.error_su;
+  of_run.median_radius_su = MedianRadius(run.model);
+  return of_run;
+}
+
 std::vector<std::filesystem::path> WriteMesh(const FinishedRun& run,
                                              const std::filesystem::path& folder) {
   const MeshProductOptions& options = OptionsOfMesh();
   RequireOption(options.triangles >= 1, "triangles", "1 or more", options.triangles);
   options.texturing.Validate();
   const std::vector<TextureView> views = ViewsOf(run);
-  double radius_su = 0;
-  TriangleMesh whole;
-  {
-    const PointCloud surfels = ReadPly(run.model);
-    if (surfels.radii.empty()) {
-      throw Error(ErrorParts{"the model has no surfels", run.model.string(), "radii", "none"});
-    }
-    std::vector<float> radii = surfels.radii;
-    std::ranges::nth_element(radii, radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2));
-    radius_su = radii[radii.size() / 2];
-    whole = run.mesh.empty() ? MeshSurfels(surfels) : ReadMeshPly(run.mesh);
-  }
-  const std::size_t num_whole = whole.triangles.size();
-  const DecimatedMesh decimated = Decimate(whole, static_cast<std::size_t>(options.triangles));
-  whole = {};
+  const ModelMesh decimated = MeshOf(run, static_cast<std::size_t>(options.triangles));
+  const double radius_su = decimated.median_radius_su;
   if (decimated.error_su > radius_su) {
     Log(LogLevel::kWarning, "--triangles " + std::to_string(options.triangles) +
                                 " moves the surface by up to " +
@@ -87,7 +104,7 @@ std::vector<std::filesystem::path> WriteMesh(const FinishedRun& run,
   const TexturingResult textured = TextureMesh(decimated.mesh, views, radius_su, options.texturing);
   std::printf(
       "mesh: %zu of %zu triangles, %zu textures, %zu pieces of %zu images, %.1f %% unseen\n",
-      decimated.mesh.triangles.size(), num_whole, textured.mesh.textures.size(),
+      decimated.mesh.triangles.size(), decimated.num_triangles, textured.mesh.textures.size(),
       textured.num_charts, textured.num_views,
       100.0 * static_cast<double>(textured.num_unseen) /
           static_cast<double>(decimated.mesh.triangles.size()));

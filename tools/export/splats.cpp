@@ -3,7 +3,6 @@
 
 #include "export/splats.h"
 
-#include "mono3d/io/ply_file.h"
 #include "mono3d/products/splat_file.h"
 
 namespace mono3d::tools {
@@ -14,7 +13,7 @@ Product SplatsProduct() {
           {},
           [](const FinishedRun& run, const std::filesystem::path& folder) {
             const std::filesystem::path file = folder / "splats.ply";
-            WriteSplats(file, ReadPly(run.model));
+            WriteSplatsOf(run.model, file);
             return std::vector<std::filesystem::path>{file};
           }};
 }

@@ -211,7 +211,8 @@ std::optional<GroundControl> ReadGroundControl(const GroundControlArguments& arg
   return control;
 }
 
-void FindSights(const std::string& input, const CamerasOfImages& cameras, GroundControl& control) {
+void FindSights(const std::string& input, const CamerasOfImages& cameras, bool are_frames,
+                GroundControl& control) {
   std::error_code ignored;
   if (fs::is_regular_file(input, ignored)) {
     throw UsageError(ErrorParts{.what = "ground control points are marked in images with a name",
@@ -243,6 +244,10 @@ void FindSights(const std::string& input, const CamerasOfImages& cameras, Ground
       sight.frame_index = *index;
       sight.ray_cam = *ray;
       sight.focal_px = std::sqrt(camera.fx * camera.fy);
+      if (are_frames) {
+        sight.line_s =
+            camera.shutter.readout_s * LineShare(camera, sight.pixel, camera.shutter.reads_columns);
+      }
       sights.push_back(sight);
       ++num_marks;
     }

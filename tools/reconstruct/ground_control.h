@@ -29,8 +29,10 @@ std::optional<GroundControl> ReadGroundControl(const GroundControlArguments& arg
 
 // Finds the images of the input that the points were marked in, and the lines of sight through
 // their cameras. Says on stdout how many points and marks there are. Throws UsageError of a video:
-// its images have no names.
-void FindSights(const std::string& input, const CamerasOfImages& cameras, GroundControl& control);
+// its images have no names. `are_frames`: the images are those of a video, and so each line of a
+// rolling shutter has a pose of its own.
+void FindSights(const std::string& input, const CamerasOfImages& cameras, bool are_frames,
+                GroundControl& control);
 
 // For the end of a run: "ground control: 5 of 6 points used, off by 2.1 cm, ...", and a line for
 // each point that was not used. Empty without points.

@@ -141,9 +141,10 @@ std::string ResidualSvg(const std::vector<PositionResidual>& residuals, bool are
     svg += "<text x=\"" + SvgNumber(x) + "\" y=\"" + SvgNumber(y) + "\" text-anchor=\"" + anchor +
            "\">" + EscapeHtml(words) + "</text>\n";
   };
-  // Photographs are numbered in the order of their names.
+  // Photographs without times are numbered in the order of their names.
+  const bool has_numbers = are_photos && !residuals.front().taken_s;
   const auto time = [&](double time_s) {
-    return are_photos ? "photograph " + FormatFixed(time_s, 0) : FormatFixed(time_s, 1) + " s";
+    return has_numbers ? "photograph " + FormatFixed(time_s, 0) : FormatFixed(time_s, 1) + " s";
   };
   constexpr std::array<const char*, 3> kAxes = {"east", "north", "up"};
   for (int axis = 0; axis < 3; ++axis) {

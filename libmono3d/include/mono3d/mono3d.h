@@ -34,6 +34,7 @@
 #include "mono3d/geometry/geodetic.h"
 #include "mono3d/geometry/homography.h"
 #include "mono3d/geometry/mesh_measures.h"
+#include "mono3d/geometry/mesh_tiles.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/rolling_shutter.h"

@@ -57,7 +57,7 @@ CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
     const Eigen::Vector3d antenna_m = R_enu_map * (pairs[i].R_map_cam * priors.antenna_m);
     CameraPosition position{pairs[i].time_s, pairs[i].p_enu_m - antenna_m};
     if (track.clock == PositionClock::kImages) {
-      position.frame_index = std::llround(pairs[i].time_s);
+      position.frame_index = pairs[i].frame_index;
       position.sigma_m = SigmaOf(track.fixes[pairs[i].fix], track, georeference);
     }
     positions.positions.push_back(position);

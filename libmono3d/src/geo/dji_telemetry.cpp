@@ -4,8 +4,10 @@
 #include "geo/dji_telemetry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -245,6 +247,44 @@ bool HasOpenEnd(std::string_view text) {
          text.find(']', text.rfind('[')) == std::string_view::npos;
 }
 
+// Of a video, whose subtitles have no lines, the time.
+std::string WhichSubtitle(const Subtitle& subtitle) {
+  if (subtitle.line > 0 || !subtitle.begin_s) return {};
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "the subtitle at %.2f s: ", *subtitle.begin_s);
+  return text.data();
+}
+
+PositionTrack TrackOf(const std::string& source, const std::vector<Subtitle>& subtitles) {
+  // Of the first subtitles of the Mavic 2 there are some without a time.
+  const bool has_video_times = std::ranges::any_of(
+      subtitles, [](const Subtitle& subtitle) { return subtitle.begin_s.has_value(); });
+  PositionTrackBuilder builder(source, "DJI telemetry", PositionClock::kVideo);
+  std::optional<double> first_unix_s;
+  for (const Subtitle& subtitle : subtitles) {
+    const DjiEntry entry(subtitle);
+    std::optional<double> time_s = subtitle.begin_s;
+    if (!has_video_times) {  // the first one is at the beginning of the video
+      time_s = UnixTimeOf(subtitle.text);
+      if (time_s && !first_unix_s) first_unix_s = time_s;
+      if (time_s) *time_s -= *first_unix_s;
+    }
+    if (entry.is_unreadable() || (!entry.has_position() && HasOpenEnd(subtitle.text))) {
+      builder.AddUnreadable(subtitle.line,
+                            WhichSubtitle(subtitle) + "the position is cut off or no number");
+    } else if (!entry.has_position()) {
+      builder.AddWithoutPosition(subtitle.line);
+    } else if (!time_s) {
+      builder.AddUnreadable(subtitle.line, "the time is missing");
+    } else {
+      PositionFix fix = entry.fix();
+      fix.time_s = *time_s;
+      builder.Add(fix, entry.num_decimals());
+    }
+  }
+  return builder.Finish();
+}
+
 }  // namespace
 
 bool IsSubtitleFile(const std::vector<std::string>& lines) {
@@ -259,33 +299,18 @@ bool IsSubtitleFile(const std::vector<std::string>& lines) {
 
 PositionTrack ParseDjiTelemetry(const std::filesystem::path& path,
                                 const std::vector<std::string>& lines) {
-  const std::vector<Subtitle> subtitles = SplitSubtitles(lines);
-  // Of the first subtitles of the Mavic 2 there are some without a time.
-  const bool has_video_times = std::ranges::any_of(
-      subtitles, [](const Subtitle& subtitle) { return subtitle.begin_s.has_value(); });
-  PositionTrackBuilder builder(path.string(), "DJI telemetry", PositionClock::kVideo);
-  std::optional<double> first_unix_s;
-  for (const Subtitle& subtitle : subtitles) {
-    const DjiEntry entry(subtitle);
-    std::optional<double> time_s = subtitle.begin_s;
-    if (!has_video_times) {  // the first one is at the beginning of the video
-      time_s = UnixTimeOf(subtitle.text);
-      if (time_s && !first_unix_s) first_unix_s = time_s;
-      if (time_s) *time_s -= *first_unix_s;
-    }
-    if (entry.is_unreadable() || (!entry.has_position() && HasOpenEnd(subtitle.text))) {
-      builder.AddUnreadable(subtitle.line, "the position is cut off or no number");
-    } else if (!entry.has_position()) {
-      builder.AddWithoutPosition();
-    } else if (!time_s) {
-      builder.AddUnreadable(subtitle.line, "the time is missing");
-    } else {
-      PositionFix fix = entry.fix();
-      fix.time_s = *time_s;
-      builder.Add(fix, entry.num_decimals());
-    }
+  return TrackOf(path.string(), SplitSubtitles(lines));
+}
+
+PositionTrack ParseDjiTelemetry(const std::filesystem::path& video,
+                                const std::vector<VideoSubtitle>& subtitles) {
+  std::vector<Subtitle> entries;
+  for (const VideoSubtitle& subtitle : subtitles) {
+    std::string text = subtitle.text;
+    std::ranges::replace(text, '\n', ' ');
+    entries.push_back({0, subtitle.begin_s, std::move(text)});
   }
-  return builder.Finish();
+  return TrackOf(video.string(), entries);
 }
 
 }  // namespace mono3d

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/video_subtitles.h"
 #include "mono3d/geo/position_track.h"
 
 namespace mono3d {
@@ -18,5 +19,9 @@ bool IsSubtitleFile(const std::vector<std::string>& lines);
 // ReadPositionFile. `path` is for messages.
 PositionTrack ParseDjiTelemetry(const std::filesystem::path& path,
                                 const std::vector<std::string>& lines);
+
+// The same of the subtitles in a video.
+PositionTrack ParseDjiTelemetry(const std::filesystem::path& video,
+                                const std::vector<VideoSubtitle>& subtitles);
 
 }  // namespace mono3d

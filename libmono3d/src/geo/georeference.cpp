@@ -276,7 +276,9 @@ class GeoreferenceEstimate {
       const bool is_used = i >= used_.size() || used_[i];
       Vector3d enu_m = residuals[i];
       if (!priors_.has_vertical) enu_m.z() = 0;
-      result.residuals.push_back({pairs[i].fix, pairs[i].time_s, enu_m, !is_used});
+      const PositionFix& fix = track_.fixes[pairs[i].fix];
+      result.residuals.push_back({pairs[i].fix, pairs[i].time_s, enu_m, !is_used, fix.image});
+      if (track_.has_image_times) result.residuals.back().taken_s = fix.time_s;
       if (!is_used) continue;
       ++result.num_used;
       horizontal += enu_m.head<2>().squaredNorm();

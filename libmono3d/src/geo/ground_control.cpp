@@ -66,6 +66,22 @@ const char* ToText(SightLineProblem problem) {
   return "";
 }
 
+// Where the camera was when the line of a mark was read.
+Pose T_map_line(const FrameInMap& frame, const ControlSight& sight) {
+  if (sight.line_s == 0) return frame.T_map_cam;
+  return frame.T_map_cam * frame.velocity.T_later_now(sight.line_s).Inverse();
+}
+
+// The mark's ray, moved by as much as the camera's motion moves the point from the mark's line to
+// the middle one.
+Vector3d RayAtMiddleLine(const FrameInMap& frame, const ControlSight& sight,
+                         const Vector3d& p_map) {
+  const Vector3d p_line = T_map_line(frame, sight).Inverse() * p_map;
+  const Vector3d p_middle = frame.T_map_cam.Inverse() * p_map;
+  if (!(p_line.z() > 0) || !(p_middle.z() > 0)) return sight.ray_cam;
+  return sight.ray_cam + (p_middle / p_middle.z() - p_line / p_line.z());
+}
+
 // The sights of a point whose images have a pose.
 struct SightsInMap {
   std::vector<SightLine> lines;
@@ -78,7 +94,8 @@ SightsInMap SightsOf(std::span<const FrameInMap> frames, const ControlPoint& poi
   for (const ControlSight& sight : point.sights) {
     const FrameInMap* frame = FrameOf(frames, sight.frame_index);
     if (frame == nullptr) continue;
-    sights.lines.push_back({frame->T_map_cam, sight.ray_cam, options.pixel_px / sight.focal_px});
+    sights.lines.push_back(
+        {T_map_line(*frame, sight), sight.ray_cam, options.pixel_px / sight.focal_px});
     sights.sights.push_back(&sight);
   }
   return sights;
@@ -423,7 +440,8 @@ std::vector<ControlResidual> ControlResidualsOf(std::span<const FrameInMap> fram
   return residuals;
 }
 
-std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
+std::vector<KnownPoint> KnownPointsOf(std::span<const FrameInMap> frames,
+                                      const GroundControl& control,
                                       const Georeference& georeference) {
   std::vector<KnownPoint> known;
   for (std::size_t i = 0; i < georeference.control.size(); ++i) {
@@ -434,10 +452,16 @@ std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
     KnownPoint& target = known.emplace_back();
     target.p_m = SurveyedAt(point, georeference.origin);
     target.sigma_m = {control.options.horizontal_m, control.options.horizontal_m, vertical_m};
+    const std::optional<SightLineMeeting> meeting =
+        LookAt(frames, point, control.options).met.meeting;
     for (const ControlSight& sight : point.sights) {
       if (std::ranges::count(residual.contradicting_images, sight.image) > 0) continue;
+      const FrameInMap* frame = FrameOf(frames, sight.frame_index);
+      const bool is_moved = frame != nullptr && meeting && sight.line_s != 0;
       target.sights.push_back(
-          {sight.frame_index, sight.ray_cam, control.options.pixel_px / sight.focal_px});
+          {sight.frame_index,
+           is_moved ? RayAtMiddleLine(*frame, sight, meeting->p_world) : sight.ray_cam,
+           control.options.pixel_px / sight.focal_px});
     }
   }
   return known;

@@ -127,7 +127,7 @@ class NmeaReader {
   void ReadFix(const NmeaFields& fields, std::size_t line_number) {
     AddPending();
     if (fields[6] == "0" || fields[2].empty()) {
-      builder_.AddWithoutPosition();
+      builder_.AddWithoutPosition(line_number);
       return;
     }
     const std::optional<double> time_s = ParseNmeaTime(fields[1]);

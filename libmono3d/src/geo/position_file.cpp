@@ -18,6 +18,7 @@
 #include "io/image_list.h"
 #include "io/photo_prior.h"
 #include "io/text.h"
+#include "io/video_subtitles.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/frame_source.h"
 
@@ -33,9 +34,12 @@ bool IsXml(std::string_view text) {
 }
 
 // EXIF where XMP tells nothing; XMP has more digits and the rest.
-PositionFix FixOf(const PhotoFacts& facts, int& num_decimals) {
+// `is_utc_told`: by all photos, so that their times may be taken in UTC.
+PositionFix FixOf(const PhotoFacts& facts, bool is_utc_told, int& num_decimals) {
   PositionFix fix;
   fix.image = facts.name;
+  const std::string zone = is_utc_told ? facts.exif->taken_zone : std::string();
+  if (facts.exif) fix.time_s = ParseDateTime(facts.exif->taken + zone).value_or(0);
   if (facts.exif && facts.exif->position) {
     const ExifPosition& position = *facts.exif->position;
     fix.latitude_deg = position.latitude_deg;
@@ -65,15 +69,38 @@ PositionFix FixOf(const PhotoFacts& facts, int& num_decimals) {
   return fix;
 }
 
+// Videos have subtitles of all kinds: such without positions are passed over.
+std::optional<PositionTrack> PositionsInVideo(const std::filesystem::path& video) {
+  if (!IsMp4(video)) return std::nullopt;
+  const std::vector<VideoSubtitle> subtitles = ReadVideoSubtitles(video);
+  if (subtitles.empty()) return std::nullopt;
+  try {
+    return ParseDjiTelemetry(video, subtitles);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 PositionTrack ReadPositionFile(const std::filesystem::path& path) {
+  if (IsMp4(path)) {
+    const std::vector<VideoSubtitle> subtitles = ReadVideoSubtitles(path);
+    if (!subtitles.empty()) return ParseDjiTelemetry(path, subtitles);
+    throw Error(ErrorParts{.what = "the video has no subtitles with positions",
+                           .where = path,
+                           .expected = kForms,
+                           .found = {},
+                           .code = ErrorCode::kUnsupported});
+  }
   const std::string bytes = ReadBytes(path);
   // A byte order mark alone is no line.
   const std::vector<std::string> lines = ReadLines(path);
   if (lines.empty() || TrimBlanks(bytes).empty()) {
-    throw Error(ErrorParts{
-        .what = "the file of positions is empty", .where = path, .expected = kForms, .found = {}});
+    throw Error(ErrorParts{.what = "the file of positions is empty",
+                           .where = AtLine(path, 1),
+                           .expected = kForms,
+                           .found = {}});
   }
   if (IsXml(bytes)) return ParseGpx(path, bytes);
   if (IsNmeaFile(lines)) return ParseNmea(path, lines);
@@ -97,16 +124,27 @@ PositionTrack ReadPositionFile(const std::filesystem::path& path) {
 PositionTrack ReadPhotoPositions(const std::vector<std::string>& images) {
   PositionTrackBuilder builder(images.empty() ? std::string() : images.front(), "EXIF",
                                PositionClock::kImages);
-  bool has_any = false;
+  std::vector<std::optional<PhotoFacts>> facts_of;  // nothing: it cannot be read
   for (const std::string& image : images) {
     try {
-      int num_decimals = 0;
-      const PositionFix fix = FixOf(ReadPhotoFacts(image), num_decimals);
-      builder.Add(fix, num_decimals);
-      has_any |= fix.latitude_deg != 0 || fix.longitude_deg != 0;
+      facts_of.emplace_back(ReadPhotoFacts(image));
     } catch (const Error&) {
-      builder.AddWithoutPosition();
+      facts_of.emplace_back(std::nullopt);
     }
+  }
+  const bool is_utc_told = std::ranges::all_of(facts_of, [](const auto& facts) {
+    return !facts || (facts->exif && !facts->exif->taken_zone.empty());
+  });
+  bool has_any = false;
+  for (const std::optional<PhotoFacts>& facts : facts_of) {
+    if (!facts) {
+      builder.AddWithoutPosition(0);
+      continue;
+    }
+    int num_decimals = 0;
+    const PositionFix fix = FixOf(*facts, is_utc_told, num_decimals);
+    builder.Add(fix, num_decimals);
+    has_any |= fix.latitude_deg != 0 || fix.longitude_deg != 0;
   }
   return has_any ? builder.Finish() : PositionTrack{};
 }
@@ -135,7 +173,7 @@ std::optional<std::filesystem::path> FindPositionFile(const std::filesystem::pat
 std::optional<PositionTrack> ReadPositionsOf(const std::string& input) {
   if (KindOfInput(input) == InputKind::kVideo) {
     const std::optional<std::filesystem::path> file = FindPositionFile(input);
-    return file ? std::optional(ReadPositionFile(*file)) : std::nullopt;
+    return file ? std::optional(ReadPositionFile(*file)) : PositionsInVideo(input);
   }
   if (KindOfInput(input) == InputKind::kImage) return std::nullopt;
   PositionTrack track = ReadPhotoPositions(ListImages(input));

@@ -4,7 +4,9 @@
 #include "geo/position_pairs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -91,12 +93,20 @@ std::vector<PositionPair> PositionPairs::ByName() const {
   std::map<std::string, const PositionedCamera*, std::less<>> camera_of;
   for (const PositionedCamera& camera : cameras_) camera_of.emplace(camera.image, &camera);
   std::vector<PositionPair> pairs;
+  double first_s = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < track_.fixes.size(); ++i) {
-    const auto camera = camera_of.find(track_.fixes[i].image);
+    const PositionFix& fix = track_.fixes[i];
+    const auto camera = camera_of.find(fix.image);
     if (camera == camera_of.end()) continue;
     const Pose& pose = camera->second->T_map_cam;
-    pairs.push_back({i, camera->second->timestamp_s, p_enu_m_[i], pose.translation(),
-                     Eigen::Vector3d::Zero(), pose.rotation()});
+    const double order = camera->second->timestamp_s;
+    pairs.push_back({i, track_.has_image_times ? fix.time_s : order, p_enu_m_[i],
+                     pose.translation(), Eigen::Vector3d::Zero(), pose.rotation(),
+                     std::llround(order)});
+    first_s = std::min(first_s, fix.time_s);
+  }
+  if (track_.has_image_times) {
+    for (PositionPair& pair : pairs) pair.time_s -= first_s;
   }
   std::ranges::stable_sort(pairs, {}, &PositionPair::time_s);
   return pairs;

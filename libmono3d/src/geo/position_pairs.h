@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,11 +17,14 @@ namespace mono3d {
 // A fix and the camera at its time.
 struct PositionPair {
   std::size_t fix = 0;
-  double time_s = 0;  // of the images
+  // Of the images; where fixes belong to them by name, since the first was taken, or, where that is
+  // not told, the index of the frame: as if one were taken each second.
+  double time_s = 0;
   Eigen::Vector3d p_enu_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();         // camera centre
   Eigen::Vector3d velocity_map = Eigen::Vector3d::Zero();  // units of the map a second
   Eigen::Quaterniond R_map_cam = Eigen::Quaterniond::Identity();
+  std::int64_t frame_index = -1;  // where it belongs to the camera by name
 };
 
 // Which of them have the place of the one before, though the camera has moved by more than `far_m`

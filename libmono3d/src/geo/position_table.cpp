@@ -163,7 +163,7 @@ class TableReader {
     const std::string latitude = Cell(Column::kLatitude);
     const std::string longitude = Cell(Column::kLongitude);
     if (latitude.empty() && longitude.empty()) {
-      builder_.AddWithoutPosition();
+      builder_.AddWithoutPosition(line_number);
       return;
     }
     const std::optional<double> latitude_deg = ParseDecimal(latitude);
@@ -206,6 +206,7 @@ class TableReader {
   bool ReadTime(PositionFix& fix) const {
     if (Has(Column::kImage)) {
       fix.image = std::filesystem::path(Cell(Column::kImage)).filename().string();
+      fix.time_s = ParseDateTime(Cell(Column::kDateTime)).value_or(0);
       return !fix.image.empty();
     }
     std::optional<double> time_s;
@@ -301,10 +302,11 @@ bool IsImagePositionList(const std::vector<std::string>& lines) {
 PositionTrack ParseImagePositionList(const std::filesystem::path& path,
                                      const std::vector<std::string>& lines) {
   const std::string* head = FirstRow(lines);
+  const auto head_line = static_cast<std::size_t>(head - lines.data()) + 1;
   const std::string name = PlainName(TrimBlanks(*head));
   if (name != "epsg4326" && name != "epsg4979" && name != "wgs84") {
     throw Error(ErrorParts{.what = "positions in this coordinate system are not read",
-                           .where = path,
+                           .where = AtLine(path, head_line),
                            .expected = "EPSG:4326 (longitude latitude altitude)",
                            .found = *head,
                            .code = ErrorCode::kUnsupported});

@@ -160,7 +160,7 @@ void PositionTrackBuilder::Add(const PositionFix& fix, int num_decimals) {
     return;
   }
   if (fix.latitude_deg == 0 && fix.longitude_deg == 0) {
-    AddWithoutPosition();
+    AddWithoutPosition(fix.line);
     return;
   }
   ++track_.num_entries;
@@ -168,15 +168,28 @@ void PositionTrackBuilder::Add(const PositionFix& fix, int num_decimals) {
   track_.fixes.push_back(fix);
 }
 
-void PositionTrackBuilder::AddWithoutPosition() {
+void PositionTrackBuilder::AddWithoutPosition(std::size_t line) {
   ++track_.num_entries;
   ++track_.num_without_position;
+  if (!first_without_position_) {
+    first_without_position_ = {line, "the first has no latitude and longitude, or 0 and 0"};
+  }
 }
 
 void PositionTrackBuilder::AddUnreadable(std::size_t line, const std::string& why) {
   ++track_.num_entries;
   if (++track_.num_unreadable > 1) return;
+  first_unreadable_ = {line, why};
   track_.first_unreadable = line > 0 ? "line " + std::to_string(line) + ": " + why : why;
+}
+
+// Times of some images alone say nothing of the order of all.
+void PositionTrackBuilder::SettleImageTimes() {
+  if (track_.clock != PositionClock::kImages) return;
+  track_.has_image_times =
+      std::ranges::all_of(track_.fixes, [](const PositionFix& fix) { return fix.time_s != 0; });
+  if (track_.has_image_times) return;
+  for (PositionFix& fix : track_.fixes) fix.time_s = 0;
 }
 
 void PositionTrackBuilder::SortByTime() {
@@ -202,13 +215,20 @@ void PositionTrackBuilder::DropRepeated() {
 
 PositionTrack PositionTrackBuilder::Finish() {
   if (track_.fixes.empty()) {
-    std::string found = std::to_string(track_.num_entries) + " entries";
-    if (!track_.first_unreadable.empty()) found += ", " + track_.first_unreadable;
-    throw Error(ErrorParts{.what = "no positions in this file (" + track_.form + ")",
-                           .where = track_.source,
-                           .expected = "entries with latitude and longitude",
-                           .found = found});
+    // What cannot be read tells more than what the receiver had no fix for.
+    const Passed first = first_unreadable_         ? *first_unreadable_
+                         : first_without_position_ ? *first_without_position_
+                                                   : Passed{};
+    std::string found =
+        std::to_string(track_.num_entries) + (track_.num_entries == 1 ? " entry" : " entries");
+    if (!first.why.empty()) found += ", " + first.why;
+    throw Error(
+        ErrorParts{.what = "no positions in this file (" + track_.form + ")",
+                   .where = first.line > 0 ? AtLine(track_.source, first.line) : track_.source,
+                   .expected = "entries with latitude and longitude",
+                   .found = found});
   }
+  SettleImageTimes();
   SortByTime();
   DropRepeated();
   if (num_decimals_ >= 0) track_.resolution_m = kMetresPerDegree * std::pow(10, -num_decimals_);

@@ -39,20 +39,31 @@ class PositionTrackBuilder {
  public:
   PositionTrackBuilder(std::string source, std::string form, PositionClock clock);
 
-  // Latitude and longitude within range and not both 0 are a position. `num_decimals`: of latitude
-  // or longitude as written, whichever has more; -1: not written as text.
+  // Latitude and longitude within range and not both 0 are a position. Of PositionClock::kImages a
+  // time of 0 is one that is not told. `num_decimals`: of latitude or longitude as written,
+  // whichever has more; -1: not written as text.
   void Add(const PositionFix& fix, int num_decimals);
-  void AddWithoutPosition();
+  void AddWithoutPosition(std::size_t line);  // 0: not a text file
   void AddUnreadable(std::size_t line, const std::string& why);
 
-  // In order, without repetitions; throws Error where there is no position.
+  // In order, without repetitions; throws Error, with the line that stands in the way, where there
+  // is no position.
   PositionTrack Finish();
 
  private:
+  void SettleImageTimes();
   void SortByTime();
   void DropRepeated();
 
+  // An entry that has no position, and why.
+  struct Passed {
+    std::size_t line = 0;
+    std::string why;
+  };
+
   PositionTrack track_;
+  std::optional<Passed> first_unreadable_;
+  std::optional<Passed> first_without_position_;
   int num_decimals_ = -1;
 };
 

@@ -3,6 +3,10 @@
 
 #include "mono3d/geometry/rolling_shutter.h"
 
+#include <Eigen/LU>
+#include <cmath>
+#include <cstddef>
+
 #include "mono3d/geometry/distortion.h"
 
 namespace mono3d {
@@ -19,6 +23,31 @@ Pose CameraVelocity::T_later_now(double time_s) const {
   const double half = time_s * time_s / 2;
   return {RotationExp(time_s * angular_rad_per_s + half * angular_rad_per_s2),
           time_s * linear_su_per_s + half * linear_su_per_s2};
+}
+
+std::optional<CameraVelocity> VelocityThrough(std::span<const LaterPose> around, double unit_s) {
+  if (around.empty()) return std::nullopt;
+  // Rotation vector and translation, each by powers of the time; at the moment itself both are
+  // zero.
+  const auto size = static_cast<Eigen::Index>(around.size());
+  Eigen::MatrixXd powers(size, size);
+  Eigen::MatrixXd ways(size, 6);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const LaterPose& to = around[static_cast<std::size_t>(i)];
+    for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(to.time_s / unit_s, k + 1);
+    ways.row(i) << RotationLog(to.T_later_now.rotation()).transpose(),
+        to.T_later_now.translation().transpose();
+  }
+  const Eigen::MatrixXd by_power = powers.partialPivLu().solve(ways);
+  if (!by_power.allFinite()) return std::nullopt;  // two poses of one time
+  CameraVelocity velocity;
+  velocity.angular_rad_per_s = by_power.row(0).head<3>() / unit_s;
+  velocity.linear_su_per_s = by_power.row(0).tail<3>() / unit_s;
+  if (size > 1) {
+    velocity.angular_rad_per_s2 = 2 * by_power.row(1).head<3>() / (unit_s * unit_s);
+    velocity.linear_su_per_s2 = 2 * by_power.row(1).tail<3>() / (unit_s * unit_s);
+  }
+  return velocity;
 }
 
 ShutterMotion::ShutterMotion(const CameraModel& sensor, const CameraVelocity& velocity)

@@ -12,13 +12,29 @@ namespace {
 // A surfel speaks of corners up to so many cells, or radii where these are more, away: at least
 // those of the cells that its surface cuts.
 constexpr double kReach = 1.75;
-constexpr double kMaxReachInVoxels = 4;  // bounds the work of a surfel that is far too large
+// Bounds the work of a surfel that is far too large.
+constexpr double kMaxReachInVoxels = kFarthestReach;
+
+// No bounds.
+constexpr GridBox kEverywhere = {{-kFarthestIndex, -kFarthestIndex, -kFarthestIndex},
+                                 {kFarthestIndex, kFarthestIndex, kFarthestIndex}};
 
 }  // namespace
 
+SurfelGrid::SurfelGrid(const Eigen::Vector3d& origin, double voxel_su, const GridBox& box)
+    : voxel_su_(voxel_su), origin_(origin), box_(box) {}
+
 SurfelGrid::SurfelGrid(const PointCloud& surfels, double voxel_su)
-    : voxel_su_(voxel_su), origin_(surfels.points.front().cast<double>()) {
+    : SurfelGrid(surfels.points.front().cast<double>(), voxel_su, kEverywhere) {
+  Add(surfels);
+  Finish();
+}
+
+void SurfelGrid::Add(const PointCloud& surfels) {
   for (std::size_t i = 0; i < surfels.size(); ++i) Add(surfels, i);
+}
+
+void SurfelGrid::Finish() {
   for (GridCorner& corner : corners_) {
     corner.distance /= corner.weight;
     corner.colour /= corner.weight;
@@ -28,12 +44,18 @@ SurfelGrid::SurfelGrid(const PointCloud& surfels, double voxel_su)
 
 void SurfelGrid::Add(const PointCloud& surfels, std::size_t i) {
   const Eigen::Vector3d at = (surfels.points[i].cast<double>() - origin_) / voxel_su_;
-  // Beyond the indices lies what no scene holds at this resolution.
-  if (!(at.cwiseAbs().maxCoeff() < 1e9)) return;
+  if (!(at.cwiseAbs().maxCoeff() < kFarthestIndex)) return;
   const double reach =
       std::min(kMaxReachInVoxels, kReach * std::max(1.0, surfels.radii[i] / voxel_su_));
-  const Eigen::Vector3i first = (at.array() - reach).ceil().cast<int>();
-  const Eigen::Vector3i last = (at.array() + reach).floor().cast<int>();
+  const Eigen::Vector3i first =
+      (at.array() - reach)
+          .ceil()
+          .cast<int>()
+          .max(Eigen::Array3i(box_.first[0], box_.first[1], box_.first[2]));
+  const Eigen::Vector3i last = (at.array() + reach)
+                                   .floor()
+                                   .cast<int>()
+                                   .min(Eigen::Array3i(box_.last[0], box_.last[1], box_.last[2]));
   // Never 0, so that every corner has a mean.
   const double confidence = surfels.confidences.empty() ? 1.0 : surfels.confidences[i] + 1e-3;
   Eigen::Vector3f colour = Eigen::Vector3f::Zero();
@@ -66,6 +88,20 @@ void SurfelGrid::Add(const PointCloud& surfels, std::size_t i) {
 std::optional<std::uint32_t> SurfelGrid::Find(const GridIndex& index) const {
   const auto found = place_of_.find(index);
   return found == place_of_.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool SurfelGrid::IsLowest(const GridIndex& index) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (index[k] < box_.first[k] || index[k] >= box_.last[k]) return false;
+  }
+  return true;
+}
+
+bool SurfelGrid::IsOnBorder(const GridIndex& a, const GridIndex& b) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (a[k] == b[k] && (a[k] == box_.first[k] || a[k] == box_.last[k])) return true;
+  }
+  return false;
 }
 
 Eigen::Vector3f SurfelGrid::PointOf(const GridCorner& corner) const {

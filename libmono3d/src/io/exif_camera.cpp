@@ -179,6 +179,28 @@ std::optional<ExifPosition> PositionOf(const ExifReader& exif) {
   return position;
 }
 
+// EXIF 2.31: OffsetTimeOriginal; libexif's names for it are newer than some of its versions.
+constexpr int kOffsetTime = 0x9010;
+constexpr int kOffsetTimeOriginal = 0x9011;
+
+// The first of two entries that has a text.
+std::string TextOfEither(const ExifReader& exif, int tag, int other_tag) {
+  const std::string text = exif.Text(EXIF_IFD_EXIF, tag);
+  return text.empty() ? exif.Text(EXIF_IFD_EXIF, other_tag) : text;
+}
+
+void ReadTime(const ExifReader& exif, ExifCamera& camera) {
+  camera.taken = exif.Text(EXIF_IFD_EXIF, EXIF_TAG_DATE_TIME_ORIGINAL);
+  if (camera.taken.empty()) return;
+  // Its digits are behind the point of the seconds; what is no number counts for nothing.
+  const std::string fraction =
+      TextOfEither(exif, EXIF_TAG_SUB_SEC_TIME_ORIGINAL, EXIF_TAG_SUB_SEC_TIME);
+  const bool has_fraction =
+      !fraction.empty() && fraction.find_first_not_of("0123456789") == std::string::npos;
+  if (has_fraction) camera.taken += "." + fraction;
+  camera.taken_zone = TextOfEither(exif, kOffsetTimeOriginal, kOffsetTime);
+}
+
 void NoteDamage(ExifLog*, ExifLogCode code, const char*, const char*, va_list, void* is_damaged) {
   if (code == EXIF_LOG_CODE_CORRUPT_DATA) *static_cast<bool*>(is_damaged) = true;
 }
@@ -212,6 +234,7 @@ ExifCamera ParseExif(const std::string& block) {
   const int orientation = exif.Size(EXIF_IFD_0, EXIF_TAG_ORIENTATION);
   if (orientation >= 1 && orientation <= 8) camera.orientation = orientation;
   camera.position = PositionOf(exif);
+  ReadTime(exif, camera);
   camera.stored_width = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_WIDTH);
   camera.stored_height = exif.Size(EXIF_IFD_0, EXIF_TAG_IMAGE_LENGTH);
   camera.xmp = exif.Bytes(EXIF_IFD_0, EXIF_TAG_XML_PACKET);

@@ -31,6 +31,10 @@ struct ExifCamera {
   double digital_zoom = 1;   // 1 or more
   int orientation = 1;       // 1 to 8
   std::optional<ExifPosition> position;
+  // When the photo was taken by the camera's clock, "2022:05:01 15:01:58.25", and that clock's
+  // offset from UTC, "+02:00"; empty: not told.
+  std::string taken;
+  std::string taken_zone;
   // In TIFF files.
   int stored_width = 0;   // px
   int stored_height = 0;  // px

@@ -4,8 +4,11 @@
 #include "mono3d/pipeline/georeferencing.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -38,6 +41,34 @@ PlacesOfMap FindPlaces(const MapReconstruction& map, const PipelinePositions& po
   return places;
 }
 
+// How the camera moved at frame `at`, by up to two frames on each side. A frame after a time of
+// another order is left out: the polynomial would swing in the longer one.
+CameraVelocity VelocityAt(std::span<const TrajectoryEntry> frames, std::size_t at) {
+  constexpr std::ptrdiff_t kMostOnSide = 2;
+  constexpr double kMaxRatio = 4;  // of the times from one frame to the next
+  const auto step_s = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+    return std::abs(frames[static_cast<std::size_t>(to)].timestamp_s -
+                    frames[static_cast<std::size_t>(from)].timestamp_s);
+  };
+  std::vector<LaterPose> around;
+  double unit_s = 0;
+  for (const std::ptrdiff_t way : {1, -1}) {
+    for (std::ptrdiff_t k = 1; k <= kMostOnSide; ++k) {
+      const auto from = static_cast<std::ptrdiff_t>(at) + (k - 1) * way;
+      const std::ptrdiff_t to = from + way;
+      if (to < 0 || to >= std::ssize(frames)) break;
+      const double this_s = step_s(from, to);
+      if (unit_s > 0 && std::max(this_s, unit_s) > kMaxRatio * std::min(this_s, unit_s)) break;
+      if (unit_s == 0) unit_s = this_s;
+      const TrajectoryEntry& other = frames[static_cast<std::size_t>(to)];
+      around.push_back({other.T_world_cam.Inverse() * frames[at].T_world_cam,
+                        other.timestamp_s - frames[at].timestamp_s});
+    }
+  }
+  if (!(unit_s > 0)) return {};
+  return VelocityThrough(around, unit_s).value_or(CameraVelocity{});
+}
+
 // By how much the cameras are higher by their positions than by the control points.
 double HeightDifference(const std::vector<PositionedCamera>& cameras, const Georeference& positions,
                         const Georeference& control) {
@@ -68,11 +99,12 @@ std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
 }
 
 std::vector<FrameInMap> FramesOf(const MapReconstruction& map) {
+  std::vector<TrajectoryEntry> entries = map.trajectory;
+  std::ranges::stable_sort(entries, {}, &TrajectoryEntry::frame_index);
   std::vector<FrameInMap> frames;
-  for (const TrajectoryEntry& frame : map.trajectory) {
-    frames.push_back({frame.frame_index, frame.T_world_cam});
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    frames.push_back({entries[i].frame_index, entries[i].T_world_cam, VelocityAt(entries, i)});
   }
-  std::ranges::stable_sort(frames, {}, &FrameInMap::frame_index);
   return frames;
 }
 
@@ -126,7 +158,7 @@ std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
       for (CameraPosition& position : told.positions) position.p_m.z() -= higher_m;
     }
     told.S_metric_map = by_control->S_enu_map;
-    told.points = KnownPointsOf(*positions.control, *by_control);
+    told.points = KnownPointsOf(FramesOf(map), *positions.control, *by_control);
   }
   told.map_id = map.map_id;
   return told;

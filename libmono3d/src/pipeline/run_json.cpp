@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -183,12 +185,31 @@ JsonValue EnuJson(const Eigen::Vector3d& enu) {
   return json;
 }
 
+// "2016-06-23T16:32:06.25" of seconds since 1970; in whichever zone these are.
+std::string IsoTime(double unix_s) {
+  const auto hundredths = static_cast<std::int64_t>(std::llround(100 * unix_s));
+  const std::chrono::sys_time<std::chrono::duration<std::int64_t, std::centi>> time(
+      std::chrono::duration<std::int64_t, std::centi>{hundredths});
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss of_day(time - day);
+  std::array<char, 64> text{};
+  std::snprintf(
+      text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%02d", static_cast<int>(date.year()),
+      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+      static_cast<int>(of_day.hours().count()), static_cast<int>(of_day.minutes().count()),
+      static_cast<int>(of_day.seconds().count()), static_cast<int>(of_day.subseconds().count()));
+  return text.data();
+}
+
 JsonValue PositionResidualsJson(const std::vector<PositionResidual>& residuals) {
   JsonValue list = JsonValue::List();
   for (const PositionResidual& residual : residuals) {
     JsonValue json = EnuJson(residual.enu_m);
     json.Set("fix", residual.fix);
     json.Set("time_s", residual.time_s);
+    if (!residual.image.empty()) json.Set("image", residual.image);
+    if (residual.taken_s) json.Set("taken", IsoTime(*residual.taken_s));
     if (residual.is_outlier) json.Set("outlier", true);
     list.Append(std::move(json));
   }

@@ -65,7 +65,7 @@ TriangleMesh WithTriangles(const TriangleMesh& mesh, const std::vector<std::uint
 
 }  // namespace
 
-DecimatedMesh Decimate(const TriangleMesh& mesh, std::size_t max_triangles) {
+DecimatedMesh Decimate(const TriangleMesh& mesh, std::size_t max_triangles, bool keeps_borders) {
   RequireWholeMesh(mesh);
   std::vector<std::uint32_t> corners;
   corners.reserve(3 * mesh.triangles.size());
@@ -80,7 +80,8 @@ DecimatedMesh Decimate(const TriangleMesh& mesh, std::size_t max_triangles) {
   float error = 0;
   std::vector<std::uint32_t> kept(corners.size());
   kept.resize(meshopt_simplify(kept.data(), corners.data(), corners.size(), positions, num_vertices,
-                               sizeof(Eigen::Vector3f), 3 * max_triangles, kAnyError, 0, &error));
+                               sizeof(Eigen::Vector3f), 3 * max_triangles, kAnyError,
+                               keeps_borders ? meshopt_SimplifyLockBorder : 0, &error));
   return {WithTriangles(mesh, kept),
           error * meshopt_simplifyScale(positions, num_vertices, sizeof(Eigen::Vector3f))};
 }

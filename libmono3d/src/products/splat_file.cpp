@@ -12,8 +12,10 @@
 #include <numbers>
 #include <string>
 
+#include "io/binary_block.h"
 #include "mono3d/core/error.h"
 #include "mono3d/io/output_file.h"
+#include "mono3d/io/ply_reader.h"
 
 namespace mono3d {
 namespace {
@@ -35,7 +37,8 @@ constexpr std::array<const char*, 17> kProperties = {
     "x",       "y",       "z",       "nx",      "ny",    "nz",    "f_dc_0", "f_dc_1", "f_dc_2",
     "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2",  "rot_3"};
 
-void RequireSplattable(const PointCloud& surfels) {
+// `first`: the number of the first of these surfels in the model.
+void RequireSplattable(const PointCloud& surfels, std::size_t first) {
   CheckCloud(surfels, "splats");
   const auto refuse = [](const std::string& expected, const std::string& found) {
     throw Error(ErrorParts{"no splats can be made of this model", "splats", expected, found});
@@ -46,7 +49,7 @@ void RequireSplattable(const PointCloud& surfels) {
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     if (!std::isfinite(surfels.radii[i]) || !(surfels.radii[i] > 0)) {
       refuse("positive radii",
-             std::to_string(surfels.radii[i]) + " of surfel " + std::to_string(i));
+             std::to_string(surfels.radii[i]) + " of surfel " + std::to_string(first + i));
     }
   }
 }
@@ -82,21 +85,43 @@ std::array<float, kProperties.size()> SplatOf(const PointCloud& surfels, std::si
           q.z()};
 }
 
+std::string HeaderOfSplats(std::size_t num_splats) {
+  std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_splats) + "\n";
+  for (const char* property : kProperties) {
+    header += std::string("property float ") + property + "\n";
+  }
+  return header + "end_header\n";
+}
+
 }  // namespace
 
 void WriteSplats(const std::filesystem::path& file, const PointCloud& surfels) {
-  RequireSplattable(surfels);
-  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                      std::to_string(surfels.size()) + "\n";
-  for (const char* property : kProperties)
-    bytes += std::string("property float ") + property + "\n";
-  bytes += "end_header\n";
+  RequireSplattable(surfels, 0);
+  std::string bytes = HeaderOfSplats(surfels.size());
   bytes.reserve(bytes.size() + surfels.size() * kProperties.size() * sizeof(float));
   for (std::size_t i = 0; i < surfels.size(); ++i) {
-    const auto splat = SplatOf(surfels, i);
-    bytes.append(reinterpret_cast<const char*>(splat.data()), sizeof(splat));
+    AppendBytes(bytes, SplatOf(surfels, i).data(), kProperties.size());
   }
   WriteFileAtomically(file, bytes);
+}
+
+void WriteSplatsOf(const std::filesystem::path& model, const std::filesystem::path& file) {
+  constexpr std::size_t kSurfelsOfBlock = std::size_t{1} << 16;
+  PlyReader reader(model);
+  if (reader.size() == 0) RequireSplattable({}, 0);
+  AtomicFile target(file);
+  std::string bytes = HeaderOfSplats(reader.size());
+  PointCloud block;
+  for (std::size_t first = 0; reader.Read(kSurfelsOfBlock, block) > 0; first += block.size()) {
+    RequireSplattable(block, first);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      AppendBytes(bytes, SplatOf(block, i).data(), kProperties.size());
+      WriteWhenFull(target, bytes);
+    }
+  }
+  target.Write(bytes);
+  target.Commit();
 }
 
 }  // namespace mono3d

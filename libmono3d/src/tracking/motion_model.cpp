@@ -3,7 +3,6 @@
 
 #include "tracking/motion_model.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -62,7 +61,7 @@ std::optional<Pose> MotionModel::Predict(double duration_s) const {
 
 // From the frame before the motion `at` to those around it. Where the next but one comes after a
 // time of another order it is left out: a polynomial through it would swing in the longer one.
-std::vector<MotionModel::Motion> MotionModel::Neighbours(std::size_t at) const {
+std::vector<LaterPose> MotionModel::Neighbours(std::size_t at) const {
   constexpr std::size_t kMaxOnSide = 2;
   constexpr double kMaxRatio = 4;  // of the times
   const auto are_alike = [&](std::size_t i, std::size_t j) {
@@ -70,19 +69,18 @@ std::vector<MotionModel::Motion> MotionModel::Neighbours(std::size_t at) const {
     const double b_s = motions_[j].duration_s;
     return std::max(a_s, b_s) <= kMaxRatio * std::min(a_s, b_s);
   };
-  std::vector<Motion> neighbours;
-  Motion way;
+  std::vector<LaterPose> neighbours;
+  LaterPose way;
   for (std::size_t i = at; i < std::min(at + kMaxOnSide, motions_.size()); ++i) {
     if (i > at && !are_alike(i - 1, i)) break;
-    way = {motions_[i].T_later_earlier * way.T_later_earlier,
-           way.duration_s + motions_[i].duration_s};
+    way = {motions_[i].T_later_earlier * way.T_later_now, way.time_s + motions_[i].duration_s};
     neighbours.push_back(way);
   }
   way = {};
   for (std::size_t i = at; i > at - std::min(at, kMaxOnSide); --i) {
     if (i < at && !are_alike(i - 1, i)) break;
-    way = {motions_[i - 1].T_later_earlier.Inverse() * way.T_later_earlier,
-           way.duration_s - motions_[i - 1].duration_s};
+    way = {motions_[i - 1].T_later_earlier.Inverse() * way.T_later_now,
+           way.time_s - motions_[i - 1].duration_s};
     neighbours.push_back(way);
   }
   return neighbours;
@@ -95,27 +93,12 @@ VelocityPrior MotionModel::Velocity(std::size_t num_before) const {
     return prior;
   }
   if (num_before > motions_.size() || motions_.empty()) return {};
-  const std::vector<Motion> neighbours = Neighbours(motions_.size() - num_before);
-  // Rotation vector and translation, each by powers of the time; at the frame itself both are zero.
+  const std::vector<LaterPose> neighbours = Neighbours(motions_.size() - num_before);
   const double unit_s = motions_.back().duration_s;
-  const auto size = static_cast<Eigen::Index>(neighbours.size());
-  Eigen::MatrixXd powers(size, size);
-  Eigen::MatrixXd ways(size, 6);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const Motion& to = neighbours[static_cast<std::size_t>(i)];
-    for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(to.duration_s / unit_s, k + 1);
-    ways.row(i) << RotationLog(to.T_later_earlier.rotation()).transpose(),
-        to.T_later_earlier.translation().transpose();
-  }
-  const Eigen::MatrixXd by_power = powers.partialPivLu().solve(ways);
-  if (!by_power.allFinite()) return {};  // two frames of one time
+  const std::optional<CameraVelocity> velocity = VelocityThrough(neighbours, unit_s);
+  if (!velocity) return {};
   VelocityPrior prior;
-  prior.mean.angular_rad_per_s = by_power.row(0).head<3>() / unit_s;
-  prior.mean.linear_su_per_s = by_power.row(0).tail<3>() / unit_s;
-  if (size > 1) {
-    prior.mean.angular_rad_per_s2 = 2 * by_power.row(1).head<3>() / (unit_s * unit_s);
-    prior.mean.linear_su_per_s2 = 2 * by_power.row(1).tail<3>() / (unit_s * unit_s);
-  }
+  prior.mean = *velocity;
   const CameraVelocity last = VelocityOf(motions_.back().T_later_earlier, unit_s);
   CameraVelocity before;
   if (motions_.size() > 1) {

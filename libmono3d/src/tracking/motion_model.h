@@ -53,7 +53,7 @@ class MotionModel {
 
   // The last one, or the one expected where there is none yet.
   std::optional<Motion> Latest() const;
-  std::vector<Motion> Neighbours(std::size_t motion) const;
+  std::vector<LaterPose> Neighbours(std::size_t motion) const;
 
   std::optional<Motion> expected_;
   std::vector<Motion> motions_;  // the last kMaxMotions, in the order in which they were tracked

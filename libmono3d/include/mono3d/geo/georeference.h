@@ -36,8 +36,8 @@ struct GeoreferenceOptions {
 
 // A camera with what finds its fix.
 struct PositionedCamera {
-  double timestamp_s = 0;
-  std::string image;  // file name; for tracks with PositionClock::kImages
+  double timestamp_s = 0;  // for tracks with PositionClock::kImages the index of its frame
+  std::string image;       // file name; for tracks with PositionClock::kImages
   Pose T_map_cam;
 };
 
@@ -49,10 +49,14 @@ struct UpDirection {
 
 // What one fix differs by from the camera that it belongs to.
 struct PositionResidual {
-  std::size_t fix = 0;                              // index in PositionTrack::fixes
-  double time_s = 0;                                // of the images
+  std::size_t fix = 0;  // index in PositionTrack::fixes
+  // Of the images; where fixes belong to images by name, since the first of them was taken, or,
+  // where that is not told, the number of the image.
+  double time_s = 0;
   Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  // fix - camera
   bool is_outlier = false;                          // it was not used
+  std::string image = {};                           // by whose name it belongs to the camera
+  std::optional<double> taken_s = {};               // when that was taken, as of kUnix
 };
 
 // What became of a ground control point.

@@ -16,6 +16,7 @@
 #include "mono3d/geo/georeference.h"
 #include "mono3d/geometry/geodetic.h"
 #include "mono3d/geometry/pose.h"
+#include "mono3d/geometry/rolling_shutter.h"
 
 namespace MONO3D_EXPORT mono3d {
 
@@ -36,6 +37,9 @@ struct ControlSight {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();     // of the image as it was taken
   Eigen::Vector3d ray_cam = Eigen::Vector3d::UnitZ();  // at z = 1, free of distortion
   double focal_px = 1;                                 // pixels of the image of 1 at z = 1
+  // When the line that it is on was read, after the middle line; 0: a global shutter, or nobody
+  // knows how the camera moved.
+  double line_s = 0;
 };
 
 // A surveyed point that has a place on the earth, and where it was seen.
@@ -54,10 +58,11 @@ struct GroundControl {
   GroundControlOptions options;
 };
 
-// A pose of a frame, in the axes of a map.
+// A pose of a frame, in the axes of a map: that of the middle line of a rolling shutter.
 struct FrameInMap {
   std::int64_t frame_index = 0;
   Pose T_map_cam;
+  CameraVelocity velocity = {};  // in units of the map; of use for ControlSight::line_s
 };
 
 // The place of the first point: an origin for the axes of all maps of a run.
@@ -79,8 +84,10 @@ std::vector<ControlResidual> ControlResidualsOf(std::span<const FrameInMap> fram
                                                 const Georeference& georeference);
 
 // The points that were used for `georeference`, with the marks that were, for
-// Tracker::FollowPositions.
-std::vector<KnownPoint> KnownPointsOf(const GroundControl& control,
+// Tracker::FollowPositions: each where the frame would show it, were all lines read with the middle
+// one. `frames` as they were for the georeference.
+std::vector<KnownPoint> KnownPointsOf(std::span<const FrameInMap> frames,
+                                      const GroundControl& control,
                                       const Georeference& georeference);
 
 }  // namespace mono3d

@@ -18,10 +18,12 @@ namespace MONO3D_EXPORT mono3d {
 //   abs_alt: 30]", "GPS(149.0251,-20.2533,16)", "F/2.8, SS 30.15, ..., GPS (-121.7, 48.0, 17), H
 //   200.70m, G.PRY (...)". Behind GPS stand longitude, latitude and the number of satellites; where
 //   the last one has the unit M, latitude, longitude and altitude;
+// - the same in the subtitles of an MP4 or QuickTime video (.MP4, .MOV);
 // - GPX (track points, else route points, else waypoints) with ele, time;
 // - NMEA 0183: GGA, with the date and speed of RMC and the errors of GST; checksums are compared;
 // - CSV with named columns (comma, semicolon or tab): latitude, longitude, and where there are any
-//   altitude, height, time, the image's file name, standard deviations;
+//   altitude, height, time, the image's file name (its times are then those of the images),
+//   standard deviations;
 // - geo.txt of OpenDroneMap in EPSG:4326: image longitude latitude [altitude ...];
 // - gps.txt: "time latitude longitude altitude [height]", or, below a comment "# origin (...)
 //   latitude longitude altitude", "time east north up" in metres from there.
@@ -35,16 +37,19 @@ PositionTrack ReadPositionFile(const std::filesystem::path& path);
 
 // The positions in the EXIF and XMP data of photos, by file name: latitude, longitude and altitude,
 // height above take-off and gimbal angles (DJI), standard deviations (DJI's RtkStdLat, RtkStdLon,
-// RtkStdHgt; EXIF's GPSHPositioningError). Empty where no photo has any. Files that cannot be read
-// are passed over.
+// RtkStdHgt; EXIF's GPSHPositioningError). Times (DateTimeOriginal with its fraction and its offset
+// from UTC) where all photos with a position tell theirs; in UTC where all tell the offset as well,
+// otherwise as the camera's clock showed them. Empty where no photo has any. Files that cannot be
+// read are passed over.
 PositionTrack ReadPhotoPositions(const std::vector<std::string>& images);
 
 // The telemetry beside a video: DJI_0001.SRT beside DJI_0001.MP4, whatever the case of its ending;
 // also .gpx, .nmea, .csv. Nothing where there is none.
 std::optional<std::filesystem::path> FindPositionFile(const std::filesystem::path& video);
 
-// The positions that come with an input of OpenFrameSource: those in its photographs, or of the
-// file beside the video. Nothing where there are none. Throws Error where that file is damaged.
+// The positions that come with an input of OpenFrameSource: those in its photographs, of the file
+// beside the video, or in its subtitles. Nothing where there are none. Throws Error where that file
+// is damaged.
 std::optional<PositionTrack> ReadPositionsOf(const std::string& input);
 
 }  // namespace mono3d

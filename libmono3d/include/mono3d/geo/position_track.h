@@ -40,7 +40,7 @@ struct PositionFix {
 enum class PositionClock {
   kVideo,   // the beginning of the video; as files tell it, often off by some seconds
   kUnix,    // 1970, in UTC or in the local time of the device: the offset to the images is unknown
-  kImages,  // fixes belong to images by name; times mean nothing
+  kImages,  // fixes belong to images by name; see PositionTrack::has_image_times
 };
 
 // Positions in the order of their times.
@@ -48,6 +48,8 @@ struct PositionTrack {
   std::string source;  // the file or folder
   std::string form;    // "DJI telemetry (GPS)", "GPX", ...
   PositionClock clock = PositionClock::kVideo;
+  // With kImages: times are those at which the images were taken, as of kUnix; else all are 0.
+  bool has_image_times = false;
   std::vector<PositionFix> fixes;
   // The smallest step that latitude and longitude are written in, in metres on the ground: a file
   // with four decimals knows places to 11 m.

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <span>
 
 #include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
@@ -34,6 +36,16 @@ struct CameraVelocity {
 // Of a camera that has moved by T_later_earlier in `duration_s`; zero where that is 0. Both may be
 // negative in time.
 CameraVelocity VelocityOf(const Pose& T_later_earlier, double duration_s);
+
+// Where a camera is `time_s` after the moment in question; negative: before.
+struct LaterPose {
+  Pose T_later_now;
+  double time_s = 0;
+};
+
+// How a camera moves at a moment, by the polynomial in time through it and the poses around it, one
+// or more. `unit_s`: about the time between them. Nothing where two are of one time.
+std::optional<CameraVelocity> VelocityThrough(std::span<const LaterPose> around, double unit_s);
 
 // How the scene moves through an image while the lines of a rolling shutter are read one after the
 // other. The pose of the image is that of its middle line; within the readout the motion is as

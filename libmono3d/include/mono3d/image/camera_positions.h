@@ -25,8 +25,8 @@ struct PositionNoise {
 struct CameraPosition {
   double time_s = 0;  // of the images
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
-  // Of photographs in any order, which have no times: the frame that it belongs to, and how well it
-  // is known (standard deviations).
+  // Where it belongs to a frame by its name, that one's index (its time then counts for nothing),
+  // and how well it is known (standard deviations).
   std::int64_t frame_index = -1;
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
 };

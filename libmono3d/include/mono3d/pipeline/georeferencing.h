@@ -19,7 +19,8 @@ namespace MONO3D_EXPORT mono3d {
 std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
                                                   PositionClock clock);
 
-// The frames that ground control points may be marked in: all that were tracked, by index.
+// The frames that ground control points may be marked in: all that were tracked, by index. How each
+// moved comes from those before and after it, and means nothing of photographs in any order.
 std::vector<FrameInMap> FramesOf(const MapReconstruction& map);
 
 // Which way is up in a map that is in its tracker's own axes: by the gimbal angles of the

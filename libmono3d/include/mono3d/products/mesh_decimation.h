@@ -17,8 +17,10 @@ struct DecimatedMesh {
 
 // The mesh with at most `max_triangles`, by collapsing edges where that moves the surface least
 // (Garland and Heckbert 1997); one that has fewer stays as it is. Open borders keep their shape.
-// Normals are anew those of the triangles. Throws Error when a triangle names a vertex that is not
-// there or a vertex is not finite.
-DecimatedMesh Decimate(const TriangleMesh& mesh, std::size_t max_triangles);
+// Normals are anew those of the triangles. `keeps_borders`: no vertex of a border moves or goes, so
+// that parts of a mesh still meet; they may then keep more triangles. Throws Error when a triangle
+// names a vertex that is not there or a vertex is not finite.
+DecimatedMesh Decimate(const TriangleMesh& mesh, std::size_t max_triangles,
+                       bool keeps_borders = false);
 
 }  // namespace mono3d

@@ -17,5 +17,7 @@ namespace MONO3D_EXPORT mono3d {
 // Error when the cloud is empty, lacks normals, radii or colours, or holds numbers that are not
 // finite or radii that are not positive.
 void WriteSplats(const std::filesystem::path& file, const PointCloud& surfels);
+// The same of model.ply, block by block, however large. Throws Error (kIo) as well.
+void WriteSplatsOf(const std::filesystem::path& model, const std::filesystem::path& file);
 
 }  // namespace mono3d

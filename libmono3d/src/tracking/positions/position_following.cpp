@@ -111,6 +111,16 @@ class MapPath {
     path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
   }
 
+  // Of a position that belongs to a frame by its name: that frame's.
+  static std::optional<double> TimeOf(std::span<const TrajectoryEntry> frames,
+                                      const CameraPosition& position) {
+    if (position.frame_index < 0) return position.time_s;
+    const auto frame =
+        std::ranges::lower_bound(frames, position.frame_index, {}, &TrajectoryEntry::frame_index);
+    const bool is_there = frame != frames.end() && frame->frame_index == position.frame_index;
+    return is_there ? std::optional(frame->timestamp_s) : std::nullopt;
+  }
+
   double TimeOf(std::size_t node) const {
     return map_.keyframe(keyframes_[node]).view.frame.timestamp_s;
   }
@@ -172,14 +182,18 @@ class MapPath {
   void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
     std::size_t node = 0;
     for (const CameraPosition& position : positions.positions) {
-      const std::optional<Eigen::Vector3d> p_world = CentreAt(frames, position.time_s);
+      const std::optional<double> time_s = TimeOf(frames, position);
+      if (!time_s) continue;
+      const std::optional<Eigen::Vector3d> p_world = CentreAt(frames, *time_s);
       if (!p_world) continue;
-      while (node + 1 < keyframes_.size() && std::abs(TimeOf(node + 1) - position.time_s) <=
-                                                 std::abs(TimeOf(node) - position.time_s)) {
+      // Names may be in another order than times.
+      if (position.frame_index >= 0) node = NodeAt(*time_s);
+      while (node + 1 < keyframes_.size() &&
+             std::abs(TimeOf(node + 1) - *time_s) <= std::abs(TimeOf(node) - *time_s)) {
         ++node;
       }
       path_.positions.push_back(
-          {position.time_s, node, map_.T_cam_world(keyframes_[node]) * *p_world, position.p_m});
+          {*time_s, node, map_.T_cam_world(keyframes_[node]) * *p_world, position.p_m});
     }
   }
 
