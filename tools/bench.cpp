@@ -2,8 +2,8 @@
 // Copyright the mono3d authors
 
 // mono3d-bench: reconstruction and evaluation of many sequences, in the form of the paper's tables;
-// what a depth map, its fusion and a tracked frame cost; how well places are known again; and what
-// each part of the depth stage and of fusion buys.
+// what a depth map, its fusion and a tracked frame cost; how well places are known again and
+// flights placed on the earth; and what each part of the depth stage and of fusion buys.
 
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +12,7 @@
 #include "bench/fusion_ablation_command.h"
 #include "bench/measurements.h"
 #include "bench/place_command.h"
+#include "bench/position_command.h"
 #include "bench/suite.h"
 #include "bench/suite_page.h"
 #include "bench/tracking_command.h"
@@ -94,7 +95,8 @@ int main(int argc, char** argv) {
       "mono3d-bench",
       "Reconstructs and evaluates many sequences and sets the figures beside the paper's,\n"
       "or measures what a depth map, its fusion with a large model or a tracked frame costs,\n"
-      "how well places are known again, or an ablation of the depth stage or of fusion.\n"
+      "how well places are known again, how well positions place a flight on the earth,\n"
+      "or an ablation of the depth stage or of fusion.\n"
       "Example: mono3d-bench suite sequences/ -o bench/ --markdown benchmarks.md",
       ToolKind::kPlain);
   tool.app().require_subcommand(1);
@@ -107,6 +109,7 @@ int main(int argc, char** argv) {
   const FusionCommand fusion(tool.app());
   const FlightCommand flight(tool.app());
   const PlaceCommand places(tool.app());
+  const PositionCommand positions(tool.app());
   CLI::App& ablation =
       *tool.app().add_subcommand("ablation", "the depth stage without each of its parts in turn");
   AblationArguments ablation_arguments;
@@ -123,6 +126,7 @@ int main(int argc, char** argv) {
     if (fusion.is_asked_for()) return fusion.Run();
     if (flight.is_asked_for()) return flight.Run();
     if (places.is_asked_for()) return places.Run();
+    if (positions.is_asked_for()) return positions.Run();
     if (ablation.parsed()) return RunAblation(ablation_arguments);
     if (fusion_ablation.parsed()) return RunFusionAblation(fusion_ablation_arguments);
     if (tracking.parsed()) return RunTrackingBench(tracking_options, tracking_json);

@@ -114,6 +114,24 @@ TEST(Georeference, IsExactWhereThePositionsAre) {
   EXPECT_TRUE(result.georeference->has_altitude);
 }
 
+// Two images a second on a circle: chords between them would lie inside it by a tenth of a per
+// mille, which a receiver with corrections tells.
+TEST(Georeference, DoesNotCutTurns) {
+  const auto circle = [](double time_s) {
+    const double angle = 0.1 * time_s;
+    return Vector3d(80 * std::cos(angle), 80 * std::sin(angle), 60 + 3 * std::sin(time_s / 7));
+  };
+  std::vector<PositionedCamera> cameras;
+  for (const PositionedCamera& camera : Fly(250, circle)) {
+    const bool is_of_half = std::abs(std::remainder(camera.timestamp_s, 0.5)) < 0.01;
+    if (is_of_half) cameras.push_back(camera);
+  }
+  const auto result =
+      EstimateGeoreference(cameras, Receive(250, circle, {0.3, {}, {}, 0, 0}, 1), std::nullopt, {});
+  ASSERT_TRUE(result.georeference.has_value()) << result.reason;
+  EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-6);
+}
+
 TEST(Georeference, FindsTheClockOffsetAndLeavesOutliersOut) {
   ReceiverErrors errors{0.2, {0, 0, 1}, {0, 0, 1}, 0.02, 1.7};
   for (unsigned seed = 1; seed <= 5; ++seed) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <string>
@@ -48,6 +47,9 @@ std::vector<bool> AreFrozen(const std::vector<PositionPair>& pairs, double scale
 
 PositionPairs::PositionPairs(std::span<const PositionedCamera> cameras, const PositionTrack& track)
     : cameras_(cameras), track_(track), longest_gap_s_(LongestGap(cameras)) {
+  for (const PositionedCamera& camera : cameras) {
+    path_.push_back({camera.timestamp_s, camera.T_map_cam.translation()});
+  }
   FindPlaces();
 }
 
@@ -117,13 +119,7 @@ bool PositionPairs::IsAcrossGap(std::size_t after) const {
 }
 
 Eigen::Vector3d PositionPairs::CentreAt(double time_s) const {
-  const auto after = std::ranges::lower_bound(cameras_, time_s, {}, &PositionedCamera::timestamp_s);
-  if (after == cameras_.begin()) return cameras_.front().T_map_cam.translation();
-  if (after == cameras_.end()) return cameras_.back().T_map_cam.translation();
-  const PositionedCamera& before = *std::prev(after);
-  const double share = (time_s - before.timestamp_s) / (after->timestamp_s - before.timestamp_s);
-  return before.T_map_cam.translation() +
-         share * (after->T_map_cam.translation() - before.T_map_cam.translation());
+  return PointOnPath(path_, time_s).p;
 }
 
 PositionPair PositionPairs::Interpolated(std::size_t fix, double time_s, std::size_t after) const {

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/smooth_path.h"
 #include "mono3d/geo/georeference.h"
 
 namespace mono3d {
@@ -55,6 +56,7 @@ class PositionPairs {
   Eigen::Vector3d CentreAt(double time_s) const;
 
   std::span<const PositionedCamera> cameras_;
+  std::vector<TimedPoint> path_;  // of their centres
   const PositionTrack& track_;
   Geodetic origin_;
   bool has_vertical_ = false;

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "geometry/smooth_path.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/geometry/sight_lines.h"
 #include "tracking/optimisation/keyframe_graph.h"
@@ -20,18 +21,13 @@
 namespace mono3d::tracking {
 namespace {
 
-// The camera centre at a time, in the world; nothing outside the frames.
-std::optional<Eigen::Vector3d> CentreAt(std::span<const TrajectoryEntry> frames, double time_s) {
-  const auto after = std::ranges::lower_bound(frames, time_s, {}, &TrajectoryEntry::timestamp_s);
-  if (after == frames.end()) return std::nullopt;
-  const Eigen::Vector3d& p_after = after->T_world_cam.translation();
-  if (after == frames.begin()) {
-    return after->timestamp_s == time_s ? std::optional(p_after) : std::nullopt;
+// The camera centres in the world.
+std::vector<TimedPoint> CentresOf(std::span<const TrajectoryEntry> frames) {
+  std::vector<TimedPoint> centres;
+  for (const TrajectoryEntry& frame : frames) {
+    centres.push_back({frame.timestamp_s, frame.T_world_cam.translation()});
   }
-  const TrajectoryEntry& before = *std::prev(after);
-  const double share = (time_s - before.timestamp_s) / (after->timestamp_s - before.timestamp_s);
-  const Eigen::Vector3d& p_before = before.T_world_cam.translation();
-  return p_before + share * (p_after - p_before);
+  return centres;
 }
 
 // The living keyframes in the order of flight.
@@ -180,12 +176,13 @@ class MapPath {
   }
 
   void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
+    const std::vector<TimedPoint> centres = CentresOf(frames);
+    if (centres.size() < 2) return;
     std::size_t node = 0;
     for (const CameraPosition& position : positions.positions) {
       const std::optional<double> time_s = TimeOf(frames, position);
-      if (!time_s) continue;
-      const std::optional<Eigen::Vector3d> p_world = CentreAt(frames, *time_s);
-      if (!p_world) continue;
+      if (!time_s || *time_s < centres.front().time_s || *time_s > centres.back().time_s) continue;
+      const Eigen::Vector3d p_world = PointOnPath(centres, *time_s).p;
       // Names may be in another order than times.
       if (position.frame_index >= 0) node = NodeAt(*time_s);
       while (node + 1 < keyframes_.size() &&
@@ -193,7 +190,7 @@ class MapPath {
         ++node;
       }
       path_.positions.push_back(
-          {*time_s, node, map_.T_cam_world(keyframes_[node]) * *p_world, position.p_m});
+          {*time_s, node, map_.T_cam_world(keyframes_[node]) * p_world, position.p_m});
     }
   }
 
