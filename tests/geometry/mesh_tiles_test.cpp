@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <random>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "mono3d/core/error.h"

@@ -39,7 +39,8 @@ std::string Format(const char* format, double value) {
 void AddPositionOptions(CLI::App& app, PositionArguments& arguments) {
   app.add_option("--positions", arguments.source,
                  "where the drone was: auto (default; EXIF of photographs, telemetry such as .SRT "
-                 "beside a video), none, or a file: .SRT, GPX, NMEA, CSV, geo.txt");
+                 "beside a video or in its subtitles), none, or a file: .SRT, GPX, NMEA, CSV, "
+                 "geo.txt");
 }
 
 std::optional<PositionTrack> FindPositions(const std::string& input,

@@ -13,7 +13,7 @@ namespace MONO3D_EXPORT mono3d {
 
 struct ModelMeshOptions {
   std::size_t max_triangles = 300'000;
-  // A model of more is meshed in parts, with so many each; they take about a gigabyte.
+  // A model of more is meshed in parts, with so many each; they take about half a gigabyte.
   std::size_t max_surfels_of_part = 1'000'000;
   MeshOptions mesh = {};
 };
