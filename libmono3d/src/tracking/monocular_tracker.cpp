@@ -39,7 +39,7 @@ double ImageMotion(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 1;
+constexpr std::uint32_t kTrackerStateVersion = 2;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));

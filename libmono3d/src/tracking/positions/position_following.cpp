@@ -65,6 +65,8 @@ class MapPath {
                                   Similarity(1, map.T_cam_world(keyframes_[node]).Inverse()));
     }
     path_.has_vertical = positions.has_vertical;
+    path_.clock_offset_s = positions.clock_offset_s;
+    path_.clock_offset_sigma_s = positions.clock_offset_sigma_s;
     path_.typical_horizontal_m = positions.typical_horizontal_m;
     path_.typical_vertical_m = positions.typical_vertical_m;
     path_.worth = positions.worth;
@@ -161,7 +163,7 @@ class MapPath {
     }
     path_.positions.push_back({TimeOf(node), node,
                                map_.T_cam_world(keyframes_[node]) * result.meeting->p_world,
-                               point.p_m, covariance_m2});
+                               point.p_m, Eigen::Vector3d::Zero(), covariance_m2});
   }
 
   void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
@@ -172,13 +174,14 @@ class MapPath {
       if (position.time_s < centres.front().time_s || position.time_s > centres.back().time_s) {
         continue;
       }
-      const Eigen::Vector3d p_world = PointOnPath(centres, position.time_s).p;
+      const PathPoint centre = PointOnPath(centres, position.time_s);
       while (node + 1 < keyframes_.size() && std::abs(TimeOf(node + 1) - position.time_s) <=
                                                  std::abs(TimeOf(node) - position.time_s)) {
         ++node;
       }
-      path_.positions.push_back(
-          {position.time_s, node, map_.T_cam_world(keyframes_[node]) * p_world, position.p_m});
+      const Pose T_kf_world = map_.T_cam_world(keyframes_[node]);
+      path_.positions.push_back({position.time_s, node, T_kf_world * centre.p, position.p_m,
+                                 T_kf_world.rotation() * centre.velocity});
     }
   }
 

@@ -20,6 +20,8 @@ struct PathPosition {
   std::size_t node = 0;
   Eigen::Vector3d p_kf = Eigen::Vector3d::Zero();  // in the camera frame of the keyframe
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+  // How fast p_kf moves, in camera frames of the keyframe a second; of a known point 0.
+  Eigen::Vector3d velocity_kf = Eigen::Vector3d::Zero();
   // Of a known point: how well p_m and p_kf together are known, in square metres. A position of the
   // camera has none, and errs as PathNoise says.
   std::optional<Eigen::Matrix3d> covariance_m2 = {};
@@ -33,6 +35,7 @@ struct PositionedPath {
   std::vector<SimilarityEdge> edges;
   std::vector<PathPosition> positions;  // by ascending node, then time
   bool has_vertical = true;
+  double clock_offset_s = 0, clock_offset_sigma_s = 0;                 // see CameraPositions
   double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
   double length = 1;                                                   // a typical depth
   double edge_sigma_rad = 0;  // by how much these may be off, at the outside
