@@ -209,21 +209,25 @@ double RmsMoved(const std::vector<Similarity>& before, const std::vector<Similar
 // Takes the poses over into the map: the world becomes that in which the first node stays. Returns
 // S_metric_map.
 Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
-                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes, Map& map) {
+                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes,
+                   std::size_t num_open, Map& map) {
   const Similarity S_world_metric =
       Similarity(1, map.T_cam_world(keyframes.front()).Inverse()) * S_metric_kf.front().Inverse();
   std::vector<std::pair<KeyframeId, Similarity>> S_cam_world;
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+  const std::size_t num_moved = keyframes.size() - std::min(num_open, keyframes.size() - 1);
+  for (std::size_t i = 0; i < num_moved; ++i) {
     S_cam_world.emplace_back(keyframes[i], (S_world_metric * S_metric_kf[i]).Inverse());
   }
-  // Those that came meanwhile keep their poses relative to the newest one that was there.
-  const auto newest =
-      std::ranges::max_element(S_cam_world, {}, [](const auto& moved) { return moved.first; });
-  const auto [leader, S_leader_world] = *newest;
+  // The others, and those that came meanwhile, keep their poses relative to it.
+  const auto [leader, S_leader_world] = S_cam_world.back();
+  std::vector<KeyframeId> led(keyframes.begin() + static_cast<std::ptrdiff_t>(num_moved),
+                              keyframes.end());
   for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
-    if (!map.keyframe(id).alive) continue;
-    const Pose T_new_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();
-    S_cam_world.emplace_back(id, Similarity(1, T_new_leader) * S_leader_world);
+    if (map.keyframe(id).alive) led.push_back(id);
+  }
+  for (const KeyframeId id : led) {
+    const Pose T_led_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();
+    S_cam_world.emplace_back(id, Similarity(1, T_led_leader) * S_leader_world);
   }
   std::ranges::sort(S_cam_world, {}, [](const auto& moved) { return moved.first; });
   std::vector<KeyframeId> ids;
@@ -242,7 +246,8 @@ Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
 }  // namespace
 
 std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
-                                           CameraPositions& positions, MappingLock& lock) {
+                                           std::size_t num_open, CameraPositions& positions,
+                                           MappingLock& lock) {
   constexpr std::size_t kFewest = 3;
   MapPath of_map(map, frames, positions);
   PositionedPath& path = of_map.path();
@@ -255,7 +260,8 @@ std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryE
     fit = FitPath(path);
   }
   if (!fit.is_found) return std::nullopt;
-  positions.S_metric_map = MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, map);
+  positions.S_metric_map =
+      MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, num_open, map);
   PositionFit result;
   result.map_id = map.id();
   for (std::size_t i = 0; i < path.positions.size(); ++i) {
