@@ -50,6 +50,33 @@ double TypicalDepth(const Map& map, const std::vector<KeyframeId>& keyframes) {
   return typical > 0 ? typical : 1;
 }
 
+// What points are off by in the images: as assumed, or as their residuals have it where these are
+// larger; over keyframes here and there.
+double PointSigma(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  constexpr std::size_t kMostKeyframes = 50;
+  const double median_of_two = std::sqrt(2 * std::numbers::ln2);  // of a distance, in sigma
+  const std::size_t stride = std::max<std::size_t>(1, keyframes.size() / kMostKeyframes);
+  std::vector<double> sigmas_px;
+  std::vector<double> distances;  // in what is assumed
+  for (std::size_t i = 0; i < keyframes.size(); i += stride) {
+    const View& view = map.keyframe(keyframes[i]).view;
+    // Each line of a rolling shutter has a pose of its own.
+    const bool is_at_once = view.frame.sensor.shutter.IsGlobal();
+    for (std::size_t feature = 0; feature < view.points.size(); ++feature) {
+      if (!view.points[feature]) continue;
+      const Feature& seen = view.features[feature];
+      sigmas_px.push_back(seen.sigma_px);
+      const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*view.points[feature]).p_world;
+      if (!is_at_once || p_cam.z() <= 0) continue;
+      distances.push_back((map.camera().Project(p_cam) - seen.pixel).norm() / seen.sigma_px);
+    }
+  }
+  constexpr double kUnknown_px = 1.0 / 3;  // as of a good image
+  if (sigmas_px.empty()) return kUnknown_px;
+  return UpperMedian(std::move(sigmas_px)) *
+         std::max(1.0, UpperMedianOrZero(std::move(distances)) / median_of_two);
+}
+
 // Where vision alone has a keyframe.
 Similarity S_cam_visual(const Map& map, KeyframeId id) {
   return Similarity(1, map.T_cam_world(id)) * map.keyframe(id).S_world_visual;
@@ -106,6 +133,7 @@ class MapPath {
     // The sigma of edges is for the fewest points that make one.
     const double typical = std::max(kMinSharedOfEdge, UpperMedianOrZero(std::move(num_shared)));
     path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
+    path_.point_sigma_px = PointSigma(map_, keyframes_);
   }
 
   double TimeOf(std::size_t node) const {

@@ -38,17 +38,20 @@ struct PositionedPath {
   double clock_offset_s = 0, clock_offset_sigma_s = 0;                 // see CameraPositions
   double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
   double length = 1;                                                   // a typical depth
-  double edge_sigma_rad = 0;  // by how much these may be off, at the outside
+  double edge_sigma_rad = 0;    // by how much these may be off, where points are off by a pixel
+  double point_sigma_px = 0.3;  // and what they are off by
 };
 
-// By how much an edge is off in translation: what a third of a pixel is at a typical depth, in
-// lengths of the camera frames. It does not grow with the drift: images hold the place of a camera
-// to its neighbours, whatever bends the path in the long run, and a larger one would look like the
-// errors of positions.
-inline constexpr double kShareOfEdge = 0.3;
-inline double ShiftSigma(const PositionedPath& path) {
-  return kShareOfEdge * path.edge_sigma_rad * path.length;
+// By how much an edge is off in turn, and in the logarithm of its scale.
+inline double DriftSigma(const PositionedPath& path) {
+  return path.point_sigma_px * path.edge_sigma_rad;
 }
+
+// By how much an edge is off in translation: what that is at a typical depth, in lengths of the
+// camera frames. It does not grow with the drift: images hold the place of a camera to its
+// neighbours, whatever bends the path in the long run, and a larger one would look like the errors
+// of positions.
+inline double ShiftSigma(const PositionedPath& path) { return DriftSigma(path) * path.length; }
 
 // How the path drifts and the positions err.
 struct PathNoise {
