@@ -16,7 +16,7 @@
 namespace mono3d::tracking {
 namespace {
 
-constexpr KeyframeId kNum = 40;
+constexpr KeyframeId kNumBent = 40;
 constexpr double kStep = 1;
 constexpr double kHeight = 10;
 constexpr double kMetres = 6;  // of a unit of the map
@@ -33,7 +33,7 @@ BentMap MakeBentMap(double drift, double sigma_px = 0.3) {
   std::mt19937 random(1);
   std::vector<Similarity> S_map_true;  // around each keyframe
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (KeyframeId i = 0; i < kNum; ++i) {
+  for (KeyframeId i = 0; i < kNumBent; ++i) {
     const double scale = std::exp(drift * static_cast<double>(i));
     bent.truth.emplace_back(kStep * static_cast<double>(i), 0, 0);
     if (i > 0) centre += scale * (bent.truth[i] - bent.truth[i - 1]);
@@ -47,10 +47,10 @@ BentMap MakeBentMap(double drift, double sigma_px = 0.3) {
     bent.map.AddKeyframe(view);
   }
   for (int n = 0; n < 3000; ++n) {
-    const Eigen::Vector3d p(Uniform(random, -5, kNum * kStep + 5), Uniform(random, -3, 3),
+    const Eigen::Vector3d p(Uniform(random, -5, kNumBent * kStep + 5), Uniform(random, -3, 3),
                             kHeight + Uniform(random, -1, 1));
     std::vector<KeyframeId> seeing;
-    for (KeyframeId i = 0; i < kNum; ++i) {
+    for (KeyframeId i = 0; i < kNumBent; ++i) {
       if (SmallCamera().Contains(SmallCamera().Project(p - bent.truth[i]))) seeing.push_back(i);
     }
     if (seeing.size() < 3) continue;
@@ -68,7 +68,7 @@ BentMap MakeBentMap(double drift, double sigma_px = 0.3) {
 
 std::vector<TrajectoryEntry> FramesOf(const Map& map) {
   std::vector<TrajectoryEntry> frames;
-  for (KeyframeId i = 0; i < kNum; ++i) {
+  for (KeyframeId i = 0; i < kNumBent; ++i) {
     frames.push_back(
         {static_cast<std::int64_t>(i), static_cast<double>(i), 0, map.T_cam_world(i).Inverse()});
   }
@@ -79,7 +79,7 @@ std::vector<TrajectoryEntry> FramesOf(const Map& map) {
 CameraPositions PositionsOf(const BentMap& bent) {
   CameraPositions positions;
   positions.S_metric_map = {kMetres, Pose()};
-  for (KeyframeId i = 0; i < kNum; ++i) {
+  for (KeyframeId i = 0; i < kNumBent; ++i) {
     positions.positions.push_back({static_cast<double>(i), kMetres * bent.truth[i]});
   }
   positions.typical_horizontal_m = positions.typical_vertical_m = 0.05;
@@ -90,20 +90,20 @@ CameraPositions PositionsOf(const BentMap& bent) {
 std::vector<double> StepsOf(const Map& map) {
   std::vector<double> steps;
   double sum = 0;
-  for (KeyframeId i = 1; i < kNum; ++i) {
+  for (KeyframeId i = 1; i < kNumBent; ++i) {
     steps.push_back((map.T_cam_world(i).Inverse().translation() -
                      map.T_cam_world(i - 1).Inverse().translation())
                         .norm());
-    sum += steps.back() / (kNum - 1);
+    sum += steps.back() / (kNumBent - 1);
   }
   for (double& step : steps) step /= sum;
   return steps;
 }
 
-constexpr double kDrift = 0.001;  // of scale from each keyframe to the next: 4 % in all
+constexpr double kScaleDrift = 0.001;  // of scale from each keyframe to the next: 4 % in all
 
 TEST(FollowPositions, StraightensTheWholeMapAtItsEnd) {
-  BentMap bent = MakeBentMap(kDrift);
+  BentMap bent = MakeBentMap(kScaleDrift);
   const std::vector<double> before = StepsOf(bent.map);
   CameraPositions positions = PositionsOf(bent);
   MappingLock alone;
@@ -121,7 +121,7 @@ TEST(FollowPositions, BelieveTheImagesByHowExactTheirPointsAre) {
     BentMap bent = MakeBentMap(0, sigma_px);
     CameraPositions positions = PositionsOf(bent);
     for (CameraPosition& position : positions.positions) {
-      position.p_m.y() += std::sin(std::numbers::pi * position.time_s / kNum);
+      position.p_m.y() += std::sin(std::numbers::pi * position.time_s / kNumBent);
     }
     positions.typical_horizontal_m = positions.typical_vertical_m = 1;
     MappingLock alone;
@@ -136,19 +136,19 @@ TEST(FollowPositions, BelieveTheImagesByHowExactTheirPointsAre) {
 // What local adjustments still reach moves as one: its steps stay as the images have them.
 TEST(FollowPositions, LeavesTheShapeOfTheNewestAsItIs) {
   constexpr std::size_t kOpen = 10;
-  BentMap bent = MakeBentMap(kDrift);
+  BentMap bent = MakeBentMap(kScaleDrift);
   const std::vector<double> before = StepsOf(bent.map);
   CameraPositions positions = PositionsOf(bent);
   MappingLock alone;
   ASSERT_TRUE(FollowPositions(bent.map, FramesOf(bent.map), kOpen, positions, alone).has_value());
   const std::vector<double> after = StepsOf(bent.map);
-  constexpr std::size_t kLeader = kNum - 1 - kOpen;
+  constexpr std::size_t kLeader = kNumBent - 1 - kOpen;
   for (std::size_t i = kLeader; i + 1 < after.size(); ++i) {
     EXPECT_NEAR(after[i + 1] / after[i], before[i + 1] / before[i], 1e-9) << i;
   }
   EXPECT_LT(std::abs(after[kLeader - 1] / after[0] - 1),
             0.5 * (before[kLeader - 1] / before[0] - 1));
-  const Similarity& moved = bent.map.keyframe(kNum - 1).S_world_visual;
+  const Similarity& moved = bent.map.keyframe(kNumBent - 1).S_world_visual;
   EXPECT_NEAR(moved.scale(), bent.map.keyframe(kLeader).S_world_visual.scale(), 1e-9);
 }
 
