@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "geo/position_fit.h"
 #include "mono3d/core/error.h"
 
 namespace mono3d {
@@ -131,51 +130,6 @@ TEST(Georeference, DoesNotCutTurns) {
       EstimateGeoreference(cameras, Receive(250, circle, {0.3, {}, {}, 0, 0}, 1), std::nullopt, {});
   ASSERT_TRUE(result.georeference.has_value()) << result.reason;
   EXPECT_NEAR(result.georeference->S_enu_map.scale() / 37, 1, 1e-6);
-}
-
-// Five fixes that are 6 m off weigh more than whether one that is 60 m off takes part; of the mean
-// distance it is the other way round.
-TEST(RobustCost, HangsOnHowManyFixesAgree) {
-  const auto pairs_with = [](int num_off, bool has_outlier) {
-    std::vector<PositionPair> pairs;
-    for (int i = 0; i < 150; ++i) {
-      const Vector3d p(i, 0, 0);
-      const double off_m = i < num_off ? 6 : 1;
-      pairs.push_back({static_cast<std::size_t>(i), 0.2 * i, p + Vector3d(0, off_m, 0), p});
-    }
-    if (has_outlier) pairs.push_back({150, 30, Vector3d(150, 60, 0), Vector3d(150, 0, 0)});
-    return pairs;
-  };
-  const MapPlacement still;
-  const double right = RobustCost(pairs_with(0, true), still, 1.5, true);
-  const double wrong = RobustCost(pairs_with(5, false), still, 1.5, true);
-  EXPECT_LT(right, wrong);
-  EXPECT_GT(MeanDistance(pairs_with(0, true), still, true),
-            MeanDistance(pairs_with(5, false), still, true));
-}
-
-// Round a circle at even speed an offset is a turn. Only where the flight begins and ends does a
-// wrong one show.
-TEST(Georeference, FindsTheClockOffsetOnACircle) {
-  constexpr double kRamp_s = 3;
-  const auto circle = [](double time_s) {
-    const double way_m =
-        time_s < kRamp_s ? 8 * time_s * time_s / (2 * kRamp_s) : 8 * (time_s - kRamp_s / 2);
-    const double angle = way_m / 80;
-    return Vector3d(80 * std::cos(angle), 80 * std::sin(angle), 60);
-  };
-  const ReceiverErrors errors{0.2, {0, 0, 1}, {0, 0, 1}, 0.02, -0.9};
-  const auto cameras = Fly(30, circle);
-  for (unsigned seed = 1; seed <= 40; ++seed) {
-    PositionTrack track = Receive(30, circle, errors, seed);
-    track.fixes[3].latitude_deg += 0.001;  // which a smaller offset would leave out
-    const auto result = EstimateGeoreference(
-        cameras, track,
-        UpDirection{TrueSimilarity().pose().rotation().inverse() * Vector3d::UnitZ(), 4 * kDegree});
-    ASSERT_TRUE(result.georeference.has_value()) << result.reason;
-    // Some 20 fixes of 1 m tell it, at up to 8 m/s: a tenth of a second.
-    EXPECT_NEAR(result.georeference->clock_offset_s, -0.9, 0.5) << seed;
-  }
 }
 
 TEST(Georeference, FindsTheClockOffsetAndLeavesOutliersOut) {

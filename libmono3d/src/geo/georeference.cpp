@@ -97,13 +97,12 @@ class OutlierSearch {
   std::vector<bool> used_;
 };
 
-constexpr double kClockStep_s = 0.5;
-
 // Offsets that are tried first.
 std::vector<double> ClockOffsets(std::span<const PositionedCamera> cameras,
                                  const PositionTrack& track, const GeoreferenceOptions& options) {
   const bool is_known = track.clock == PositionClock::kImages || options.clock_offset_sigma_s == 0;
   if (is_known) return {options.clock_offset_s};
+  constexpr double kStep_s = 0.5;
   double first_s = options.clock_offset_s - options.max_clock_offset_s;
   double last_s = options.clock_offset_s + options.max_clock_offset_s;
   if (track.clock == PositionClock::kUnix && options.clock_offset_s == 0) {
@@ -115,7 +114,7 @@ std::vector<double> ClockOffsets(std::span<const PositionedCamera> cameras,
     last_s += options.max_clock_offset_s;
   }
   constexpr double kMostTries = 20'000;
-  const double step_s = std::max(kClockStep_s, (last_s - first_s) / kMostTries);
+  const double step_s = std::max(kStep_s, (last_s - first_s) / kMostTries);
   std::vector<double> offsets;
   for (double offset_s = first_s; offset_s <= last_s; offset_s += step_s) {
     offsets.push_back(offset_s);
@@ -149,6 +148,7 @@ class GeoreferenceEstimate {
   static constexpr int kMostRounds = 20;
 
   bool FindStart() {
+    double best_m = std::numeric_limits<double>::max();
     std::size_t most_pairs = 0;
     const std::vector<double> offsets = ClockOffsets(cameras_, track_, options_);
     for (const double offset_s : offsets) {
@@ -160,14 +160,23 @@ class GeoreferenceEstimate {
                     : "fewer than three positions fall into the time of the tracked images";
       return false;
     }
-    std::vector<std::pair<double, double>> tried;  // cost, offset
+    // An offset that leaves most fixes without a camera fits the rest easily.
+    constexpr double kLeastShare = 0.7;
     for (const double offset_s : offsets) {
-      if (const std::optional<double> cost = TryStart(offset_s, most_pairs)) {
-        tried.emplace_back(*cost, offset_s);
+      const std::vector<PositionPair> pairs = pairs_of_.At(offset_s);
+      if (pairs.size() < kFewestFixes ||
+          static_cast<double>(pairs.size()) < kLeastShare * static_cast<double>(most_pairs)) {
+        continue;
       }
+      MapPlacement placement = FitRobustly(pairs, priors_.horizontal_m);
+      const double distance_m = MeanDistance(pairs, placement, priors_.has_vertical);
+      if (!(distance_m < best_m) || !(placement.scale > 0)) continue;
+      best_m = distance_m;
+      placement_ = placement;
+      placement_.clock_offset_s = offset_s;
+      pairs_ = pairs;
     }
-    if (offsets.size() > 1) TryBetween(std::move(tried), most_pairs);
-    if (!std::isfinite(placement_.scale) || best_cost_ == std::numeric_limits<double>::max()) {
+    if (!std::isfinite(placement_.scale) || best_m == std::numeric_limits<double>::max()) {
       reason_ = "all cameras with a position are in one place";
       return false;
     }
@@ -175,43 +184,6 @@ class GeoreferenceEstimate {
       priors_.clock_offset_s = placement_.clock_offset_s;  // nothing was known of it
     }
     return true;
-  }
-
-  // The cost of a start at this offset, which is taken where it is the best so far. Nothing where
-  // there is none.
-  std::optional<double> TryStart(double offset_s, std::size_t most_pairs) {
-    // An offset that leaves most fixes without a camera fits the rest easily.
-    constexpr double kLeastShare = 0.7;
-    const std::vector<PositionPair> pairs = pairs_of_.At(offset_s);
-    if (pairs.size() < kFewestFixes ||
-        static_cast<double>(pairs.size()) < kLeastShare * static_cast<double>(most_pairs)) {
-      return std::nullopt;
-    }
-    const MapPlacement placement = FitRobustly(pairs, priors_.horizontal_m);
-    if (!(placement.scale > 0)) return std::nullopt;
-    const double cost = RobustCost(pairs, placement, priors_.horizontal_m, priors_.has_vertical);
-    if (cost < best_cost_) {
-      best_cost_ = cost;
-      placement_ = placement;
-      placement_.clock_offset_s = offset_s;
-      pairs_ = pairs;
-    }
-    return cost;
-  }
-
-  // On a circle at even speed an offset looks like a turn: only where the flight begins and ends
-  // does another one fit worse, and half a second between those that were tried would hide that.
-  void TryBetween(std::vector<std::pair<double, double>> tried, std::size_t most_pairs) {
-    constexpr std::size_t kMost = 4;
-    constexpr int kBeside = 4;
-    const double step_s = kClockStep_s / (kBeside + 1);
-    std::ranges::sort(tried);
-    tried.resize(std::min(kMost, tried.size()));
-    for (const auto& [cost, offset_s] : tried) {
-      for (int i = -kBeside; i <= kBeside; ++i) {
-        if (i != 0) static_cast<void>(TryStart(offset_s + i * step_s, most_pairs));
-      }
-    }
   }
 
   // Of cameras along a line the roll is what `up` tells; of others that changes little.
@@ -321,7 +293,6 @@ class GeoreferenceEstimate {
   PositionPairs pairs_of_;
   PlacementPriors priors_;
   MapPlacement placement_;
-  double best_cost_ = std::numeric_limits<double>::max();  // of the starts
   std::vector<PositionPair> pairs_;
   std::vector<bool> used_;
   std::optional<PlacementFit> fit_;

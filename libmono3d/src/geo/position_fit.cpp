@@ -249,11 +249,6 @@ PositionNoise Scaled(const PositionNoise& unit, double sigma_m) {
   return {sigma_m * unit.wander_m, unit.correlation_s, sigma_m * unit.white_m};
 }
 
-double DistanceOf(const PositionPair& pair, const MapPlacement& placement, bool has_vertical) {
-  const Vector3d difference = pair.p_enu_m - placement * pair.p_map;
-  return has_vertical ? difference.norm() : difference.head<2>().norm();
-}
-
 // The direction in which the cameras spread most, in the axes of the placement.
 Vector3d MainDirection(const std::vector<PositionPair>& pairs, const MapPlacement& placement) {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -323,16 +318,9 @@ MapPlacement RolledUpright(const std::vector<PositionPair>& pairs, const MapPlac
 double MeanDistance(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
                     bool has_vertical) {
   double sum = 0;
-  for (const PositionPair& pair : pairs) sum += DistanceOf(pair, placement, has_vertical);
-  return pairs.empty() ? 0 : sum / static_cast<double>(pairs.size());
-}
-
-double RobustCost(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
-                  double typical_m, bool has_vertical) {
-  double sum = 0;
   for (const PositionPair& pair : pairs) {
-    const double distance = DistanceOf(pair, placement, has_vertical) / typical_m;
-    sum += std::log1p(distance * distance);
+    const Vector3d difference = pair.p_enu_m - placement * pair.p_map;
+    sum += has_vertical ? difference.norm() : difference.head<2>().norm();
   }
   return pairs.empty() ? 0 : sum / static_cast<double>(pairs.size());
 }

@@ -60,11 +60,6 @@ MapPlacement RolledUpright(const std::vector<PositionPair>& pairs, const MapPlac
 double MeanDistance(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
                     bool has_vertical);
 
-// The same with Cauchy's loss, in `typical_m`: it hangs on how many fixes agree, and hardly on how
-// far single ones are off, of which another clock offset leaves out some and takes in others.
-double RobustCost(const std::vector<PositionPair>& pairs, const MapPlacement& placement,
-                  double typical_m, bool has_vertical);
-
 // Fixes minus cameras.
 std::vector<Eigen::Vector3d> ResidualsOf(const std::vector<PositionPair>& pairs,
                                          const MapPlacement& placement,
