@@ -334,6 +334,53 @@ TEST(FitPath, SaysNothingOfHeightsThatAreNotMeasured) {
   }
 }
 
+// A flight that begins from standstill, speeds up over 20 s and goes on straight, and positions of
+// it whose clock is off.
+DriftingFlight StartFromRest(double clock_offset_s) {
+  constexpr double kRamp_s = 20;
+  const auto along_m = [](double time_s) {
+    return time_s < kRamp_s ? kSpeed_m_per_s * time_s * time_s / (2 * kRamp_s)
+                            : kSpeed_m_per_s * (time_s - kRamp_s / 2);
+  };
+  const auto speed = [](double time_s) {
+    return kSpeed_m_per_s * std::clamp(time_s / kRamp_s, 0.0, 1.0);
+  };
+  ErrorsOfFlight errors;
+  errors.noise = {{2e-4, 2e-4}, {0, 60, 1}, {0, 60, 1}};
+  DriftingFlight flight = FlyWithDrift(200, errors, 3);
+  flight.path.positions.clear();
+  Random random(4);
+  for (double time_s = 0; time_s < 100; time_s += 0.2) {
+    const auto node = static_cast<std::size_t>(std::lround(along_m(time_s) / kStep_m));
+    const auto place_of = [&](double at_s) {
+      const Vector3d ahead(along_m(at_s) - kStep_m * static_cast<double>(node), 0, 0);
+      return Vector3d(flight.truth[node] * Vector3d::Zero() +
+                      flight.truth[node].pose().rotation() * ahead);
+    };
+    const Vector3d p_kf((along_m(time_s) - kStep_m * static_cast<double>(node)) / kUnit_m, 0, 0);
+    flight.path.positions.push_back({time_s, node, p_kf,
+                                     place_of(time_s + clock_offset_s) + random.Vector(),
+                                     Vector3d(speed(time_s) / kUnit_m, 0, 0)});
+  }
+  return flight;
+}
+
+// Taken for errors of the path, an offset would stretch where the flight speeds up, by a seventh in
+// the first 30 m here.
+TEST(FitPath, DoesNotBendThePathForTheClock) {
+  DriftingFlight still = StartFromRest(0);
+  ASSERT_TRUE(FitPath(still.path).is_found);
+  const double local_m = RmsLocalError(still.path.S_metric_kf, still.truth);
+  DriftingFlight flight = StartFromRest(0.5);
+  flight.path.clock_offset_sigma_s = 2;
+  DriftingFlight unknowing = flight;
+  unknowing.path.clock_offset_sigma_s = 0;
+  ASSERT_TRUE(FitPath(flight.path).is_found);
+  ASSERT_TRUE(FitPath(unknowing.path).is_found);
+  EXPECT_LT(RmsLocalError(flight.path.S_metric_kf, flight.truth), 1.2 * local_m);
+  EXPECT_GT(RmsLocalError(unknowing.path.S_metric_kf, unknowing.truth), 1.5 * local_m);
+}
+
 // Points on the ground, to the left and to the right of the path by turns.
 void AddKnownPoints(DriftingFlight& flight, std::size_t every, double sigma_m, unsigned seed) {
   Random random(seed);
@@ -341,7 +388,8 @@ void AddKnownPoints(DriftingFlight& flight, std::size_t every, double sigma_m, u
     const Vector3d p_kf((node / every) % 2 == 0 ? 0.2 : -0.2, 0.1, 60 / kUnit_m);
     const Vector3d p_m = flight.truth[node] * p_kf + sigma_m * random.Vector();
     flight.path.positions.push_back({kStep_m / kSpeed_m_per_s * static_cast<double>(node), node,
-                                     p_kf, p_m, Eigen::Matrix3d::Identity() * sigma_m * sigma_m});
+                                     p_kf, p_m, Vector3d::Zero(),
+                                     Eigen::Matrix3d::Identity() * sigma_m * sigma_m});
   }
   std::ranges::stable_sort(flight.path.positions, {}, [](const PathPosition& position) {
     return std::pair(position.node, position.time_s);

@@ -40,7 +40,7 @@ Pairs PairsOf(std::span<const StampedPose> placed, std::span<const StampedPose> 
   return pairs;
 }
 
-Vector3d MeanOf(const Points& points) {
+Vector3d MiddleOf(const Points& points) {
   Vector3d sum = Vector3d::Zero();
   for (const Vector3d& point : points) sum += point;
   return sum / static_cast<double>(points.size());
@@ -48,8 +48,8 @@ Vector3d MeanOf(const Points& points) {
 
 // The turn about the vertical that the placed path has against the true one.
 double HeadingOf(const Pairs& pairs) {
-  const Vector3d placed_m = MeanOf(pairs.placed);
-  const Vector3d truth_m = MeanOf(pairs.truth);
+  const Vector3d placed_m = MiddleOf(pairs.placed);
+  const Vector3d truth_m = MiddleOf(pairs.truth);
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < pairs.truth.size(); ++i) {
     const Vector3d placed = pairs.placed[i] - placed_m;
@@ -97,7 +97,7 @@ PlacedPathError ComparePlacedPath(std::span<const StampedPose> placed,
   PlacedPathError error;
   error.log_scale = -std::log(FitSimilarity(pairs.placed, pairs.truth).scale());
   error.heading_rad = HeadingOf(pairs);
-  error.middle_m = MeanOf(pairs.placed) - MeanOf(pairs.truth);
+  error.middle_m = MiddleOf(pairs.placed) - MiddleOf(pairs.truth);
   double sum = 0;
   for (std::size_t i = 0; i < pairs.truth.size(); ++i) {
     sum += (pairs.placed[i] - pairs.truth[i]).squaredNorm();

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 // By how much the path is off from an axis of the positions, by each part of PlacementVector.
-PlacementVector RowOf(const PathPoint& point, const Vector3d& middle_m, int axis) {
+PlacementVector PlacementRow(const PathPoint& point, const Vector3d& middle_m, int axis) {
   const Vector3d arm_m = point.p_m - middle_m;
   PlacementVector row = PlacementVector::Zero();
   row[axis] = 1;
@@ -69,7 +69,7 @@ PlacementBound::PlacementBound(std::span<const StampedPose> truth, const DrawnPo
     for (Index i = 0; i < rows.rows(); ++i) {
       const std::size_t fix = fixes[static_cast<std::size_t>(i)];
       rows.block<1, 8>(i, 0) =
-          RowOf(PathAt(truth, drawn.true_times_s[fix]), middle_m, axis).transpose();
+          PlacementRow(PathAt(truth, drawn.true_times_s[fix]), middle_m, axis).transpose();
       rows(i, 8) = drawn.errors_m[fix][axis];
     }
     root.matrixL().solveInPlace(rows);

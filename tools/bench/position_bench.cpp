@@ -54,7 +54,7 @@ class NoDepth : public DepthEstimator {
   }
 };
 
-struct Flight {
+struct TrueFlight {
   std::string name;
   fs::path folder;
   std::string kind;
@@ -62,8 +62,8 @@ struct Flight {
   std::vector<StampedPose> truth;  // of the frames, by time
 };
 
-Flight ReadFlight(const std::string& sequence) {
-  Flight flight;
+TrueFlight ReadFlight(const std::string& sequence) {
+  TrueFlight flight;
   flight.name = NameOfFolder(sequence);
   flight.folder = fs::absolute(sequence);
   if (const fs::path record = flight.folder / "sequence.json"; fs::exists(record)) {
@@ -85,7 +85,8 @@ Flight ReadFlight(const std::string& sequence) {
 }
 
 // The largest map of a whole run but for its depth; nothing where no image was tracked.
-std::optional<MapReconstruction> Reconstruct(const Flight& flight, const TrackerOptions& tracking,
+std::optional<MapReconstruction> Reconstruct(const TrueFlight& flight,
+                                             const TrackerOptions& tracking,
                                              const std::optional<PipelinePositions>& positions) {
   PipelineOptions options;
   options.tracking = tracking;
@@ -113,8 +114,8 @@ std::vector<StampedPose> InAxesOfTruth(std::vector<StampedPose> poses, const Geo
   return poses;
 }
 
-PlacedRun Judge(const std::vector<StampedPose>& placed, const Georeference& georeference,
-                const Flight& flight, const DrawnPositions& drawn, double stretch_m) {
+PlacedRun JudgePlacement(const std::vector<StampedPose>& placed, const Georeference& georeference,
+                         const TrueFlight& flight, const DrawnPositions& drawn, double stretch_m) {
   PlacedRun run;
   run.path = ComparePlacedPath(InAxesOfTruth(placed, georeference.origin), flight.truth, stretch_m);
   run.error.head<3>() = run.path.middle_m;
@@ -125,18 +126,18 @@ PlacedRun Judge(const std::vector<StampedPose>& placed, const Georeference& geor
   return run;
 }
 
-PlacedRun PlaceMap(MapReconstruction map, const PipelinePositions& positions, const Flight& flight,
-                   const DrawnPositions& drawn, double stretch_m) {
+PlacedRun PlaceMap(MapReconstruction map, const PipelinePositions& positions,
+                   const TrueFlight& flight, const DrawnPositions& drawn, double stretch_m) {
   PlaceOnEarth(positions, map);
   if (!map.georeference) return {map.why_no_georeference, {}, {}, {}};
   std::vector<StampedPose> placed;
   for (const TrajectoryEntry& frame : map.trajectory) {
     placed.push_back({frame.timestamp_s, frame.T_world_cam});
   }
-  return Judge(placed, *map.georeference, flight, drawn, stretch_m);
+  return JudgePlacement(placed, *map.georeference, flight, drawn, stretch_m);
 }
 
-PlacedRun PlaceTruth(const Flight& flight, const DrawnPositions& drawn, double stretch_m) {
+PlacedRun PlaceTruth(const TrueFlight& flight, const DrawnPositions& drawn, double stretch_m) {
   std::vector<PositionedCamera> cameras;
   for (const StampedPose& pose : flight.truth) {
     cameras.push_back({pose.timestamp_s, {}, pose.T_world_cam});
@@ -148,17 +149,17 @@ PlacedRun PlaceTruth(const Flight& flight, const DrawnPositions& drawn, double s
   for (StampedPose& pose : placed) {
     pose.T_world_cam = result.georeference->S_enu_map * pose.T_world_cam;
   }
-  return Judge(placed, *result.georeference, flight, drawn, stretch_m);
+  return JudgePlacement(placed, *result.georeference, flight, drawn, stretch_m);
 }
 
-double GroundSample(const Flight& flight) {
+double GroundSample(const TrueFlight& flight) {
   const auto depth = FindMeanDepth(FindSequenceFiles(flight.folder).depth, {});
   if (!depth) throw Error("no true depth maps to tell the ground sample distance");
   return depth->metres / flight.frames.front().camera.fx;
 }
 
-PlacedModel MakeModel(const Flight& flight, const DrawnPositions& drawn, const fs::path& positions,
-                      const fs::path& output) {
+PlacedModel MakeModel(const TrueFlight& flight, const DrawnPositions& drawn,
+                      const fs::path& positions, const fs::path& output) {
   const std::vector<std::string> command = {(ProgramFolder() / "mono3d-reconstruct").string(),
                                             flight.folder.string(),
                                             "--camera",
@@ -242,7 +243,7 @@ class FlightBench {
   }
 
   const PositionBenchOptions& options_;
-  Flight flight_;
+  TrueFlight flight_;
   std::optional<MapReconstruction> alone_;
 };
 

@@ -174,7 +174,7 @@ Table ShapeTable(const std::string& receiver, const Groups& groups) {
   return table;
 }
 
-std::optional<Table> ModelTable(const std::vector<PositionRun>& runs) {
+std::optional<Table> PlacedModelTable(const std::vector<PositionRun>& runs) {
   Table table;
   table.title = "Models as they lie, without ground control";
   table.columns = {"flight", "positions", "GSD, m", "median distance",
@@ -200,16 +200,16 @@ std::optional<Table> ModelTable(const std::vector<PositionRun>& runs) {
   return table;
 }
 
-Json JsonOf(const PlacementVector& vector) {
+Json PlacementJson(const PlacementVector& vector) {
   return {{"east_m", vector[0]},    {"north_m", vector[1]},
           {"up_m", vector[2]},      {"heading_deg", vector[5] / kDegree},
           {"log_scale", vector[6]}, {"clock_offset_s", vector[7]}};
 }
 
-Json JsonOf(const PlacedRun& run) {
+Json PlacementJson(const PlacedRun& run) {
   if (!run.is_placed()) return {{"reason", run.reason}};
-  return {{"error", JsonOf(run.error)},
-          {"sigma", JsonOf(run.sigma)},
+  return {{"error", PlacementJson(run.error)},
+          {"sigma", PlacementJson(run.sigma)},
           {"rms_m", run.path.rms_m},
           {"largest_share", run.path.largest_m / run.path.length_m},
           {"local_m", run.path.local_m}};
@@ -259,7 +259,7 @@ std::vector<Table> ToTables(const std::vector<PositionRun>& runs) {
     tables.push_back(SurenessTable(receiver, groups));
     tables.push_back(ShapeTable(receiver, groups));
   }
-  if (std::optional<Table> models = ModelTable(runs)) tables.push_back(*std::move(models));
+  if (std::optional<Table> models = PlacedModelTable(runs)) tables.push_back(*std::move(models));
   return tables;
 }
 
@@ -271,11 +271,11 @@ Json ToJson(const std::vector<PositionRun>& runs) {
                  {"positions", run.receiver},
                  {"seed", run.seed},
                  {"share_tracked", run.share_tracked},
-                 {"bound", JsonOf(run.bound)},
-                 {"error_of_best", JsonOf(run.error_of_best)},
-                 {"followed", JsonOf(run.followed)},
-                 {"images_alone", JsonOf(run.rigid)},
-                 {"true_path", JsonOf(run.true_path)}};
+                 {"bound", PlacementJson(run.bound)},
+                 {"error_of_best", PlacementJson(run.error_of_best)},
+                 {"followed", PlacementJson(run.followed)},
+                 {"images_alone", PlacementJson(run.rigid)},
+                 {"true_path", PlacementJson(run.true_path)}};
     if (run.model && run.model->reason.empty()) {
       json["model"] = {{"ground_sample_m", run.model->ground_sample_m},
                        {"median_m", run.model->median_m},

@@ -48,6 +48,13 @@ CameraPositions CameraPositionsOf(std::span<const PositionedCamera> cameras,
   positions.typical_horizontal_m = priors.horizontal_m;
   positions.typical_vertical_m = priors.vertical_m;
   positions.worth = priors.worth;
+  // The path may have been bent where the clock was taken for the wrong one: it is found anew
+  // together with the path, from what was known before.
+  positions.clock_offset_sigma_s = priors.clock_offset_sigma_s;
+  const bool is_of_day = track.clock == PositionClock::kUnix && options.clock_offset_s == 0;
+  if (!is_of_day && priors.clock_offset_sigma_s > 0) {
+    positions.clock_offset_s = options.clock_offset_s - georeference.clock_offset_s;
+  }
   const std::vector<PositionPair> pairs = pairs_of.At(georeference.clock_offset_s);
   const std::vector<bool> are_frozen =
       AreFrozen(pairs, georeference.S_enu_map.scale(), kFarPosition * priors.horizontal_m);

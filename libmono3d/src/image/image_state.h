@@ -93,6 +93,11 @@ void ExchangeState(Archive& archive, CameraPositions& positions) {
     });
   });
   archive.Number(positions.has_vertical);
+  ExchangeBounded(archive, positions.clock_offset_s);
+  ExchangeBounded(archive, positions.clock_offset_sigma_s);
+  if constexpr (Archive::kReads) {
+    if (positions.clock_offset_sigma_s < 0) archive.Refuse("contradicts itself");
+  }
   for (double* number :
        {&positions.typical_horizontal_m, &positions.typical_vertical_m, &positions.worth}) {
     ExchangeBounded(archive, *number);

@@ -39,7 +39,7 @@ double ImageMotion(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 1;
+constexpr std::uint32_t kTrackerStateVersion = 2;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
@@ -343,7 +343,7 @@ void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
   const bool is_closed = ClosePlaces(keyframe, lock);
   bool has_followed = FollowModel(lock);
   if (is_closed || has_followed) positions_.SetDue(atlas_.map().id());
-  has_followed = FollowNewPositions(atlas_.current(), lock) || has_followed;
+  has_followed = FollowNewPositions(atlas_.current(), true, lock) || has_followed;
   if (lock.IsShared() && (is_closed || has_followed)) PublishPoses();
 }
 
@@ -395,7 +395,7 @@ bool MonocularTracker::FollowModel(MappingLock& lock) {
 
 // True when the map has moved, to where positions have it. A turn on the spot may be taken back
 // with all that came after it, and has to be judged first.
-bool MonocularTracker::FollowNewPositions(std::size_t index, MappingLock& lock) {
+bool MonocularTracker::FollowNewPositions(std::size_t index, bool is_growing, MappingLock& lock) {
   if (turn_.IsPending()) return false;
   Map& map = atlas_.map(index);
   std::optional<CameraPositions> positions = positions_.TakeDue(map.id());
@@ -405,7 +405,11 @@ bool MonocularTracker::FollowNewPositions(std::size_t index, MappingLock& lock) 
   std::erase_if(frames, [&](const TrajectoryEntry& entry) { return entry.map_id != map.id(); });
   const KeyframeId newest = atlas_.newest();
   const double scale_before = atlas_.map().keyframe(newest).scale;
-  const std::optional<PositionFit> fit = tracking::FollowPositions(map, frames, *positions, lock);
+  // Local adjustments reach so far back from the newest keyframe.
+  const auto num_open = static_cast<std::size_t>(options_.mapping.num_adjusted_keyframes +
+                                                 options_.mapping.num_fixed_keyframes);
+  const std::optional<PositionFit> fit =
+      tracking::FollowPositions(map, frames, is_growing ? num_open : 0, *positions, lock);
   if (!fit) return false;
   positions_.SetFit(*fit, positions->S_metric_map);
   frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
@@ -426,7 +430,7 @@ MappingWork MonocularTracker::BackgroundWork() {
     const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
     const bool is_done = AdjustAllAndScales(atlas_.map(), lock);
     positions_.SetDue(atlas_.map().id());
-    if (is_done) (void)FollowNewPositions(atlas_.current(), lock);
+    if (is_done) (void)FollowNewPositions(atlas_.current(), true, lock);
     PublishPoses();
     return is_done;
   };
@@ -459,7 +463,7 @@ void MonocularTracker::WaitForMapping() {
   bool has_moved = atlas_.IsInUse() && FollowModel(alone);
   if (has_moved) positions_.SetDue(atlas_.map().id());
   for (std::size_t i = 0; i < atlas_.num_maps(); ++i) {
-    has_moved = FollowNewPositions(i, alone) || has_moved;
+    has_moved = FollowNewPositions(i, false, alone) || has_moved;
   }
   if (has_moved) PublishPoses();
 }

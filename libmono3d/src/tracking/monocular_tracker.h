@@ -72,7 +72,7 @@ class MonocularTracker final : public Tracker {
   void SettleYoungMap(KeyframeId keyframe, MappingLock& lock);
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
-  bool FollowNewPositions(std::size_t map, MappingLock& lock);
+  bool FollowNewPositions(std::size_t map, bool is_growing, MappingLock& lock);
   void RequestAdjustment(const MappingLock& lock);
   MappingWork BackgroundWork();
   // Null in sequential mode.

@@ -52,6 +52,10 @@ struct CameraPositions {
   std::vector<CameraPosition> positions;  // in the order of time
   std::vector<KnownPoint> points;         // ground control
   bool has_vertical = true;               // z is measured as well
+  // By how much the times may all be off, as far as that is known without the path: to be added to
+  // each, and its standard deviation; 0: they are exact.
+  double clock_offset_s = 0;
+  double clock_offset_sigma_s = 0;
   // Standard deviations that such measurements have, and how many independent errors that knowledge
   // is worth beside the measurements themselves.
   double typical_horizontal_m = 0;

@@ -34,9 +34,7 @@ struct Priors {
 // error of 1.5 m over 20 s and one of 3 m over 80 s: of both, the images should be believed as for
 // the latter.
 Priors PriorsOf(const PositionedPath& path) {
-  // An edge sigma is at the outside: for points off by a pixel, where those of a good image are off
-  // by a third.
-  const double drift = std::log(kShareOfEdge * path.edge_sigma_rad);
+  const double drift = std::log(DriftSigma(path));
   const double log_time = std::log(100.0);
   constexpr double kLogTimeSigma = 1;
   constexpr double kLogRatioSigma = 3;  // white parts of 5 to 95 % are likely alike

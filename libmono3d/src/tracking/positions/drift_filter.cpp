@@ -16,6 +16,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr Eigen::Index kClock = 10;
+
 Matrix3d CrossOf(const Vector3d& v) {
   Matrix3d cross;
   cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -46,7 +48,9 @@ DriftFilter::DriftFilter(const PositionedPath& path)
   }
   for (const PathPosition& position : path.positions) {
     const Vector3d p_m = path.S_metric_kf[position.node] * position.p_kf;
-    residuals_.push_back({p_m - middle_m, position.p_m - p_m});
+    const Similarity& S = path.S_metric_kf[position.node];
+    residuals_.push_back({p_m - middle_m, position.p_m - p_m,
+                          S.pose().rotation() * (S.scale() * position.velocity_kf)});
   }
   double scale = 0;
   for (const Similarity& S : path.S_metric_kf) scale += S.scale();
@@ -84,6 +88,8 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
   covariance.diagonal().head<3>().setConstant(kStart_m * kStart_m);
   covariance.diagonal().segment<3>(3).setConstant(kStartRotation_rad * kStartRotation_rad);
   covariance(6, 6) = kStartLogScale * kStartLogScale;
+  state[kClock] = path_.clock_offset_s;
+  covariance(kClock, kClock) = path_.clock_offset_sigma_s * path_.clock_offset_sigma_s;
   const Eigen::Index num_measured = path_.has_vertical ? 3 : 2;
   Vector3d wander, white, correlation_s;
   for (int axis = 0; axis < 3; ++axis) {
@@ -98,7 +104,7 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
   constexpr double kOutlier_m = 100;
   constexpr double kOutlierShare = 0.01;
   const double log_root_two_pi = std::log(2 * std::numbers::pi) / 2;
-  Eigen::Matrix<double, 10, 3> gain_of;
+  Eigen::Matrix<double, 11, 3> gain_of;
   std::size_t next = 0;
   std::optional<double> last_s;  // of a position of the camera
   for (std::size_t node = 0; node < steps_.size(); ++node) {
@@ -117,14 +123,17 @@ DriftLikelihood DriftFilter::Run(const PathNoise& noise) const {
         covariance.col(at) *= kept;
         covariance(at, at) += (1 - kept * kept) * wander[axis];
       }
-      Eigen::Matrix<double, 3, 10> by_state = Eigen::Matrix<double, 3, 10>::Zero();
+      Eigen::Matrix<double, 3, 11> by_state = Eigen::Matrix<double, 3, 11>::Zero();
       const Residual& residual = residuals_[next];
       by_state.leftCols<3>().setIdentity();
       by_state.block<3, 3>(0, 3) = -CrossOf(residual.arm_m);
       by_state.col(6) = residual.arm_m;
-      if (!is_known_point) by_state.rightCols<3>().setIdentity();
+      if (!is_known_point) {
+        by_state.block<3, 3>(0, 7).setIdentity();
+        by_state.col(kClock) = residual.velocity_m_per_s;
+      }
       Vector3d innovation = residual.r_m - by_state * state;
-      const Eigen::Matrix<double, 10, 3> mixed = covariance * by_state.transpose();
+      const Eigen::Matrix<double, 11, 3> mixed = covariance * by_state.transpose();
       Matrix3d expected = by_state * mixed;
       if (is_known_point) {
         expected += *position.covariance_m2;

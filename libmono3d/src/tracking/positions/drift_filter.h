@@ -18,7 +18,8 @@ struct DriftLikelihood {
 
 // A Kalman filter along the path. Its state is by how much a keyframe is off (a small similarity of
 // the world about the middle of the path), which each edge to the next keyframe makes less certain,
-// and by how much the positions are off, which wanders. Known points have no part of that. Whatever
+// by how much the positions are off, which wanders, and by how much their times are, which stays.
+// Known points have no part of these two. Whatever
 // the size of the drift, the start is unknown. A position that no plausible state explains is an
 // outlier, of which one in a hundred is expected anywhere. Only the edges from each keyframe to the
 // next count: O(path + positions).
@@ -33,8 +34,9 @@ class DriftFilter {
   DriftLikelihood Run(const PathNoise& noise) const;
 
  private:
-  using State = Eigen::Matrix<double, 10, 1>;  // translation, rotation, log scale, wander
-  using Covariance = Eigen::Matrix<double, 10, 10>;
+  // Translation, rotation, log scale, wander, clock offset.
+  using State = Eigen::Matrix<double, 11, 1>;
+  using Covariance = Eigen::Matrix<double, 11, 11>;
 
   struct Step {  // from the keyframe before
     Eigen::Matrix<double, 7, 1> offset;
@@ -43,6 +45,7 @@ class DriftFilter {
   struct Residual {
     Eigen::Vector3d arm_m;  // from the middle of the path
     Eigen::Vector3d r_m;    // measured minus expected
+    Eigen::Vector3d velocity_m_per_s;
   };
 
   void AddDrift(const Step& step, const PathNoise& noise, State& state,

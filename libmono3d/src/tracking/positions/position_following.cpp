@@ -51,6 +51,33 @@ double TypicalDepth(const Map& map, const std::vector<KeyframeId>& keyframes) {
   return typical > 0 ? typical : 1;
 }
 
+// What points are off by in the images: as assumed, or as their residuals have it where these are
+// larger; over keyframes here and there.
+double PointSigma(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  constexpr std::size_t kMostKeyframes = 50;
+  const double median_of_two = std::sqrt(2 * std::numbers::ln2);  // of a distance, in sigma
+  const std::size_t stride = std::max<std::size_t>(1, keyframes.size() / kMostKeyframes);
+  std::vector<double> sigmas_px;
+  std::vector<double> distances;  // in what is assumed
+  for (std::size_t i = 0; i < keyframes.size(); i += stride) {
+    const View& view = map.keyframe(keyframes[i]).view;
+    // Each line of a rolling shutter has a pose of its own.
+    const bool is_at_once = view.frame.sensor.shutter.IsGlobal();
+    for (std::size_t feature = 0; feature < view.points.size(); ++feature) {
+      if (!view.points[feature]) continue;
+      const Feature& seen = view.features[feature];
+      sigmas_px.push_back(seen.sigma_px);
+      const Eigen::Vector3d p_cam = view.T_cam_world * map.point(*view.points[feature]).p_world;
+      if (!is_at_once || p_cam.z() <= 0) continue;
+      distances.push_back((map.camera().Project(p_cam) - seen.pixel).norm() / seen.sigma_px);
+    }
+  }
+  constexpr double kUnknown_px = 1.0 / 3;  // as of a good image
+  if (sigmas_px.empty()) return kUnknown_px;
+  return UpperMedian(std::move(sigmas_px)) *
+         std::max(1.0, UpperMedianOrZero(std::move(distances)) / median_of_two);
+}
+
 // Where vision alone has a keyframe.
 Similarity S_cam_visual(const Map& map, KeyframeId id) {
   return Similarity(1, map.T_cam_world(id)) * map.keyframe(id).S_world_visual;
@@ -66,6 +93,8 @@ class MapPath {
                                   Similarity(1, map.T_cam_world(keyframes_[node]).Inverse()));
     }
     path_.has_vertical = positions.has_vertical;
+    path_.clock_offset_s = positions.clock_offset_s;
+    path_.clock_offset_sigma_s = positions.clock_offset_sigma_s;
     path_.typical_horizontal_m = positions.typical_horizontal_m;
     path_.typical_vertical_m = positions.typical_vertical_m;
     path_.worth = positions.worth;
@@ -105,6 +134,7 @@ class MapPath {
     // The sigma of edges is for the fewest points that make one.
     const double typical = std::max(kMinSharedOfEdge, UpperMedianOrZero(std::move(num_shared)));
     path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
+    path_.point_sigma_px = PointSigma(map_, keyframes_);
   }
 
   // Of a position that belongs to a frame by its name: that frame's.
@@ -172,7 +202,7 @@ class MapPath {
     }
     path_.positions.push_back({TimeOf(node), node,
                                map_.T_cam_world(keyframes_[node]) * result.meeting->p_world,
-                               point.p_m, covariance_m2});
+                               point.p_m, Eigen::Vector3d::Zero(), covariance_m2});
   }
 
   void AddPositions(std::span<const TrajectoryEntry> frames, const CameraPositions& positions) {
@@ -182,15 +212,16 @@ class MapPath {
     for (const CameraPosition& position : positions.positions) {
       const std::optional<double> time_s = TimeOf(frames, position);
       if (!time_s || *time_s < centres.front().time_s || *time_s > centres.back().time_s) continue;
-      const Eigen::Vector3d p_world = PointOnPath(centres, *time_s).p;
+      const PathPoint centre = PointOnPath(centres, *time_s);
       // Names may be in another order than times.
       if (position.frame_index >= 0) node = NodeAt(*time_s);
       while (node + 1 < keyframes_.size() &&
              std::abs(TimeOf(node + 1) - *time_s) <= std::abs(TimeOf(node) - *time_s)) {
         ++node;
       }
-      path_.positions.push_back(
-          {*time_s, node, map_.T_cam_world(keyframes_[node]) * p_world, position.p_m});
+      const Pose T_kf_world = map_.T_cam_world(keyframes_[node]);
+      path_.positions.push_back({*time_s, node, T_kf_world * centre.p, position.p_m,
+                                 T_kf_world.rotation() * centre.velocity});
     }
   }
 
@@ -218,21 +249,25 @@ double RmsMoved(const std::vector<Similarity>& before, const std::vector<Similar
 // Takes the poses over into the map: the world becomes that in which the first node stays. Returns
 // S_metric_map.
 Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
-                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes, Map& map) {
+                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes,
+                   std::size_t num_open, Map& map) {
   const Similarity S_world_metric =
       Similarity(1, map.T_cam_world(keyframes.front()).Inverse()) * S_metric_kf.front().Inverse();
   std::vector<std::pair<KeyframeId, Similarity>> S_cam_world;
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+  const std::size_t num_moved = keyframes.size() - std::min(num_open, keyframes.size() - 1);
+  for (std::size_t i = 0; i < num_moved; ++i) {
     S_cam_world.emplace_back(keyframes[i], (S_world_metric * S_metric_kf[i]).Inverse());
   }
-  // Those that came meanwhile keep their poses relative to the newest one that was there.
-  const auto newest =
-      std::ranges::max_element(S_cam_world, {}, [](const auto& moved) { return moved.first; });
-  const auto [leader, S_leader_world] = *newest;
+  // The others, and those that came meanwhile, keep their poses relative to it.
+  const auto [leader, S_leader_world] = S_cam_world.back();
+  std::vector<KeyframeId> led(keyframes.begin() + static_cast<std::ptrdiff_t>(num_moved),
+                              keyframes.end());
   for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
-    if (!map.keyframe(id).alive) continue;
-    const Pose T_new_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();
-    S_cam_world.emplace_back(id, Similarity(1, T_new_leader) * S_leader_world);
+    if (map.keyframe(id).alive) led.push_back(id);
+  }
+  for (const KeyframeId id : led) {
+    const Pose T_led_leader = map.T_cam_world(id) * map.T_cam_world(leader).Inverse();
+    S_cam_world.emplace_back(id, Similarity(1, T_led_leader) * S_leader_world);
   }
   std::ranges::sort(S_cam_world, {}, [](const auto& moved) { return moved.first; });
   std::vector<KeyframeId> ids;
@@ -251,7 +286,8 @@ Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
 }  // namespace
 
 std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
-                                           CameraPositions& positions, MappingLock& lock) {
+                                           std::size_t num_open, CameraPositions& positions,
+                                           MappingLock& lock) {
   constexpr std::size_t kFewest = 3;
   MapPath of_map(map, frames, positions);
   PositionedPath& path = of_map.path();
@@ -264,7 +300,8 @@ std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryE
     fit = FitPath(path);
   }
   if (!fit.is_found) return std::nullopt;
-  positions.S_metric_map = MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, map);
+  positions.S_metric_map =
+      MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, num_open, map);
   PositionFit result;
   result.map_id = map.id();
   for (std::size_t i = 0; i < path.positions.size(); ++i) {

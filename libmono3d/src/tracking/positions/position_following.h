@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -19,9 +20,12 @@ namespace mono3d::tracking {
 // and the scale around it stay. `frames`: the tracked frames of the map by time, in its world. What
 // was moved before counts as drift anew, so that it may be called again with more positions.
 // Nothing where fewer than three positions and known points fall upon the frames, or nothing is
-// found. Keyframes that were added meanwhile move along. positions.S_metric_map is then as the map
-// has become.
+// found. Keyframes that were added meanwhile move along, and so do the `num_open` newest ones with
+// the one before them: those that a local adjustment will still reach. It would take their shape
+// back to what the images say, and that would pass for what the images had said of the path as it
+// was moved. positions.S_metric_map is then as the map has become.
 std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
-                                           CameraPositions& positions, MappingLock& lock);
+                                           std::size_t num_open, CameraPositions& positions,
+                                           MappingLock& lock);
 
 }  // namespace mono3d::tracking

@@ -22,15 +22,18 @@ using Wander = std::array<double, 3>;
 // A position minus its wandering error and the point that it is of, over the white error.
 struct PositionError {
   Eigen::Vector3d p_kf;
+  Eigen::Vector3d velocity_kf;
   Eigen::Vector3d p_m;
   Eigen::Vector3d weight;  // 0: not measured
 
   template <typename T>
-  bool operator()(const T* const keyframe, const T* const wander, T* error) const {
+  bool operator()(const T* const keyframe, const T* const wander, const T* const clock,
+                  T* error) const {
     using std::exp;
     const std::array<T, 4> inverse = {keyframe[0], -keyframe[1], -keyframe[2], -keyframe[3]};
-    const std::array<T, 3> rotated = {T(p_kf.x()) - keyframe[4], T(p_kf.y()) - keyframe[5],
-                                      T(p_kf.z()) - keyframe[6]};
+    const std::array<T, 3> rotated = {p_kf.x() + velocity_kf.x() * clock[0] - keyframe[4],
+                                      p_kf.y() + velocity_kf.y() * clock[0] - keyframe[5],
+                                      p_kf.z() + velocity_kf.z() * clock[0] - keyframe[6]};
     std::array<T, 3> p;
     ceres::QuaternionRotatePoint(inverse.data(), rotated.data(), p.data());
     const T scale = exp(-keyframe[7]);
@@ -52,8 +55,8 @@ struct KnownPointError {
   bool operator()(const T* const keyframe, T* error) const {
     const std::array<T, 3> still = {T(0), T(0), T(0)};
     std::array<T, 3> off;
-    const PositionError metres{p_kf, p_m, Eigen::Vector3d::Ones()};
-    metres(keyframe, still.data(), off.data());
+    const PositionError metres{p_kf, Eigen::Vector3d::Zero(), p_m, Eigen::Vector3d::Ones()};
+    metres(keyframe, still.data(), still.data(), off.data());
     for (int i = 0; i < 3; ++i) {
       error[i] = weight(i, 0) * off[0] + weight(i, 1) * off[1] + weight(i, 2) * off[2];
     }
@@ -79,6 +82,18 @@ struct FirstWanderError {
   template <typename T>
   bool operator()(const T* const first, T* error) const {
     for (int i = 0; i < 3; ++i) error[i] = first[i] * weight[i];
+    return true;
+  }
+};
+
+// How far the clock is off, over what it may be.
+struct ClockError {
+  double expected_s;
+  double weight;
+
+  template <typename T>
+  bool operator()(const T* const clock, T* error) const {
+    error[0] = (clock[0] - expected_s) * weight;
     return true;
   }
 };
@@ -177,6 +192,7 @@ class PositionGraph {
     for (int axis = 0; axis < (path_.has_vertical ? 3 : 2); ++axis) {
       weight[axis] = 1 / NoiseOf(axis).white_m;
     }
+    AddClock();
     wander_.assign(path_.positions.size(), Wander{});
     std::size_t last = path_.positions.size();
     for (std::size_t i = 0; i < path_.positions.size(); ++i) {
@@ -187,11 +203,23 @@ class PositionGraph {
         continue;
       }
       problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<PositionError, 3, 8, 3>(
-              new PositionError{position.p_kf, position.p_m - middle_m_, weight}),
-          &loss_, keyframes_[position.node].data(), wander_[i].data());
+          new ceres::AutoDiffCostFunction<PositionError, 3, 8, 3, 1>(new PositionError{
+              position.p_kf, position.velocity_kf, position.p_m - middle_m_, weight}),
+          &loss_, keyframes_[position.node].data(), wander_[i].data(), &clock_offset_s_);
       AddWander(last < path_.positions.size() ? &path_.positions[last] : nullptr, i, last);
       last = i;
+    }
+  }
+
+  void AddClock() {
+    clock_offset_s_ = path_.clock_offset_s;
+    problem_.AddParameterBlock(&clock_offset_s_, 1);
+    if (path_.clock_offset_sigma_s > 0) {
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<ClockError, 1, 1>(new ClockError{
+                                    path_.clock_offset_s, 1 / path_.clock_offset_sigma_s}),
+                                nullptr, &clock_offset_s_);
+    } else {
+      problem_.SetParameterBlockConstant(&clock_offset_s_);
     }
   }
 
@@ -234,6 +262,7 @@ class PositionGraph {
   Eigen::Vector3d middle_m_ = Eigen::Vector3d::Zero();
   std::vector<SimilarityBlock> keyframes_;  // S_kf_metric, about the middle
   std::vector<Wander> wander_;              // of each position
+  double clock_offset_s_ = 0;
   SimilarityManifold manifold_{ceres::QuaternionManifold{}, ceres::EuclideanManifold<4>{}};
   ceres::CauchyLoss loss_{std::sqrt(kChi2ThreeDof)};
   // Wrong ones are outliers by then. To the others a path that is bent has to come from afar.

@@ -20,6 +20,8 @@ struct PathPosition {
   std::size_t node = 0;
   Eigen::Vector3d p_kf = Eigen::Vector3d::Zero();  // in the camera frame of the keyframe
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+  // How fast p_kf moves, in camera frames of the keyframe a second; of a known point 0.
+  Eigen::Vector3d velocity_kf = Eigen::Vector3d::Zero();
   // Of a known point: how well p_m and p_kf together are known, in square metres. A position of the
   // camera has none, and errs as PathNoise says.
   std::optional<Eigen::Matrix3d> covariance_m2 = {};
@@ -33,19 +35,23 @@ struct PositionedPath {
   std::vector<SimilarityEdge> edges;
   std::vector<PathPosition> positions;  // by ascending node, then time
   bool has_vertical = true;
+  double clock_offset_s = 0, clock_offset_sigma_s = 0;                 // see CameraPositions
   double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
   double length = 1;                                                   // a typical depth
-  double edge_sigma_rad = 0;  // by how much these may be off, at the outside
+  double edge_sigma_rad = 0;    // by how much these may be off, where points are off by a pixel
+  double point_sigma_px = 0.3;  // and what they are off by
 };
 
-// By how much an edge is off in translation: what a third of a pixel is at a typical depth, in
-// lengths of the camera frames. It does not grow with the drift: images hold the place of a camera
-// to its neighbours, whatever bends the path in the long run, and a larger one would look like the
-// errors of positions.
-inline constexpr double kShareOfEdge = 0.3;
-inline double ShiftSigma(const PositionedPath& path) {
-  return kShareOfEdge * path.edge_sigma_rad * path.length;
+// By how much an edge is off in turn, and in the logarithm of its scale.
+inline double DriftSigma(const PositionedPath& path) {
+  return path.point_sigma_px * path.edge_sigma_rad;
 }
+
+// By how much an edge is off in translation: what that is at a typical depth, in lengths of the
+// camera frames. It does not grow with the drift: images hold the place of a camera to its
+// neighbours, whatever bends the path in the long run, and a larger one would look like the errors
+// of positions.
+inline double ShiftSigma(const PositionedPath& path) { return DriftSigma(path) * path.length; }
 
 // How the path drifts and the positions err.
 struct PathNoise {
