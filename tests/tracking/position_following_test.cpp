@@ -17,9 +17,9 @@ namespace mono3d::tracking {
 namespace {
 
 constexpr KeyframeId kNumBent = 40;
-constexpr double kStep = 1;
-constexpr double kHeight = 10;
-constexpr double kMetres = 6;  // of a unit of the map
+constexpr double kStepOfBent = 1;
+constexpr double kHeightOfBent = 10;
+constexpr double kMetresOfBent = 6;  // of a unit of the map
 
 // Straight on over rough ground; as a tracker has it whose scale grows by `drift` from each
 // keyframe to the next.
@@ -35,7 +35,7 @@ BentMap MakeBentMap(double drift, double sigma_px = 0.3) {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (KeyframeId i = 0; i < kNumBent; ++i) {
     const double scale = std::exp(drift * static_cast<double>(i));
-    bent.truth.emplace_back(kStep * static_cast<double>(i), 0, 0);
+    bent.truth.emplace_back(kStepOfBent * static_cast<double>(i), 0, 0);
     if (i > 0) centre += scale * (bent.truth[i] - bent.truth[i - 1]);
     S_map_true.emplace_back(scale,
                             Pose(Eigen::Quaterniond::Identity(), centre - scale * bent.truth[i]));
@@ -47,8 +47,8 @@ BentMap MakeBentMap(double drift, double sigma_px = 0.3) {
     bent.map.AddKeyframe(view);
   }
   for (int n = 0; n < 3000; ++n) {
-    const Eigen::Vector3d p(Uniform(random, -5, kNumBent * kStep + 5), Uniform(random, -3, 3),
-                            kHeight + Uniform(random, -1, 1));
+    const Eigen::Vector3d p(Uniform(random, -5, kNumBent * kStepOfBent + 5), Uniform(random, -3, 3),
+                            kHeightOfBent + Uniform(random, -1, 1));
     std::vector<KeyframeId> seeing;
     for (KeyframeId i = 0; i < kNumBent; ++i) {
       if (SmallCamera().Contains(SmallCamera().Project(p - bent.truth[i]))) seeing.push_back(i);
@@ -78,9 +78,9 @@ std::vector<TrajectoryEntry> FramesOf(const Map& map) {
 // Without errors, of a receiver that has some of centimetres.
 CameraPositions PositionsOf(const BentMap& bent) {
   CameraPositions positions;
-  positions.S_metric_map = {kMetres, Pose()};
+  positions.S_metric_map = {kMetresOfBent, Pose()};
   for (KeyframeId i = 0; i < kNumBent; ++i) {
-    positions.positions.push_back({static_cast<double>(i), kMetres * bent.truth[i]});
+    positions.positions.push_back({static_cast<double>(i), kMetresOfBent * bent.truth[i]});
   }
   positions.typical_horizontal_m = positions.typical_vertical_m = 0.05;
   return positions;
