@@ -216,6 +216,10 @@ class FlightBench {
     }
     run.rigid = PlaceMap(*alone_, positions, flight_, drawn, options_.stretch_m);
     std::optional<MapReconstruction> map = Reconstruct(flight_, options_.tracking, positions);
+    if (!map) {
+      run.followed.reason = "no image was tracked";
+      return run;
+    }
     run.share_tracked =
         static_cast<double>(map->trajectory.size()) / static_cast<double>(flight_.frames.size());
     run.followed = PlaceMap(*std::move(map), positions, flight_, drawn, options_.stretch_m);

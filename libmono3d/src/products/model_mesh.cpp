@@ -104,17 +104,15 @@ ModelMesh MakeModelMesh(const std::filesystem::path& model, const ModelMeshOptio
   FileOfSurfels surfels(model);
   ModelMesh result;
   TriangleMesh whole;
+  MeshTilesResult tiles;
   if (surfels.size() <= options.max_surfels_of_part) {
-    const MeshTilesResult tiles = MeshSurfelsInTiles(
-        surfels, surfels.size(), options.mesh, [&](TriangleMesh part) { whole = std::move(part); });
-    result.num_parts = tiles.num_tiles;
-    result.num_triangles = tiles.num_triangles;
-    result.median_radius_su = tiles.median_radius_su;
+    tiles = MeshSurfelsInTiles(surfels, surfels.size(), options.mesh,
+                               [&](TriangleMesh part) { whole = std::move(part); });
   } else {
     Welder welder;
     const double of_triangle = kShareOfParts * static_cast<double>(options.max_triangles) /
                                (kTrianglesOfSurfel * static_cast<double>(surfels.size()));
-    const MeshTilesResult tiles = MeshSurfelsInTiles(
+    tiles = MeshSurfelsInTiles(
         surfels, options.max_surfels_of_part, options.mesh, [&](TriangleMesh part) {
           const double share = std::ceil(of_triangle * static_cast<double>(part.triangles.size()));
           const DecimatedMesh smaller =
@@ -124,10 +122,10 @@ ModelMesh MakeModelMesh(const std::filesystem::path& model, const ModelMeshOptio
           welder.Add(smaller.mesh);
         });
     whole = welder.Take();
-    result.num_parts = tiles.num_tiles;
-    result.num_triangles = tiles.num_triangles;
-    result.median_radius_su = tiles.median_radius_su;
   }
+  result.num_parts = tiles.num_tiles;
+  result.num_triangles = tiles.num_triangles;
+  result.median_radius_su = tiles.median_radius_su;
   DecimatedMesh decimated = Decimate(whole, options.max_triangles);
   result.mesh = std::move(decimated.mesh);
   // The surface has moved by one and then by the other.
