@@ -116,6 +116,28 @@ TEST(CloudRegistration, LeavesMotionsThatAPlaneDoesNotResistAsTheyStart) {
   EXPECT_NEAR(with_scale.S_truth_estimate.scale(), 1, 1e-9);
 }
 
+// Noise that is larger than the relief fits the truth best where the estimate is a point.
+TEST(CloudRegistration, KeepsTheScaleOfNoisyGroundThatIsAlmostFlat) {
+  const auto field = [](unsigned seed, float noise_m) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> place(-30, 30);
+    std::normal_distribution<float> noise(0, 1);
+    PointCloud cloud;
+    for (std::size_t i = 0; i < kNumPoints; ++i) {
+      const float x = place(random);
+      const float y = place(random);
+      const float height = 0.05F * std::sin(0.3F * x) * std::cos(0.2F * y);
+      cloud.points.emplace_back(x, y, height + noise_m * noise(random));
+    }
+    return cloud;
+  };
+  const CloudRegistration registration =
+      RegisterCloud(field(1, 0.2F), field(2, 0), TestSimilarity(0.2, 1, {0.2, 0.1, 0.1}));
+  EXPECT_TRUE(registration.converged()) << registration.reason;
+  EXPECT_NEAR(registration.S_truth_estimate.scale(), 1, 1e-9);
+  EXPECT_NEAR(registration.S_truth_estimate.pose().translation().z(), 0, 0.02);
+}
+
 TEST(CloudRegistration, IsTheSameInAWorldAThousandTimesAsLarge) {
   const PointCloud truth = HouseCloud(kNumPoints, 10);
   const PointCloud estimate = HouseCloud(kNumPoints, 11);

@@ -97,6 +97,22 @@ std::vector<double> TukeyWeights(const Pairs& pairs) {
   return weights;
 }
 
+// Noise of the estimate is a part of the relief that its scale is found by: the scale that fits best
+// is too small by the ratio of their squares, each time again, until all lies in one point. Almost
+// flat ground tells no scale. `sum_of_squares`: of the residuals, of which the noise is what no
+// motion takes away.
+bool TellsScale(const Matrix7& stiffness, const Vector7& force, double sum_of_squares) {
+  constexpr double kMaxBias = 0.01;
+  const double noise =
+      sum_of_squares - force.dot(stiffness.completeOrthogonalDecomposition().solve(force));
+  const Eigen::Vector<double, 6> with_others = stiffness.topRightCorner<6, 1>();
+  const double relief =
+      stiffness(6, 6) -
+      with_others.dot(stiffness.topLeftCorner<6, 6>().completeOrthogonalDecomposition().solve(
+          with_others));
+  return noise < kMaxBias * relief;
+}
+
 // Gauss-Newton on the weighted sum of squared residuals, around the pairs' centre. The unknowns are
 // made lengths over the pairs' radius: rotation, translation and, with seven, scale. Motions that
 // the planes do not resist stay out.
@@ -124,6 +140,11 @@ Step SolveStep(const Pairs& all_pairs, bool with_scale, double min_stiffness) {
     force -= weights[i] * residual * row;
     sum_of_weights += weights[i];
     sum_of_squares += weights[i] * residual * residual;
+  }
+  if (with_scale && !TellsScale(stiffness, force, sum_of_squares)) {
+    stiffness.row(6).setZero();
+    stiffness.col(6).setZero();
+    force[6] = 0;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix7> solver(stiffness);
   Vector7 motion = Vector7::Zero();

@@ -45,7 +45,8 @@ struct CloudRegistration {
   double inlier_share = 0;      // of the points taking part: those paired in the last iteration
   std::int64_t num_points = 0;  // of the estimate that took part
   int num_free_motions = 0;     // how many independent motions no surface resists (1 slides along a
-                                // trench, 3 a plane): along these the start is kept
+                                // trench, 3 a plane; the scale of ground with less relief than ten
+                                // times the noise): along these the start is kept
 
   bool converged() const { return status == CloudRegistrationStatus::kConverged; }
 };
