@@ -97,12 +97,10 @@ std::vector<double> TukeyWeights(const Pairs& pairs) {
   return weights;
 }
 
-// Noise of the estimate is a part of the relief that its scale is found by: the scale that fits best
-// is too small by the ratio of their squares, each time again, until all lies in one point. Almost
-// flat ground tells no scale. `sum_of_squares`: of the residuals, of which the noise is what no
-// motion takes away.
+// Does the relief stand out from the noise? Almost flat ground tells no scale. `sum_of_squares`: of
+// the residuals, of which the noise is what no motion takes away.
 bool TellsScale(const Matrix7& stiffness, const Vector7& force, double sum_of_squares) {
-  constexpr double kMaxBias = 0.01;
+  constexpr double kMaxNoise = 0.01;  // of the relief's square: a tenth of it
   const double noise =
       sum_of_squares - force.dot(stiffness.completeOrthogonalDecomposition().solve(force));
   const Eigen::Vector<double, 6> with_others = stiffness.topRightCorner<6, 1>();
@@ -110,12 +108,14 @@ bool TellsScale(const Matrix7& stiffness, const Vector7& force, double sum_of_sq
       stiffness(6, 6) -
       with_others.dot(stiffness.topLeftCorner<6, 6>().completeOrthogonalDecomposition().solve(
           with_others));
-  return noise < kMaxBias * relief;
+  return noise < kMaxNoise * relief;
 }
 
 // Gauss-Newton on the weighted sum of squared residuals, around the pairs' centre. The unknowns are
-// made lengths over the pairs' radius: rotation, translation and, with seven, scale. Motions that
-// the planes do not resist stay out.
+// made lengths over the pairs' radius: rotation, translation and, with seven, scale. By the scale a
+// point of the truth moves, not that of the estimate: that one's noise would be taken for relief,
+// which a smaller scale makes smaller, each time again, until all lies in one point. Motions that the
+// planes do not resist stay out.
 Step SolveStep(const Pairs& all_pairs, bool with_scale, double min_stiffness) {
   const std::vector<double> weights = TukeyWeights(all_pairs);
   const std::vector<Pair>& pairs = all_pairs.list;
@@ -132,10 +132,10 @@ Step SolveStep(const Pairs& all_pairs, bool with_scale, double min_stiffness) {
   double sum_of_squares = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Vector3d offset = (pairs[i].point - centre) / radius;
+    const double residual = pairs[i].residual / radius;
     Vector7 row;
     row << offset.cross(pairs[i].normal), pairs[i].normal,
-        with_scale ? pairs[i].normal.dot(offset) : 0.0;
-    const double residual = pairs[i].residual / radius;
+        with_scale ? pairs[i].normal.dot(offset) - residual : 0.0;
     stiffness.noalias() += weights[i] * row * row.transpose();
     force -= weights[i] * residual * row;
     sum_of_weights += weights[i];
