@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -113,6 +114,34 @@ TEST(RollingShutterTracking, HandsOutVelocities) {
   double sum = 0;
   for (const double error : errors) sum += error;
   EXPECT_LT(sum / static_cast<double>(errors.size()), 0.3);
+}
+
+// Depth is estimated from keyframes as they are handed out: what a young map gets wrong of how the
+// camera turned from one to the next would stay in the model.
+TEST(RollingShutterTracking, HandsOutKeyframesOnceTheirMapHasSettled) {
+  const Sequence rolling = FlyUnsteadily(RollingGround(), RollingCamera(kTrackedReadout_s, false),
+                                         2 * kNumRollingFrames);
+  const std::unique_ptr<Tracker> tracker = CreateTracker();
+  std::vector<std::int64_t> ids;
+  std::vector<Pose> T_world_cam;  // when they were handed out
+  const auto take = [&](const std::vector<Keyframe>& keyframes) {
+    for (const Keyframe& keyframe : keyframes) {
+      ids.push_back(keyframe.id);
+      T_world_cam.push_back(tracker->Poses()->Find(keyframe.id)->S_world_kf.pose());
+    }
+  };
+  for (const Frame& frame : rolling.frames) take(tracker->Track(frame).finalised_keyframes);
+  const std::size_t num_in_flight = ids.size();
+  EXPECT_GT(num_in_flight, 10U);
+  take(tracker->Finish());
+  constexpr double kTurn_rad = 0.00035;  // 0.12 px
+  for (std::size_t i = 1; i < ids.size(); ++i) {
+    const auto turned = [](const Pose& a, const Pose& b) { return (a.Inverse() * b).rotation(); };
+    const Eigen::Quaterniond handed_out = turned(T_world_cam[i - 1], T_world_cam[i]);
+    const Eigen::Quaterniond last = turned(tracker->Poses()->Find(ids[i - 1])->S_world_kf.pose(),
+                                           tracker->Poses()->Find(ids[i])->S_world_kf.pose());
+    EXPECT_LT(handed_out.angularDistance(last), kTurn_rad) << "keyframe " << ids[i];
+  }
 }
 
 // A map that is saved keeps how its keyframes moved.

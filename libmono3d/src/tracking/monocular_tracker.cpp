@@ -45,6 +45,20 @@ void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
 }
 
+bool HasRollingShutter(const Map& map) {
+  return !map.keyframes().back().view.frame.sensor.shutter.IsGlobal();
+}
+
+// Has the last keyframe of a young map (FrameRefiner::kYoung) been mapped? It has when it was
+// adjusted together with the next one; or that will never be.
+bool HasSettled(const Map& map) {
+  constexpr std::size_t kYoung = FrameRefiner::kYoung;
+  constexpr std::size_t kMaxNewer = 8;
+  const std::size_t count = map.keyframes().size();
+  return count > kYoung + kMaxNewer ||
+         (count > kYoung && map.keyframe(kYoung - 1).num_newer_adjusted > 0);
+}
+
 }  // namespace
 
 MonocularTracker::MonocularTracker(const TrackerOptions& options, StageTimes* times)
@@ -78,7 +92,7 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   TrackingResult result = TrackView(std::move(view));
   while (turn_.IsRefused()) result = UndoTurn(std::move(result));
   if (mapping_ && atlas_.IsInUse() && !turn_.IsPending()) {
-    std::vector<Keyframe> finalised = TakeFinalised(atlas_.map(), false);
+    std::vector<Keyframe> finalised = HandOver();
     if (!finalised.empty()) frame_tracker_.refiner().Refine();
     Append(std::move(finalised), result.finalised_keyframes);
   }
@@ -101,7 +115,7 @@ TrackingResult MonocularTracker::TrackView(View view) {
 TrackingResult MonocularTracker::UndoTurn(TrackingResult result) {
   if (mapping_) mapping_->Wait(*lock_);
   const std::vector<Frame> frames = turn_.TakeBack(atlas_, frame_tracker_.refiner());
-  Append(TakeFinalised(atlas_.map(), true), result.finalised_keyframes);
+  Append(HandOverAll(), result.finalised_keyframes);
   frame_tracker_.refiner().Finish();
   atlas_.Leave();
   frame_tracker_.Reset();
@@ -249,7 +263,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
   } else if (result.is_keyframe) {
     MappingLock alone;
     MapKeyframe(atlas_.newest(), alone);
-    if (!turn_.IsPending()) result.finalised_keyframes = TakeFinalised(atlas_.map(), false);
+    if (!turn_.IsPending()) result.finalised_keyframes = HandOver();
     frame_tracker_.refiner().Refine();
   }
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
@@ -274,7 +288,7 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
   result.map_id = atlas_.map().id();
   if (is_over) turn_.Abandon();
   if (is_over && !turn_.IsRefused()) {
-    result.finalised_keyframes = TakeFinalised(atlas_.map(), true);
+    result.finalised_keyframes = HandOverAll();
     frame_tracker_.refiner().Finish();
     result.reason += "; starting anew";
     atlas_.Leave();
@@ -347,22 +361,47 @@ void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
   if (lock.IsShared() && (is_closed || has_followed)) PublishPoses();
 }
 
-// With a rolling shutter a start bends its map: each time that a young one has doubled, all
-// velocities are found again by the poses as they are now, and all is adjusted to them. Twice: the
-// first adjustment moves the poses by more than they are known to.
+// With a rolling shutter a start bends its map: each time that a young one has doubled, it is
+// settled.
 void MonocularTracker::SettleYoungMap(KeyframeId keyframe, MappingLock& lock) {
   const Map& map = atlas_.map();
-  if (map.keyframe(keyframe).view.frame.sensor.shutter.IsGlobal()) return;
+  if (!HasRollingShutter(map)) return;
   const std::size_t count = map.keyframes().size();
   constexpr std::size_t kYoung = FrameRefiner::kYoung;
   if (count != kYoung / 4 && count != kYoung / 2 && count != kYoung) return;
-  const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
   const double scale_before = map.keyframe(keyframe).scale;
+  Settle(lock);
+  frame_tracker_.Rescale(map.keyframe(keyframe).scale / scale_before);
+}
+
+// All velocities are found again by the poses as they are now, and all is adjusted to them. Twice:
+// the first adjustment moves the poses by more than they are known to.
+void MonocularTracker::Settle(MappingLock& lock) {
+  const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
   for (int i = 0; i < 2; ++i) {
     frame_tracker_.refiner().RefineAll();
     AdjustAllAndScales(atlas_.map(), lock);
   }
-  frame_tracker_.Rescale(map.keyframe(keyframe).scale / scale_before);
+}
+
+// Keyframes that are final. None of a map that has yet to settle: its first ones may be half a
+// degree off and were taken apart by wrong velocities, and a depth map of such images is wrong by
+// percents, which poses that come later do not mend.
+std::vector<Keyframe> MonocularTracker::HandOver() {
+  Map& map = atlas_.map();
+  if (HasRollingShutter(map) && !HasSettled(map)) return {};
+  return TakeFinalised(map, false);
+}
+
+// Every keyframe left. Nothing else works on the map.
+std::vector<Keyframe> MonocularTracker::HandOverAll() {
+  Map& map = atlas_.map();
+  if (HasRollingShutter(map) && !HasSettled(map)) {
+    MappingLock alone;
+    Settle(alone);
+    PublishPoses();
+  }
+  return TakeFinalised(map, true);
 }
 
 // A new keyframe may show what an old one of its map has seen, or what another map holds. True
@@ -490,7 +529,7 @@ std::vector<Keyframe> MonocularTracker::Finish() {
     if (mapping_) mapping_->Wait(*lock);
   }
   if (!atlas_.IsInUse()) return finalised;
-  Append(TakeFinalised(atlas_.map(), true), finalised);
+  Append(HandOverAll(), finalised);
   frame_tracker_.refiner().Finish();
   return finalised;
 }

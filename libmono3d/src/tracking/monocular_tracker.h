@@ -70,6 +70,9 @@ class MonocularTracker final : public Tracker {
   // The mapping.
   void MapKeyframe(KeyframeId keyframe, MappingLock& lock);
   void SettleYoungMap(KeyframeId keyframe, MappingLock& lock);
+  void Settle(MappingLock& lock);
+  std::vector<Keyframe> HandOver();
+  std::vector<Keyframe> HandOverAll();
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
   bool FollowNewPositions(std::size_t map, bool is_growing, MappingLock& lock);
