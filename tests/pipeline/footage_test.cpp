@@ -55,6 +55,24 @@ TEST(JudgeFootage, AVideoGoesOnFromFrameToFrame) {
   EXPECT_EQ(JudgeFootage(FilmHouses(12)), Footage::kVideo);
 }
 
+// A street of houses with equal windows, from which a camera that looks along it moves on: which
+// window is which cannot be told, however little it has moved.
+TEST(JudgeFootage, AVideoOfEqualWindowsIsOne) {
+  cv::RNG random(7);
+  cv::Mat street(240, 400, CV_8UC3, cv::Scalar::all(150));
+  for (int row = 0; row < 7; ++row) {
+    for (int column = 0; column < 15; ++column) {
+      const cv::Rect window(8 + 26 * column, 12 + 32 * row, 14, 20);
+      street(window).setTo(cv::Scalar(60, 40, 40));
+      street(cv::Rect(window.x + 2, window.y + 2, 4, 16)).setTo(cv::Scalar(190, 170, 160));
+      if (!random.uniform(0, 3)) random.fill(street(window), cv::RNG::UNIFORM, 0, 255);
+    }
+  }
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < 12; ++i) images.push_back(street(cv::Rect(5 * i, 0, 320, 240)).clone());
+  EXPECT_EQ(JudgeFootage(images), Footage::kVideo);
+}
+
 // Three frames a second of the same flight, in another order.
 TEST(JudgeFootage, PhotographsInAnyOrderDoNot) {
   const std::vector<cv::Mat> film = FilmHouses(40);

@@ -52,8 +52,8 @@ Footage FootageOf(const std::string& input, const CameraArguments& camera,
         "order (--video: for a video)\n");
   } else if (footage == Footage::kSparseVideo) {
     std::printf(
-        "neighbouring images share less than half of what they show: they are placed together at "
-        "the end, not tracked from one to the next (--video: tracked)\n");
+        "neighbouring images share less than 70 %% of what they show: they are placed together "
+        "at the end, not tracked from one to the next (--video: tracked)\n");
   }
   return footage;
 }

@@ -18,12 +18,12 @@ using PairOpener = std::function<std::unique_ptr<FrameSource>(int start)>;
 // How images go on from one to the next.
 enum class Footage {
   kVideo,        // each can be followed from the one before
-  kSparseVideo,  // in the order of time, but neighbours share less than half of what they show
+  kSparseVideo,  // in the order of time, but neighbours share less than 70 % of what they show
   kPhotographs,  // in any order
 };
 
 // By ten pairs of neighbours, spread over all, and what most of them have in common: ContinuityOf
-// below 0.25 of photographs, below 0.5 of a sparse video. kVideo where the images cannot be read or
+// below 0.38 of photographs, below 0.7 of a sparse video. kVideo where the images cannot be read or
 // show too little, and of fewer than three or more than 400.
 Footage JudgeFootage(std::int64_t num_images, const PairOpener& open);
 
