@@ -49,9 +49,10 @@ std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {
                                            StageTimes* times = nullptr);
 
 // How much of one picture the next one shows again: the share of its features that are found there,
-// over the share that is found in the picture itself, turned and resized a little; 0 to 1.
-// Neighbouring frames of a video have 0.8 and more in common, photographs 10 degrees apart 0.6,
-// those of another order of a walk 0.2. Nothing of pictures that show too little. CV_8UC3.
+// over the share that is found in the picture itself, turned and resized a little; 0 to 1, and 1
+// where it has moved by less than 3 % of the longer side. Neighbouring frames of a video have 0.8
+// and more in common, photographs 10 degrees apart 0.6, those of another order of a walk 0.2.
+// Nothing of pictures that show too little. CV_8UC3.
 std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr);
 
 }  // namespace mono3d

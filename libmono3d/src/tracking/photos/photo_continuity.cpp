@@ -6,8 +6,10 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "mono3d/core/statistics.h"
 #include "mono3d/geometry/two_view_ransac.h"
 #include "mono3d/tracking/photo_mapper.h"
 #include "tracking/photos/photo_matching.h"
@@ -48,6 +50,19 @@ double ShareFoundInItself(const cv::Mat& bgr, const tracking::PhotoFeatures& fea
   return num_found / std::max(1., Smaller(features, of_changed));
 }
 
+// Has the camera hardly moved? Noise alone makes features unlike from one frame to the next.
+bool IsStep(const std::vector<PointPair>& pairs, const TwoViewModel& F, double longer_side_px) {
+  constexpr int kMinInliers = 30;
+  constexpr double kMaxStep = 0.03;  // of the longer side: photographs 4 degrees apart move by more
+  if (F.num_inliers < kMinInliers) return false;
+  std::vector<float> steps_px;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (F.is_inlier[i] == 0) continue;
+    steps_px.push_back(static_cast<float>((pairs[i].b - pairs[i].a).norm()));
+  }
+  return UpperMedianOrZero(std::move(steps_px)) < kMaxStep * longer_side_px;
+}
+
 }  // namespace
 
 std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) {
@@ -67,7 +82,10 @@ std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) 
   const double at_most = ShareFoundInItself(bgr, a, 3 * ransac.sigma_px);
   if (at_most < kMinShare) return std::nullopt;
   const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
-  return F ? std::min(1., F->num_inliers / (at_most * num_features)) : 0;
+  if (!F) return 0;
+  const double longer_side_px = std::max(bgr.cols, bgr.rows);
+  if (IsStep(pairs, *F, longer_side_px)) return 1;
+  return std::min(1., F->num_inliers / (at_most * num_features));
 }
 
 }  // namespace mono3d
