@@ -13,9 +13,11 @@
 #include <opencv2/core.hpp>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/log.h"
 #include "mono3d/geometry/similarity.h"
 #include "tracking/photos/photo_features.h"
 #include "tracking/tracking_world.h"
@@ -274,6 +276,21 @@ TEST(PhotoMapper, SaysWhyThereIsNoMap) {
   ASSERT_THAT(placed.late, SizeIs(2));
   for (const LateResult& late : placed.late) EXPECT_FALSE(late.reason.empty());
   EXPECT_THAT(Place({}).keyframes, IsEmpty());
+}
+
+TEST(PhotoMapper, NamesTheFirstOfManyPhotosWithoutAPose) {
+  std::vector<Frame> frames;
+  for (int i = 0; i < 14; ++i) frames.push_back(BlackFrame(i));
+  std::vector<std::string> lines;
+  SetLogSink([&](LogLevel level, std::string_view message) {
+    if (level == LogLevel::kWarning) lines.emplace_back(message);
+  });
+  const Placed placed = Place(frames);
+  SetLogSink({});
+  EXPECT_THAT(placed.late, SizeIs(14));
+  ASSERT_THAT(lines, SizeIs(11));
+  EXPECT_THAT(lines.front(), HasSubstr("has no pose: "));
+  EXPECT_EQ(lines.back(), "4 more photographs have no pose");
 }
 
 TEST(PhotoMapper, RefusesPhotosOfAnotherCamera) {

@@ -23,8 +23,9 @@ constexpr double kFinalMinGain = 1e-5;
 // of the candidates those that show nearly as much as the best.
 constexpr double kMaxNewShare = 0.25;
 constexpr double kMinOfBestShare = 0.7;
-// Pairs with most matches that are looked at for a start.
+// Pairs that are looked at for a start, of those with a quarter as many matches as the best has.
 constexpr std::size_t kMaxStartPairs = 200;
+constexpr double kMinOfMostMatches = 0.25;
 // Rounds of taking photos out and placing them again.
 constexpr int kMaxRounds = 4;
 // Rounds of taking motions from poses, and poses from what was moved: what is left falls with each
@@ -75,6 +76,22 @@ StartAttempt TryPhotoPair(const PhotoScene& scene, const PhotoPair& pair,
                            scene.camera(), start, options.seed);
 }
 
+// Evenly from those with most to those with fewest matches: where photos lie close, as the images
+// of a video, those with most are all neighbours, hardly apart. `ranked`: most matches first.
+std::vector<const PhotoPair*> PairsToTry(std::vector<const PhotoPair*> ranked) {
+  if (ranked.size() <= kMaxStartPairs) return ranked;
+  const double least = kMinOfMostMatches * static_cast<double>(ranked.front()->matches.size());
+  const auto end = std::ranges::find_if(ranked, [&](const PhotoPair* pair) {
+    return static_cast<double>(pair->matches.size()) < least;
+  });
+  const auto count = std::max(static_cast<std::size_t>(end - ranked.begin()), kMaxStartPairs);
+  std::vector<const PhotoPair*> chosen;
+  for (std::size_t i = 0; i < kMaxStartPairs; ++i) {
+    chosen.push_back(ranked[i * count / kMaxStartPairs]);
+  }
+  return chosen;
+}
+
 // Clear ones first, the best in front.
 std::vector<PhotoStart> FindPhotoStarts(const PhotoScene& scene, std::span<const PhotoPair> pairs,
                                         const std::vector<char>& is_free,
@@ -87,9 +104,8 @@ std::vector<PhotoStart> FindPhotoStarts(const PhotoScene& scene, std::span<const
   std::ranges::stable_sort(ranked, [](const PhotoPair* l, const PhotoPair* r) {
     return l->matches.size() > r->matches.size();
   });
-  if (ranked.size() > kMaxStartPairs) ranked.resize(kMaxStartPairs);
   std::vector<PhotoStart> starts;
-  for (const PhotoPair* pair : ranked) {
+  for (const PhotoPair* pair : PairsToTry(ranked)) {
     StartAttempt attempt = TryPhotoPair(scene, *pair, options);
     if (attempt.candidates.empty()) reason = attempt.reason;
     const bool is_clear = attempt.candidates.size() == 1;

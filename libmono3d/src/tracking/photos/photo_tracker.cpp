@@ -149,10 +149,18 @@ std::vector<Keyframe> PhotoTracker::Finish() {
           {frame.index, FramePose{frame.index, frame.timestamp_s, id, Pose()}, {}});
     }
   }
+  constexpr int kMaxNamed = 10;  // of hundreds the first ones are enough; LateResults has all
+  int num_without_pose = 0;
   for (std::size_t i = 0; i < placed_->reasons.size(); ++i) {
     if (placed_->reasons[i].empty()) continue;
-    Log(LogLevel::kWarning, frames_[i].name + " has no pose: " + placed_->reasons[i]);
+    if (++num_without_pose <= kMaxNamed) {
+      Log(LogLevel::kWarning, frames_[i].name + " has no pose: " + placed_->reasons[i]);
+    }
     late_results_.push_back({frames_[i].index, std::nullopt, placed_->reasons[i]});
+  }
+  if (num_without_pose > kMaxNamed) {
+    Log(LogLevel::kWarning,
+        std::to_string(num_without_pose - kMaxNamed) + " more photographs have no pose");
   }
   frames_.clear();
   placed_.emplace();
