@@ -4,6 +4,7 @@
 #include "tracking/start/map_initialiser.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "image/state_archive.h"
@@ -16,6 +17,9 @@ namespace {
 
 constexpr std::size_t kMaxViews = 16;   // kept: beyond, every second one goes
 constexpr std::size_t kMaxBetween = 3;  // views that help to select a motion: each is matched
+// Between the views of a start, in readout times of a rolling shutter, whose motions are not known
+// yet: where the camera sways, these are taken for a turn of up to so large a part of its way.
+constexpr double kMinReadouts = 20;
 
 }  // namespace
 
@@ -37,6 +41,14 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
   if (oldest > 1) {
     views_.erase(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(oldest - 1));
     oldest = 1;
+  }
+  // While no view is lost from sight, waiting costs nothing.
+  const double readout_s = std::abs(view.frame.sensor.shutter.readout_s);
+  if (oldest == 0 && !views_.empty() &&
+      view.frame.timestamp_s - views_.front().frame.timestamp_s < kMinReadouts * readout_s) {
+    reason = "waiting for a way that outweighs the motion during the readout";
+    Keep(std::move(view));
+    return std::nullopt;
   }
   // The second try: half as old, so better matched, where the first has parallax but no clear
   // motion.
