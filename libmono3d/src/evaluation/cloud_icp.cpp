@@ -106,16 +106,16 @@ bool TellsScale(const Matrix7& stiffness, const Vector7& force, double sum_of_sq
   const Eigen::Vector<double, 6> with_others = stiffness.topRightCorner<6, 1>();
   const double relief =
       stiffness(6, 6) -
-      with_others.dot(stiffness.topLeftCorner<6, 6>().completeOrthogonalDecomposition().solve(
-          with_others));
+      with_others.dot(
+          stiffness.topLeftCorner<6, 6>().completeOrthogonalDecomposition().solve(with_others));
   return noise < kMaxNoise * relief;
 }
 
 // Gauss-Newton on the weighted sum of squared residuals, around the pairs' centre. The unknowns are
 // made lengths over the pairs' radius: rotation, translation and, with seven, scale. By the scale a
 // point of the truth moves, not that of the estimate: that one's noise would be taken for relief,
-// which a smaller scale makes smaller, each time again, until all lies in one point. Motions that the
-// planes do not resist stay out.
+// which a smaller scale makes smaller, each time again, until all lies in one point. Motions that
+// the planes do not resist stay out.
 Step SolveStep(const Pairs& all_pairs, bool with_scale, double min_stiffness) {
   const std::vector<double> weights = TukeyWeights(all_pairs);
   const std::vector<Pair>& pairs = all_pairs.list;
