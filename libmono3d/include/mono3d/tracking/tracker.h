@@ -59,7 +59,8 @@ struct TrackingResult {
   // the last keyframes become better with Finish: Trajectory has them.
   std::vector<FramePose> refined;
   // Keyframes that are final since the last call: their poses have been through local bundle
-  // adjustment and will hardly move any more. In the order of flight.
+  // adjustment and will hardly move any more. In the order of flight. With a rolling shutter those
+  // of a new map come together, once it has about 25, or with Finish.
   std::vector<Keyframe> finalised_keyframes;
 };
 

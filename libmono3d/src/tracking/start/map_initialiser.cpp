@@ -42,11 +42,12 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
     views_.erase(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(oldest - 1));
     oldest = 1;
   }
-  // While no view is lost from sight, waiting costs nothing.
+  // While no view is lost from sight, and none given up, waiting costs nothing.
   const double readout_s = std::abs(view.frame.sensor.shutter.readout_s);
+  const double min_wait_s = std::min(kMinReadouts * readout_s, 0.5 * options_.max_wait_s);
   if (oldest == 0 && !views_.empty() &&
-      view.frame.timestamp_s - views_.front().frame.timestamp_s < kMinReadouts * readout_s) {
-    reason = "waiting for a way that outweighs the motion during the readout";
+      view.frame.timestamp_s - views_.front().frame.timestamp_s < min_wait_s) {
+    reason = "waiting for a path longer than the motion during the readout";
     Keep(std::move(view));
     return std::nullopt;
   }
