@@ -355,19 +355,31 @@ TEST(Pipeline, HandsEveryDepthMapToTheObserver) {
   EXPECT_EQ(rejected, std::vector<std::int64_t>{4});
 }
 
-TEST(Pipeline, KeepsWhatThereWasBeforeAnError) {
+// Models are made with the frame that completes their bundle, or one bundle behind.
+class PipelineError : public testing::TestWithParam<bool> {
+ protected:
+  PipelineError() { options_.models_trail = GetParam(); }
+
+  PipelineOptions options_;
+  // Of the bundle of frame 5: with the next frame, or with the next bundle, that of frame 6.
+  int failing_frame_ = GetParam() ? 7 : 6;
+};
+
+INSTANTIATE_TEST_SUITE_P(ModelsTrail, PipelineError, testing::Bool());
+
+TEST_P(PipelineError, KeepsWhatThereWasBefore) {
   MapLog log;
   FakeSource source(8);
   PipelineObserver observer;
   observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
     if (map.frame_index >= 5) throw Error("no space left");
   };
-  Pipeline pipeline(FakeStages(&log), observer);
-  for (int i = 0; i < 6; ++i) pipeline.Process(*source.Next());
+  Pipeline pipeline(FakeStages(&log), observer, options_);
+  for (int i = 0; i < failing_frame_; ++i) pipeline.Process(*source.Next());
   EXPECT_THROW(pipeline.Process(*source.Next()), Error);
   const Reconstruction result = pipeline.Finish();
   ASSERT_EQ(result.maps.size(), 1U);
-  EXPECT_EQ(result.maps[0].trajectory.size(), 7U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), static_cast<std::size_t>(failing_frame_) + 1);
   EXPECT_EQ(result.maps[0].model.size(), 3U);  // of frames 1, 2 and 5
 }
 
@@ -382,17 +394,17 @@ std::string ErrorOf(const Step& step) {
   return "none";
 }
 
-TEST(Pipeline, SaysAtWhichFrameTheMemoryEndsAndKeepsWhatThereWas) {
+TEST_P(PipelineError, SaysAtWhichFrameTheMemoryEndsAndKeepsWhatThereWas) {
   MapLog log;
   log.frame_without_memory = 5;
   FakeSource source(8);
-  Pipeline pipeline(FakeStages(&log));
-  for (int i = 0; i < 6; ++i) pipeline.Process(*source.Next());
+  Pipeline pipeline(FakeStages(&log), {}, options_);
+  for (int i = 0; i < failing_frame_; ++i) pipeline.Process(*source.Next());
   EXPECT_EQ(ErrorOf([&] { pipeline.Process(*source.Next()); }),
-            "frame 6: not enough memory on this machine");
+            "frame " + std::to_string(failing_frame_) + ": not enough memory on this machine");
   const Reconstruction result = pipeline.Finish();
   ASSERT_EQ(result.maps.size(), 1U);
-  EXPECT_EQ(result.maps[0].trajectory.size(), 7U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), static_cast<std::size_t>(failing_frame_) + 1);
   EXPECT_EQ(result.maps[0].model.size(), 2U);  // of frames 1 and 2
 }
 

@@ -65,11 +65,6 @@ void Append(const std::vector<T>& more, std::vector<T>& list) {
 
 }  // namespace
 
-void ModelFeedback::Append(const ModelFeedback& more) {
-  mono3d::Append(more.constraints, constraints);
-  mono3d::Append(more.qualities, qualities);
-}
-
 void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthEffort effort) {
   Update(poses);
   if (!SetPoses(*poses, bundle)) {
@@ -260,9 +255,7 @@ void ModelBuilder::ExchangeState(Archive& archive, std::vector<int>& model_ids) 
         list(of_map.health_changes);
         list(of_map.submap_joins);
       });
-  const auto exchange = [&](auto& member) { ExchangeState(archive, member); };
-  archive.List(feedback_.constraints, exchange);
-  archive.List(feedback_.qualities, exchange);
+  ExchangeState(archive, feedback_);
 }
 
 void ModelBuilder::SaveState(StateFolder& folder) {

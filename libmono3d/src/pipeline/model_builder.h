@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "mono3d/core/state_folder.h"
-#include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/model_feedback.h"
 #include "pipeline/model_publisher.h"
 
 namespace mono3d {
@@ -33,14 +33,6 @@ struct ModelProgress {
   PipelineCounts counts;  // of bundles, depth maps and the model; the rest is 0
   std::int64_t num_surfels = 0;
   ModelHealth health;
-};
-
-// What the tracker and the selector are told.
-struct ModelFeedback {
-  std::vector<KeyframeConstraint> constraints;  // where models have keyframes
-  std::vector<DepthQuality> qualities;          // of bundles
-
-  void Append(const ModelFeedback& more);
 };
 
 // The second half of the chain: from bundles to depth maps to the models of the tracker's maps.

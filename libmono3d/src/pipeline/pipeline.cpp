@@ -13,6 +13,7 @@
 #include "pipeline/first_error.h"
 #include "pipeline/model_thread.h"
 #include "pipeline/tracking_thread.h"
+#include "pipeline/trailing_model_worker.h"
 
 namespace mono3d {
 namespace {
@@ -24,6 +25,7 @@ std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, const PipelineOption
         std::move(stages), static_cast<std::size_t>(options.live.max_waiting_bundles),
         [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
   }
+  if (options.models_trail) return std::make_unique<TrailingModelWorker>(std::move(stages));
   return std::make_unique<DirectModelWorker>(std::move(stages));
 }
 

@@ -17,6 +17,7 @@
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/pipeline/reconstruction.h"
+#include "pipeline/model_feedback.h"
 
 namespace mono3d {
 
@@ -152,6 +153,13 @@ void ExchangeState(Archive& archive, DepthQuality& quality) {
   archive.Number(quality.reference_id);
   archive.Number(quality.density);
   archive.Number(quality.confidence);
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, ModelFeedback& feedback) {
+  const auto exchange = [&](auto& member) { ExchangeState(archive, member); };
+  archive.List(feedback.constraints, exchange);
+  archive.List(feedback.qualities, exchange);
 }
 
 template <typename Archive>

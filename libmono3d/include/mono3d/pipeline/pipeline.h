@@ -30,9 +30,10 @@ struct PipelineProgress {
   std::int64_t frame_index = 0;    // of the latest frame
 };
 
-// Called from within Process and Finish; what they throw comes out there. Live, on_depth_map is
-// called by the thread that makes the models, the others, after Start, by the one that tracks; what
-// they throw comes out of a later call.
+// Called from within Process and Finish; what they throw comes out there. Where the models are made
+// by a thread of their own (PipelineOptions), on_depth_map is called by that one, one call at a
+// time; live, the others, after Start, by the one that tracks; what they throw comes out of a later
+// call.
 struct PipelineObserver {
   std::function<void(const PipelineProgress&)> on_frame;
   // Each keyframe that depth may be made of, its image that of a global shutter.
@@ -62,9 +63,10 @@ class Pipeline {
   // Ends after the work in hand. What waits is left undone.
   ~Pipeline();
 
-  // Takes the next frame through all stages that it sets in motion; live, through tracking and the
-  // choice of keyframes. The caller may change its image afterwards: where the frame is not the
-  // only one that holds it, it is copied. Throws Error after Start.
+  // Takes the next frame through tracking and the choice of keyframes, and the bundle that it may
+  // complete through depth and fusion, in a thread of its own or before Process returns
+  // (PipelineOptions::models_trail). The caller may change its image afterwards: where the frame is
+  // not the only one that holds it, it is copied. Throws Error after Start.
   void Process(Frame frame);
 
   // Between two calls of Process, and not after one that threw: puts all that the run has so far

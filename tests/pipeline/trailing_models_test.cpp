@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the mono3d authors
+
+// Models that are made by a thread of their own while the next frames are tracked.
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cstdint>
+#include <future>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "mono3d/pipeline/pipeline.h"
+#include "pipeline/gate.h"
+#include "pipeline/live_stages.h"
+
+namespace mono3d {
+namespace {
+
+using testing::ElementsAre;
+
+// Notes after how many frames it is told of which depth map.
+class NotingSelector final : public KeyframeSelector {
+ public:
+  using Told = std::vector<std::pair<std::int64_t, std::int64_t>>;
+
+  explicit NotingSelector(const std::int64_t* num_tracked, Told* told)
+      : num_tracked_(num_tracked), told_(told) {}
+  std::optional<ImageBundle> Add(const Keyframe& keyframe, const KeyframePoses&) override {
+    return keyframe.id % 2 == 0 ? std::optional(ImageBundle{{keyframe}, {}}) : std::nullopt;
+  }
+  void ReportDepthQuality(const DepthQuality& quality) override {
+    told_->emplace_back(quality.reference_id, *num_tracked_);
+  }
+
+ private:
+  const std::int64_t* num_tracked_;
+  Told* told_;
+};
+
+PipelineStages StagesOf(const LiveScript& script) {
+  PipelineStages stages;
+  stages.tracker = std::make_unique<KeepingTracker>(&script);
+  stages.keyframe_selector = std::make_unique<SingleSelector>();
+  stages.depth_estimator = std::make_unique<ScriptedEstimator>(&script);
+  stages.create_surfel_map = [] { return std::make_unique<CountingSurfelMap>(); };
+  return stages;
+}
+
+// The bundle of frame 0 is complete with frame 1.
+TEST(TrailingModels, TheNextFramesAreTrackedMeanwhile) {
+  Gate gate;
+  LiveScript script;
+  script.on_estimate = [&](const ImageBundle&) { gate.Pass(); };
+  Pipeline pipeline(StagesOf(script));
+  pipeline.Process(NumberedFrame(0));
+  pipeline.Process(NumberedFrame(1));
+  gate.WaitForArrival();
+  // Frame 2 completes the next bundle, which waits for the first one.
+  auto next = std::async(std::launch::async, [&] { pipeline.Process(NumberedFrame(2)); });
+  EXPECT_EQ(next.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
+  gate.Open();
+  next.get();
+  EXPECT_EQ(pipeline.Finish().maps.at(0).model.size(), 3U);
+}
+
+TEST(TrailingModels, EachProcessEndsWithItsModelWhereThatIsAskedFor) {
+  std::vector<std::int64_t> estimated;
+  LiveScript script;
+  script.on_estimate = [&](const ImageBundle& bundle) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    estimated.push_back(bundle.reference().id);
+  };
+  PipelineOptions options;
+  options.models_trail = false;
+  Pipeline pipeline(StagesOf(script), {}, options);
+  for (std::int64_t i = 0; i < 3; ++i) {
+    pipeline.Process(NumberedFrame(i));
+    EXPECT_EQ(static_cast<std::int64_t>(estimated.size()), i);
+  }
+}
+
+// What the depth maps tell the stages before comes at the same frame, fast or slow.
+TEST(TrailingModels, FeedbackComesAtTheSameFrameHoweverLongADepthMapTakes) {
+  const auto told_by = [](int depth_ms, int frame_ms) {
+    std::int64_t num_tracked = 0;
+    NotingSelector::Told told;
+    LiveScript script;
+    script.on_track = [&](const Frame&) {
+      ++num_tracked;
+      std::this_thread::sleep_for(std::chrono::milliseconds(frame_ms));
+    };
+    script.on_estimate = [&](const ImageBundle&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(depth_ms));
+    };
+    PipelineStages stages = StagesOf(script);
+    stages.keyframe_selector = std::make_unique<NotingSelector>(&num_tracked, &told);
+    Pipeline pipeline(std::move(stages));
+    for (std::int64_t i = 0; i < 9; ++i) pipeline.Process(NumberedFrame(i));
+    (void)pipeline.Finish();
+    return told;
+  };
+  const NotingSelector::Told slow_depth = told_by(20, 0);
+  // The bundle of frame 2 is added with frame 3; then that of frame 0 is done, which frame 4 is
+  // told of before it is tracked. The last ones come at the end.
+  using Of = std::pair<std::int64_t, std::int64_t>;
+  EXPECT_THAT(slow_depth, ElementsAre(Of(0, 4), Of(2, 6), Of(4, 8), Of(6, 9), Of(8, 9)));
+  EXPECT_EQ(told_by(0, 5), slow_depth);
+}
+
+}  // namespace
+}  // namespace mono3d
