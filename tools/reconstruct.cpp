@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -44,6 +46,7 @@
 #include "reconstruct/resuming.h"
 #include "reconstruct/run_journal.h"
 #include "reconstruct/run_view.h"
+#include "reconstruct/working_size.h"
 #include "reconstruct/write_failures.h"
 #include "run_report/next_views_kml.h"
 #include "run_report/next_views_report.h"
@@ -61,6 +64,7 @@ struct Arguments {
   std::string save_map;  // empty: not saved
   int photos = 0;        // 1: photographs in any order; -1: a video; 0: to be found out
   FrameSourceOptions source;
+  WorkingSize size;
   LiveInputOptions live_input;
   std::shared_ptr<LiveInput> live;  // where `input` sends images now; else null
   PipelineOptions pipeline;
@@ -80,6 +84,7 @@ struct Arguments {
 std::vector<OptionField> ListAll(Arguments& arguments) {
   OptionVisitor visitor;
   arguments.source.Visit(visitor);
+  arguments.size.Visit(visitor);
   visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
   visitor.Group("live.calibration", arguments.self_calibration);
@@ -103,9 +108,10 @@ void RequireSameCamera(Arguments& arguments) {
 }
 
 std::unique_ptr<FrameSource> OpenFrames(const Arguments& arguments,
+                                        const FrameSourceOptions& source,
                                         const CamerasOfImages& cameras) {
-  if (!arguments.live) return OpenFrameSource(arguments.input, cameras, arguments.source);
-  return arguments.live->Frames(cameras.cameras.front(), arguments.source, &StopRequested());
+  if (!arguments.live) return OpenFrameSource(arguments.input, cameras, source);
+  return arguments.live->Frames(cameras.cameras.front(), source, &StopRequested());
 }
 
 // How many frames will come, where that is known.
@@ -131,16 +137,15 @@ Footage FindFootage(const Arguments& arguments, StageTimes& times) {
 }
 
 // Says on stdout what the photographs say of their cameras.
-CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<CameraGroup>& groups,
-                            const PositionsOfMap& positions, const RunWriter& writer,
-                            StageTimes& times, RunRecord& record) {
+CamerasOfImages FindCameras(const Arguments& arguments, const FrameSourceOptions& source,
+                            const std::vector<CameraGroup>& groups, const PositionsOfMap& positions,
+                            const RunWriter& writer, StageTimes& times, RunRecord& record) {
   if (arguments.with_global_shutter_images) {
     throw UsageError("photographs of several cameras have no --global-shutter-images");
   }
   const ScopedStageTimer timer(&times, "calibration");
-  PhotoCameras found =
-      ChooseCamerasOfPhotos(arguments.input, groups, arguments.source, arguments.camera,
-                            arguments.pipeline.photos, positions);
+  PhotoCameras found = ChooseCamerasOfPhotos(arguments.input, groups, source, arguments.camera,
+                                             arguments.pipeline.photos, positions);
   std::printf("the photographs are of %zu cameras, zooms or sizes\n", groups.size());
   for (std::size_t i = 0; i < found.of_run.size(); ++i) {
     const CameraOfRun& camera = found.of_run[i];
@@ -153,9 +158,9 @@ CamerasOfImages FindCameras(const Arguments& arguments, const std::vector<Camera
 
 // Says on stdout what the images say of their camera.
 // `photos`: null where they are tracked one after the other.
-CamerasOfImages FindCamera(const Arguments& arguments, const PhotoMapperOptions* photos,
-                           const PlaceOfRun& place, const RunWriter& writer, StageTimes& times,
-                           RunRecord& record) {
+CamerasOfImages FindCamera(const Arguments& arguments, const FrameSourceOptions& source,
+                           const PhotoMapperOptions* photos, const PlaceOfRun& place,
+                           const RunWriter& writer, StageTimes& times, RunRecord& record) {
   PositionsOfMap positions;
   if (photos != nullptr) {
     if (const std::optional<PipelinePositions> known = PositionsFor(place)) {
@@ -164,11 +169,11 @@ CamerasOfImages FindCamera(const Arguments& arguments, const PhotoMapperOptions*
   }
   if (record.are_photos) {
     const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
-    if (groups.size() > 1) return FindCameras(arguments, groups, positions, writer, times, record);
+    if (groups.size() > 1)
+      return FindCameras(arguments, source, groups, positions, writer, times, record);
   }
   const ScopedStageTimer timer(&times, "calibration");
-  CameraChoice choice =
-      ChooseCamera(arguments.input, arguments.source, arguments.camera, photos, positions);
+  CameraChoice choice = ChooseCamera(arguments.input, source, arguments.camera, photos, positions);
   if (choice.calibration) {
     const std::string line = CameraLine(*choice.calibration);
     if (!line.empty()) std::printf("%s\n", line.c_str());
@@ -190,6 +195,7 @@ struct Run {
   RunNotes& notes;
   RunView& view;
   std::filesystem::path folder;  // that is written to
+  CameraModel prior_camera;      // of the images as they were taken, as far as it is known before
   PlaceOfRun place;
   RunJournal* journal;  // null: none is kept
   EarlierParts& earlier;
@@ -202,11 +208,19 @@ struct Result {
   std::optional<CameraModel> depth_camera = {};
 };
 
-// `run` and `progress_line` must outlive it.
+// `run`, `progress_line` and `images` must outlive it.
+// `images`: null where the keyframes' images are not written yet.
 PipelineObserver MakeObserver(const Run& run, ProgressLine& progress_line,
-                              const std::shared_ptr<AdoptedFiles::Run>& files) {
+                              const std::shared_ptr<AdoptedFiles::Run>& files,
+                              KeyframeImageWriter* images = nullptr) {
   PipelineObserver observer;
-  observer.on_frame = [&](const PipelineProgress& progress) {
+  observer.on_frame = [&, images](const PipelineProgress& progress) {
+    if (images != nullptr) {
+      const ScopedStageTimer timer(&run.times, "io/write_images");
+      run.failures.Try("keyframe images", [&] {
+        images->Decide(progress.frame_index, progress.tracking.is_keyframe);
+      });
+    }
     run.frames.Take(progress);
     run.notes.AddProgress(progress);
     progress_line.Show(progress);
@@ -256,7 +270,19 @@ void NoteCamerasOfFiles(const Run& run, const Result& result) {
   }
 }
 
-void PlaceImages(const Run& run, Reconstruction& reconstruction) {
+// Of a video that is not played live: else images are dropped before the tracker has seen them.
+bool MayWriteImagesEarly(const Run& run, Footage footage) {
+  const Arguments& arguments = run.arguments;
+  std::error_code ignored;
+  return footage == Footage::kVideo && !arguments.pipeline.is_live &&
+         !arguments.with_global_shutter_images && arguments.written.images != ImagePlacing::kNone &&
+         std::filesystem::is_regular_file(arguments.input, ignored) &&
+         MayPlaceImages(std::filesystem::path(arguments.output) / kImagesOfRun);
+}
+
+// `written`: frames whose images are there already.
+void PlaceImages(const Run& run, const std::set<std::int64_t>& written,
+                 Reconstruction& reconstruction) {
   const ScopedStageTimer timer(&run.times, "io/write_images");
   ImagePlacing placing = run.arguments.written.images;
   // A run that takes the place of an earlier one is made beside it.
@@ -267,16 +293,17 @@ void PlaceImages(const Run& run, Reconstruction& reconstruction) {
                 images.c_str());
     placing = ImagePlacing::kNone;
   }
-  PlaceImagesOfRun(run.arguments.input, placing, run.folder, reconstruction);
+  PlaceImagesOfRun(run.arguments.input, placing, run.folder, reconstruction, written);
 }
 
 // In the order of their worth; what cannot be written is noted, and the rest goes on.
-void Write(const Run& run, Result& result, const Tracker& tracker) {
+void Write(const Run& run, Result& result, const Tracker& tracker,
+           const std::set<std::int64_t>& written_images = {}) {
   Reconstruction& reconstruction = result.reconstruction;
   NoteCamerasOfFiles(run, result);
   NoteErrorOf(run.record, [&] { run.writer.WriteReconstruction(reconstruction); });
   if (!run.arguments.with_global_shutter_images) {
-    NoteErrorOf(run.record, [&] { PlaceImages(run, reconstruction); });
+    NoteErrorOf(run.record, [&] { PlaceImages(run, written_images, reconstruction); });
   }
   NoteErrorOf(run.record, [&] {
     if (run.arguments.with_global_shutter_images) {
@@ -301,12 +328,15 @@ Result RunWithKnownCamera(const Run& run) {
   Result result;
   PipelineOptions options = arguments.pipeline;
   const Footage footage = FindFootage(arguments, run.times);
+  FrameSourceOptions images_taken =
+      arguments.size.Limit(arguments.source, footage, run.prior_camera);
   run.record.are_photos = footage == Footage::kPhotographs;
   run.record.is_sparse_video = footage == Footage::kSparseVideo;
   options.are_photos = footage != Footage::kVideo;
   options.photos.are_frames = footage == Footage::kSparseVideo;
-  result.cameras = FindCamera(arguments, options.are_photos ? &options.photos : nullptr, run.place,
-                              run.writer, run.times, run.record);
+  result.cameras =
+      FindCamera(arguments, images_taken, options.are_photos ? &options.photos : nullptr, run.place,
+                 run.writer, run.times, run.record);
   PlaceOfRun place = run.place;
   if (place.control) {
     FindSights(arguments.input, result.cameras, footage != Footage::kPhotographs, *place.control);
@@ -315,14 +345,21 @@ Result RunWithKnownCamera(const Run& run) {
   if (arguments.map.empty()) options.positions = PositionsFor(place);
   RunJournal* const journal = options.is_live || options.are_photos ? nullptr : run.journal;
   InputDigest input;
-  std::unique_ptr<FrameSource> frames = OpenFrames(arguments, result.cameras);
+  const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
+  std::optional<KeyframeImageWriter> images;
+  if (MayWriteImagesEarly(run, footage)) {
+    images.emplace(run.folder, resumes);
+    images_taken.on_image = [&images](std::int64_t index, const cv::Mat& bgr) {
+      images->Keep(index, bgr);
+    };
+  }
+  std::unique_ptr<FrameSource> frames = OpenFrames(arguments, images_taken, result.cameras);
   if (journal != nullptr) frames = WithDigest(std::move(frames), input);
   std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
   CatchStopSignals();
   ProgressLine progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
-  const bool resumes = journal != nullptr && arguments.resumes && journal->HasState();
   std::optional<WorldAxes> saved_axes;
   if (!arguments.map.empty()) {
     // What the journal has of the tracker has the map.
@@ -330,7 +367,9 @@ Result RunWithKnownCamera(const Run& run) {
     saved_axes = LoadMapFile(of_map ? *of_map : *stages.tracker, arguments.map);
   }
   const std::shared_ptr<AdoptedFiles::Run> files_of_run = files.BeginRun();
-  Pipeline pipeline(std::move(stages), MakeObserver(run, progress_line, files_of_run), options);
+  Pipeline pipeline(std::move(stages),
+                    MakeObserver(run, progress_line, files_of_run, images ? &*images : nullptr),
+                    options);
   const JournaledRun journaled{pipeline, run.frames, run.notes, *files_of_run, run.times, input};
   if (resumes) {
     run.earlier = Resume(*journal, *source, journaled);
@@ -363,7 +402,7 @@ Result RunWithKnownCamera(const Run& run) {
   NoteErrorOf(run.record, [&] { watch.End(); });
   result.depth_camera = files.DepthCamera();
   ChooseAxes(arguments.written, saved_axes, place, result.reconstruction);
-  Write(run, result, pipeline.tracker());
+  Write(run, result, pipeline.tracker(), images ? images->written() : std::set<std::int64_t>());
   return result;
 }
 
@@ -408,12 +447,14 @@ void TellOfCamera(const Run& run, const CameraPrior& prior, Result& result) {
 
 Result RunWhileLearningCamera(const Run& run) {
   const Arguments& arguments = run.arguments;
+  const FrameSourceOptions images_taken =
+      arguments.size.Limit(arguments.source, Footage::kVideo, run.prior_camera);
   const CameraPrior prior = FindPriorOf(arguments.input, arguments.camera, arguments.live.get());
   CameraModel as_taken = prior.camera;
   as_taken.distortion = {};
   as_taken.shutter = {};
   std::unique_ptr<FrameSource> source =
-      run.view.Watched(WithNotes(OpenFrames(arguments, {{as_taken}}), run.notes));
+      run.view.Watched(WithNotes(OpenFrames(arguments, images_taken, {{as_taken}}), run.notes));
   CatchStopSignals();
   std::optional<ProgressLine> progress_line(NumFrames(*source, arguments));
   AdoptedFiles files(run.writer);
@@ -481,8 +522,8 @@ void WriteReport(const Run& run, const Reconstruction& reconstruction,
 }
 
 int ReconstructInto(OutputFolder& output, Arguments& arguments,
-                    const std::shared_ptr<Device>& device, std::optional<GroundControl> control,
-                    RunRecord& record) {
+                    const std::shared_ptr<Device>& device, const CameraModel& prior_camera,
+                    std::optional<GroundControl> control, RunRecord& record) {
   const double start_ms = WallClockMs();
   const DepthFileOptions depth_files = DepthFilesOf(arguments.written, arguments.pipeline.is_live);
   std::optional<RunJournal> journal;
@@ -513,6 +554,7 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
                 notes,
                 arguments.view,
                 output.of_run(),
+                prior_camera,
                 {arguments.live ? 0 : TellOfTurn(arguments.input),
                  FindPositions(arguments.input, arguments.positions),
                  arguments.positions.georeference, std::move(control)},
@@ -594,6 +636,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   // What is wrong with the input is said before anything is done or written.
   std::optional<GroundControl> control = ReadGroundControl(arguments.control);
   arguments.source.Validate();
+  arguments.size.Validate();
   if (arguments.pipeline.is_live) TakeEveryImageLive(arguments.source);
   arguments.live_input.Validate();
   arguments.live = ConnectWhereLive(arguments.input, arguments.live_input);
@@ -616,7 +659,7 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   if (arguments.source.stride == kStrideByMotion) record.num_passed_over_images = 0;
   OutputFolder output(arguments.output, arguments.resumes);
   return KeepingOnFailure(output, [&] {
-    return ReconstructInto(output, arguments, device, std::move(control), record);
+    return ReconstructInto(output, arguments, device, camera, std::move(control), record);
   });
 }
 
@@ -672,11 +715,12 @@ int main(int argc, char** argv) {
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted; a camera "
                       "that is not known, or not held by --camera-fixed, is learned meanwhile");
-  AddPresets(tool, arguments.pipeline);
+  AddPresets(tool, arguments.pipeline, arguments.size);
   AddMemoryLimit(tool, arguments.pipeline);
   tool.ShowInHelp(ShownOptions(), kReconstructExamples);
   arguments.view.AddOptions(tool.app());
   tool.AddOptions(mono3d::ListOptions(arguments.source));
+  tool.AddOptions(mono3d::ListOptions(arguments.size));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));

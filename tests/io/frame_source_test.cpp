@@ -241,6 +241,37 @@ TEST_F(FrameSourceTest, ResizesTheCalibrationWithTheImages) {
   EXPECT_NEAR(moments.m01 / moments.m00, resized.cy, 1e-9);
 }
 
+TEST_F(FrameSourceTest, MakesLargeImagesSmallerAndSaysWhatTheyWere) {
+  WriteImages(1);
+  cv::Mat as_taken;
+  FrameSourceOptions options;
+  options.max_side_px = 32;
+  options.on_image = [&](std::int64_t index, const cv::Mat& bgr) {
+    EXPECT_EQ(index, 0);
+    as_taken = bgr;
+  };
+  const std::vector<Frame> frames = ReadAll(options);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].bgr.size(), cv::Size(32, 24));
+  EXPECT_EQ(frames[0].camera, TestCamera().Resized(32, 24));
+  EXPECT_EQ(as_taken.size(), cv::Size(kWidth, kHeight));
+
+  options.max_side_px = kWidth;
+  EXPECT_EQ(ReadAll(options).at(0).camera, TestCamera());
+  // A size that is asked for counts alone.
+  options.max_side_px = 32;
+  options.resize = "48x36";
+  EXPECT_EQ(ReadAll(options).at(0).camera.width, 48);
+}
+
+// The calibration is still that of the images as they are.
+TEST_F(FrameSourceTest, RefusesImagesOfAnotherSizeThanTheCalibrationAlsoWhereTheyAreMadeSmaller) {
+  WriteImage("img0.png", 9, 2 * kWidth, 2 * kHeight);
+  FrameSourceOptions options;
+  options.max_side_px = 32;
+  EXPECT_THROW((void)ReadAll(options), Error);
+}
+
 TEST_F(FrameSourceTest, RefusesImagesOfAnotherShape) {
   WriteImage("img0.png", 9, kWidth, kHeight + 4);
   for (const char* resize : {"calibration", "32x24"}) {

@@ -58,13 +58,18 @@ TEST_F(PhotoSource, BringsPhotosOfSeveralCamerasIntoTheImagesOfOne) {
 }
 
 TEST_F(PhotoSource, KeepsToTheSizeThatIsAskedFor) {
-  const auto source = OpenFrameSource(
-      folder_, CamerasOfImages{{kWideCamera, kUprightCamera}, {0, 1, 0}}, {.resize = "32x32"});
-  EXPECT_LE(source->camera().width, 32);
-  EXPECT_LE(source->camera().height, 32);
-  const auto frame = source->Next();
-  ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->bgr.cols, source->camera().width);
+  FrameSourceOptions of_size, of_side;
+  of_size.resize = "32x32";
+  of_side.max_side_px = 32;
+  for (const FrameSourceOptions& options : {of_size, of_side}) {
+    const auto source = OpenFrameSource(
+        folder_, CamerasOfImages{{kWideCamera, kUprightCamera}, {0, 1, 0}}, options);
+    EXPECT_LE(source->camera().width, 32);
+    EXPECT_LE(source->camera().height, 32);
+    const auto frame = source->Next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->bgr.cols, source->camera().width);
+  }
 }
 
 TEST_F(PhotoSource, OfOneCameraIsAsEver) {

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,15 @@ constexpr int kFilmWidth = 64;
 constexpr int kFilmHeight = 48;
 
 cv::Mat GreyImage(int grey) { return {kFilmHeight, kFilmWidth, CV_8UC3, cv::Scalar::all(grey)}; }
+
+// A film of eight frames, of grey values 20, 45, ...
+std::string WriteFilm(const fs::path& folder) {
+  const std::string video = folder / "flight.avi";
+  cv::VideoWriter writer(video, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                         20, cv::Size(kFilmWidth, kFilmHeight));
+  for (int i = 0; i < 8; ++i) writer.write(GreyImage(20 + 25 * i));
+  return video;
+}
 
 class ImagesOfRun : public TemporaryFolderTest {
  protected:
@@ -72,12 +82,7 @@ class ImagesOfRun : public TemporaryFolderTest {
 };
 
 TEST_F(ImagesOfRun, OfAVideoShowItsFrames) {
-  const std::string video = folder_ / "flight.avi";
-  {
-    cv::VideoWriter writer(video, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
-                           20, cv::Size(kFilmWidth, kFilmHeight));
-    for (int i = 0; i < 8; ++i) writer.write(GreyImage(20 + 25 * i));
-  }
+  const std::string video = WriteFilm(folder_);
   Reconstruction run = RunWithKeyframes({{1, "flight.avi#1"},
                                          {3, "another.avi#3"},  // of a map that was loaded
                                          {6, "flight.avi#6"}});
@@ -94,6 +99,58 @@ TEST_F(ImagesOfRun, OfAVideoShowItsFrames) {
   EXPECT_EQ(written.images[1].name, "000006.jpg");
   const RunWriter next(out_);
   EXPECT_FALSE(fs::exists(out_ / "images"));
+}
+
+// What is written early is told from what is read again by its grey value.
+TEST_F(ImagesOfRun, OfAVideoThatWereWrittenWhileItWasReadAreNotReadAgain) {
+  const std::string video = WriteFilm(folder_);
+  KeyframeImageWriter early(out_, /*resumes=*/false);
+  for (std::int64_t i = 0; i < 8; ++i) {
+    early.Keep(i, GreyImage(7));
+    if (i > 0) early.Decide(i - 1, /*is_keyframe=*/i == 2 || i == 4 || i == 7);
+  }
+  EXPECT_EQ(early.written(), (std::set<std::int64_t>{1, 3, 6}));
+  EXPECT_TRUE(MayPlaceImages(out_ / "images")) << "they are the run's";
+  // Frame 3 is no keyframe in the end; frame 5 has become one later.
+  Reconstruction run =
+      RunWithKeyframes({{1, "flight.avi#1"}, {5, "flight.avi#5"}, {6, "flight.avi#6"}});
+  PlaceImagesOfRun(video, ImagePlacing::kLink, out_, run, early.written());
+  EXPECT_THAT(Names(run), ElementsAre("000001.jpg", "000005.jpg", "000006.jpg"));
+  EXPECT_NEAR(GreyOf(out_ / "images/000001.jpg"), 7, 1);
+  EXPECT_NEAR(GreyOf(out_ / "images/000005.jpg"), 145, 3);
+  EXPECT_NEAR(GreyOf(out_ / "images/000006.jpg"), 7, 1);
+  EXPECT_FALSE(fs::exists(out_ / "images/000003.jpg"));
+  EXPECT_THAT(NamesOfPlacedImages(out_ / "images"),
+              ElementsAre("000001.jpg", "000005.jpg", "000006.jpg", ".images_of_run"));
+}
+
+TEST_F(ImagesOfRun, WrittenEarlyGoOnBesideThoseOfTheRunThatWasBrokenOff) {
+  {
+    KeyframeImageWriter broken_off(out_, /*resumes=*/false);
+    broken_off.Keep(1, GreyImage(7));
+    broken_off.Decide(1, true);
+  }
+  KeyframeImageWriter resumed(out_, /*resumes=*/true);
+  EXPECT_EQ(resumed.written(), (std::set<std::int64_t>{1}));
+  resumed.Keep(2, GreyImage(9));
+  resumed.Decide(2, true);
+  EXPECT_EQ(resumed.written(), (std::set<std::int64_t>{1, 2}));
+  EXPECT_NEAR(GreyOf(out_ / "images/000001.jpg"), 7, 1);
+
+  KeyframeImageWriter anew(out_, /*resumes=*/false);
+  anew.Keep(3, GreyImage(9));
+  anew.Decide(3, true);
+  EXPECT_FALSE(fs::exists(out_ / "images/000001.jpg")) << "of an earlier run";
+}
+
+TEST_F(ImagesOfRun, AreNotWrittenEarlyBesideSomebodyElses) {
+  fs::create_directories(out_ / "images");
+  cv::imwrite(out_ / "images/mine.png", GreyImage(7));
+  KeyframeImageWriter early(out_, /*resumes=*/false);
+  early.Keep(1, GreyImage(7));
+  early.Decide(1, true);
+  EXPECT_TRUE(early.written().empty());
+  EXPECT_FALSE(fs::exists(out_ / "images/000001.jpg"));
 }
 
 TEST_F(ImagesOfRun, OfAFolderAreLinkedUnderNamesWithoutBlanks) {

@@ -10,18 +10,21 @@ void SetFast(PipelineOptions& options) {
   options.keyframes.min_reference_baseline_ratio *= 2;
 }
 
-void SetBest(PipelineOptions& options) {
+void SetBest(PipelineOptions& options, WorkingSize& size) {
   options.keyframes.num_images = 9;
   options.keyframes.min_reference_baseline_ratio /= 2;
+  size.is_doubled = true;
 }
 
-void AddPresets(Tool& tool, PipelineOptions& options) {
+void AddPresets(Tool& tool, PipelineOptions& options, WorkingSize& size) {
   CLI::Option* fast =
       tool.AddPreset("--fast", "a first look: half as many depth maps, matched at half resolution",
                      [&options] { SetFast(options); });
   CLI::Option* best =
-      tool.AddPreset("--best", "twice as many depth maps, each of nine images instead of five",
-                     [&options] { SetBest(options); });
+      tool.AddPreset("--best",
+                     "twice as many depth maps, each of nine images instead of five, of large "
+                     "images at twice the size",
+                     [&options, &size] { SetBest(options, size); });
   fast->excludes(best);
 }
 
@@ -43,8 +46,8 @@ void AddMemoryLimit(Tool& tool, PipelineOptions& options) {
 }
 
 std::vector<std::string> ShownOptions() {
-  return {"help", "help-all", "version", "output", "camera",   "photos",    "live",   "view",
-          "fast", "best",     "resize",  "stride", "products", "positions", "device", "config"};
+  return {"help", "help-all", "version",  "output", "camera",   "photos",    "live",   "view",
+          "fast", "best",     "max-side", "stride", "products", "positions", "device", "config"};
 }
 
 }  // namespace mono3d::tools

@@ -8,6 +8,7 @@
 
 #include "common/tool.h"
 #include "mono3d/pipeline/stages.h"
+#include "reconstruct/working_size.h"
 
 namespace mono3d::tools {
 
@@ -16,9 +17,9 @@ namespace mono3d::tools {
 // --fast and --best, which change the defaults of other options; docs/guide.md says what they give
 // and cost.
 void SetFast(PipelineOptions& options);
-void SetBest(PipelineOptions& options);
+void SetBest(PipelineOptions& options, WorkingSize& size);
 
-void AddPresets(Tool& tool, PipelineOptions& options);
+void AddPresets(Tool& tool, PipelineOptions& options, WorkingSize& size);
 
 // --max-memory: of the surfels, three quarters of it on the device, the rest beside it.
 void AddMemoryLimit(Tool& tool, PipelineOptions& options);

@@ -3,8 +3,10 @@
 
 #include "mono3d/io/frame_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
@@ -54,23 +56,33 @@ bool HaveSameShape(cv::Size size, const CameraModel& calibration) {
          std::abs(scale_y * calibration.width - size.width) < 1;
 }
 
-CameraModel CameraOfImages(const CameraModel& calibration, const std::string& resize) {
+CameraModel CameraOfImages(const CameraModel& calibration, const FrameSourceOptions& options) {
   Validate(calibration, "frame source");
-  const std::optional<cv::Size> size = ParseSize(resize);
-  return size ? calibration.Resized(size->width, size->height) : calibration;
+  const std::optional<cv::Size> size = ParseSize(options.resize);
+  if (size) return calibration.Resized(size->width, size->height);
+  const int side = std::max(calibration.width, calibration.height);
+  if (!options.resize.empty() || options.max_side_px == 0 || side <= options.max_side_px) {
+    return calibration;
+  }
+  const double scale = static_cast<double>(options.max_side_px) / side;
+  const auto scaled = [&](int length) {
+    return std::max(1, static_cast<int>(std::lround(scale * length)));
+  };
+  return calibration.Resized(scaled(calibration.width), scaled(calibration.height));
 }
 
 // Brings images to the size asked for and takes the distortion out.
 class PreparedFrames : public FrameSource {
  public:
   PreparedFrames(std::unique_ptr<ImageSource> source, const CameraModel& calibration,
-                 const std::string& resize, bool skips_other_sizes)
+                 const FrameSourceOptions& options, bool skips_other_sizes)
       : source_(std::move(source)),
         calibration_(calibration),
         skips_other_sizes_(skips_other_sizes),
-        is_resizing_(!resize.empty()),
-        undistorter_(CameraOfImages(calibration, resize)) {
-    if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, resize);
+        is_resizing_(!options.resize.empty()),
+        on_image_(options.on_image),
+        undistorter_(CameraOfImages(calibration, options)) {
+    if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, options);
   }
 
   std::optional<Frame> Next() override {
@@ -80,6 +92,7 @@ class PreparedFrames : public FrameSource {
         continue;
       }
       NoteFitting();
+      if (on_image_) on_image_(image->index, image->bgr);
       return Frame{image->index, image->timestamp_s,
                    image->name,  undistorter_.Undistort(Resize(image->bgr)),
                    camera(),     sensor_};
@@ -148,6 +161,7 @@ class PreparedFrames : public FrameSource {
   std::optional<Error> first_other_size_;
   std::vector<std::string> skipped_at_start_;  // told when an image fits: else there is one error
   bool is_resizing_;
+  std::function<void(std::int64_t, const cv::Mat&)> on_image_;
   Undistorter undistorter_;
   CameraModel sensor_;  // where it has a rolling shutter
 };
@@ -174,9 +188,10 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& input,
 }  // namespace
 
 std::unique_ptr<FrameSource> PrepareFrames(std::unique_ptr<ImageSource> source,
-                                           const CameraModel& camera, const std::string& resize,
+                                           const CameraModel& camera,
+                                           const FrameSourceOptions& options,
                                            bool skips_other_sizes) {
-  return std::make_unique<PreparedFrames>(std::move(source), camera, resize, skips_other_sizes);
+  return std::make_unique<PreparedFrames>(std::move(source), camera, options, skips_other_sizes);
 }
 
 void FrameSourceOptions::Visit(OptionVisitor& visit) {
@@ -197,6 +212,7 @@ void FrameSourceOptions::Validate() const {
   RequireOption(stride >= 1 || stride == kStrideByMotion, "stride", "1 or more, or auto", stride);
   RequireOption(start >= 0, "start", "0 or more", start);
   RequireOption(max_frames >= 0, "max-frames", "0 or more", max_frames);
+  RequireOption(max_side_px >= 0, "max-side", "0 or more", max_side_px);
   if (resize.empty() || resize == kToCalibration || ParseSize(resize)) return;
   throw UsageError(ErrorParts{.what = "bad size",
                               .where = "--resize",
@@ -209,7 +225,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const Cam
   options.Validate();
   const InputKind kind = KindOfInput(input);
   std::unique_ptr<FrameSource> frames =
-      PrepareFrames(OpenImages(input, options), camera, options.resize, kind == InputKind::kImages);
+      PrepareFrames(OpenImages(input, options), camera, options, kind == InputKind::kImages);
   if (kind != InputKind::kVideo) return frames;
   // Decoding a video costs as much as tracking it.
   return ReadAhead(std::move(frames));
@@ -219,8 +235,8 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::vector<std::string>& ima
                                              const CameraModel& camera,
                                              const FrameSourceOptions& options) {
   options.Validate();
-  return PrepareFrames(OpenImageList({"images", images, {}, false}, options), camera,
-                       options.resize, /*skips_other_sizes=*/false);
+  return PrepareFrames(OpenImageList({"images", images, {}, false}, options), camera, options,
+                       /*skips_other_sizes=*/false);
 }
 
 }  // namespace mono3d

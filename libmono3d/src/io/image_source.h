@@ -53,7 +53,8 @@ std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const FrameSourc
 // Brings images to the size asked for (FrameSourceOptions::resize) and takes the distortion out.
 // Images of another shape are skipped, or an Error.
 std::unique_ptr<FrameSource> PrepareFrames(std::unique_ptr<ImageSource> source,
-                                           const CameraModel& camera, const std::string& resize,
+                                           const CameraModel& camera,
+                                           const FrameSourceOptions& options,
                                            bool skips_other_sizes);
 
 // Hands over these frames of a video as they are, up to the first one that cannot be decoded.

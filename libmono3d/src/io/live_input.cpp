@@ -114,7 +114,7 @@ std::unique_ptr<FrameSource> LiveInput::Frames(const CameraModel& camera,
                                 .found = {}});
   }
   return PrepareFrames(std::make_unique<LiveSource>(impl_->reader(), options, stop), camera,
-                       options.resize, /*skips_other_sizes=*/true);
+                       options, /*skips_other_sizes=*/true);
 }
 
 }  // namespace mono3d

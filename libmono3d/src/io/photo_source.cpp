@@ -26,13 +26,15 @@ namespace {
 constexpr double kMaxStep_px = 1.5;
 
 CameraModel CommonCameraOf(const CamerasOfImages& cameras, std::size_t num_images,
-                           const std::string& resize) {
+                           const FrameSourceOptions& options) {
   std::vector<PhotosOfCamera> all;
   for (const CameraModel& camera : cameras.cameras) all.push_back({camera, 0});
   for (std::size_t i = 0; i < num_images; ++i) {
     ++all[cameras.Of(static_cast<std::int64_t>(i))].num_photos;
   }
-  const cv::Size limit = ParseSize(resize).value_or(cv::Size());
+  const cv::Size largest =
+      options.resize.empty() ? cv::Size(options.max_side_px, options.max_side_px) : cv::Size();
+  const cv::Size limit = ParseSize(options.resize).value_or(largest);
   return CommonCamera(all, limit.width, limit.height);
 }
 
@@ -50,7 +52,7 @@ class CommonFrames : public FrameSource {
  public:
   CommonFrames(ImageList list, const CamerasOfImages& cameras, const FrameSourceOptions& options)
       : cameras_(cameras),
-        camera_(CommonCameraOf(cameras, list.images.size(), options.resize)),
+        camera_(CommonCameraOf(cameras, list.images.size(), options)),
         source_(OpenImageList(std::move(list), options)) {
     for (const CameraModel& camera : cameras_.cameras) {
       resized_.push_back(BeforeUndistortion(camera, camera_));

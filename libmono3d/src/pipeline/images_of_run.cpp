@@ -42,6 +42,8 @@ std::string SixDigits(std::int64_t index) {
   return text.data();
 }
 
+std::string NameOfFrame(std::int64_t index) { return SixDigits(index) + ".jpg"; }
+
 std::string WithoutBlanks(std::string name) {
   std::ranges::replace_if(
       name,
@@ -62,7 +64,7 @@ PlacedImages ImagesOfKeyframes(const std::string& input, const Reconstruction& r
   std::map<std::string, int> num_of_name;
   for (const MapReconstruction& map : reconstruction.maps) {
     for (const SparseImage& image : map.sparse.images) {
-      PlacedImage placed{SixDigits(image.id) + ".jpg", image.name, {}};
+      PlacedImage placed{NameOfFrame(image.id), image.name, {}};
       if (is_video) {
         if (image.name != video_name + "#" + std::to_string(image.id)) continue;
       } else {
@@ -116,7 +118,7 @@ void WriteJpeg(const fs::path& path, const cv::Mat& bgr) {
 }
 
 void WriteImages(const std::string& input, ImagePlacing placing, const fs::path& folder,
-                 PlacedImages& images) {
+                 const std::set<std::int64_t>& written, PlacedImages& images) {
   CreateOutputFolder(folder);
   std::string list;
   for (const auto& [index, image] : images) list += image.name + "\n";
@@ -124,7 +126,7 @@ void WriteImages(const std::string& input, ImagePlacing placing, const fs::path&
   std::set<std::int64_t> frames;
   for (const auto& [index, image] : images) {
     if (image.file.empty()) {
-      frames.insert(index);
+      if (!written.contains(index)) frames.insert(index);
     } else {
       PlaceFile(image.file, folder / image.name, placing);
     }
@@ -143,16 +145,19 @@ void WriteImages(const std::string& input, ImagePlacing placing, const fs::path&
   for (const std::int64_t index : missing) images.erase(index);
 }
 
-void RemovePlacedImages(const fs::path& images) {
+// But for those named `kept`.
+void RemovePlacedImages(const fs::path& images, const std::set<std::string>& kept = {}) {
   std::error_code ignored;
-  for (const std::string& name : NamesOfPlacedImages(images)) fs::remove(images / name, ignored);
+  for (const std::string& name : NamesOfPlacedImages(images)) {
+    if (!kept.contains(name)) fs::remove(images / name, ignored);
+  }
   fs::remove(images, ignored);  // unless something else is in it
 }
 
 }  // namespace
 
 void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::path& folder,
-                      Reconstruction& reconstruction) {
+                      Reconstruction& reconstruction, const std::set<std::int64_t>& written) {
   PlacedImages images = ImagesOfKeyframes(input, reconstruction);
   const fs::path target = folder / kImagesOfRun;
   if (images.empty() || IsInputItself(images, target)) return;
@@ -163,8 +168,12 @@ void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::
                                   "written");
       return;
     }
-    RemovePlacedImages(target);
-    WriteImages(input, placing, target, images);
+    std::set<std::string> kept;
+    for (const auto& [index, image] : images) {
+      if (image.file.empty() && written.contains(index)) kept.insert(image.name);
+    }
+    RemovePlacedImages(target, kept);
+    WriteImages(input, placing, target, written, images);
   }
   for (MapReconstruction& map : reconstruction.maps) {
     const auto is_here = [&](const SparseImage& image) {
@@ -205,6 +214,57 @@ bool MayPlaceImages(const fs::path& images) {
   if (!error || error == std::errc::no_such_file_or_directory) return true;
   Log(LogLevel::kWarning, images.string() + ": cannot read the folder: " + error.message());
   return false;
+}
+
+KeyframeImageWriter::KeyframeImageWriter(const fs::path& folder, bool resumes)
+    : images_(folder / kImagesOfRun), is_begun_(resumes) {
+  if (!resumes) return;
+  for (const std::string& name : NamesOfPlacedImages(images_)) {
+    const std::optional<std::int64_t> index = ParseInteger(fs::path(name).stem().string());
+    if (index && name == NameOfFrame(*index)) written_.insert(*index);
+  }
+}
+
+void KeyframeImageWriter::Keep(std::int64_t frame_index, const cv::Mat& bgr) {
+  const std::lock_guard lock(mutex_);
+  kept_[frame_index] = bgr;
+}
+
+void KeyframeImageWriter::Decide(std::int64_t frame_index, bool is_keyframe) {
+  cv::Mat bgr;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(frame_index);
+    if (found != kept_.end()) bgr = found->second;
+    kept_.erase(kept_.begin(), kept_.upper_bound(frame_index));
+    if (!is_keyframe || bgr.empty() || written_.contains(frame_index)) return;
+  }
+  if (!is_begun_) {
+    if (!MayPlaceImages(images_)) return;  // PlaceImagesOfRun says so
+    RemovePlacedImages(images_);
+    CreateOutputFolder(images_);
+    is_begun_ = true;
+  }
+  ListUpTo(frame_index);
+  WriteJpeg(images_ / NameOfFrame(frame_index), bgr);
+  const std::lock_guard lock(mutex_);
+  written_.insert(frame_index);
+}
+
+// What the list does not name is somebody else's. Of what it names not all need be there, so that
+// it is written seldom.
+void KeyframeImageWriter::ListUpTo(std::int64_t frame_index) {
+  constexpr std::int64_t kAhead = 1000;
+  if (frame_index < num_listed_) return;
+  num_listed_ = frame_index + kAhead;
+  std::string list;
+  for (std::int64_t i = 0; i < num_listed_; ++i) list += NameOfFrame(i) + "\n";
+  WriteFileAtomically(images_ / kListOfImages, list);
+}
+
+std::set<std::int64_t> KeyframeImageWriter::written() const {
+  const std::lock_guard lock(mutex_);
+  return written_;
 }
 
 }  // namespace mono3d

@@ -5,7 +5,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,6 +35,12 @@ struct FrameSourceOptions {
   // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to the calibration's
   // size; empty: refuse images of another size.
   std::string resize = {};
+  // Without `resize`: larger images are made smaller, so that their longer side has so many pixels,
+  // and the intrinsics with them; 0: no limit. Not among the listed options.
+  int max_side_px = 0;
+  // Called with each image that is taken and its index, before anything is done to it, by the
+  // thread that reads: of a video, some frames before Next gives it. May be empty.
+  std::function<void(std::int64_t, const cv::Mat&)> on_image = {};
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
@@ -91,8 +99,8 @@ std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input, const Cam
                                              const FrameSourceOptions& options = {});
 // The images of a folder or a glob that several cameras took. The frames are those of one camera,
 // CommonCamera of all, and show what each camera saw of it (Frame::content); the width and height
-// of FrameSourceOptions::resize are the largest that they may have. Rolling shutters are passed
-// over: how photos moved is not known.
+// of FrameSourceOptions::resize, or its max_side_px, are the largest that they may have. Rolling
+// shutters are passed over: how photos moved is not known.
 std::unique_ptr<FrameSource> OpenFrameSource(const std::string& input,
                                              const CamerasOfImages& cameras,
                                              const FrameSourceOptions& options = {});
