@@ -77,6 +77,7 @@ struct Arguments {
   MeshOptions mesh;
   std::string products;  // empty: none
   bool resumes = false;
+  bool finishes = false;  // what there is, without going on
   bool with_journal = true;
   RunView view;
 };
@@ -378,9 +379,13 @@ Result RunWithKnownCamera(const Run& run) {
   }
   RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
-    InterimWriter interim(run.writer, run.frames, run.record,
-                          [&](std::uint64_t since) { return pipeline.Snapshot(since); });
-    if (options.is_live) {
+    InterimWriter::TakeSnapshot state;
+    if (journal != nullptr) state = [&] { return pipeline.State(); };
+    InterimWriter interim(
+        run.writer, run.frames, run.record, [&] { return pipeline.Snapshot(); }, state);
+    if (resumes && arguments.finishes) {
+      run.record.end = RunEnd::kStopped;
+    } else if (options.is_live) {
       PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
     } else {
       std::int64_t last_frame = -1;
@@ -478,8 +483,7 @@ Result RunWhileLearningCamera(const Run& run) {
   SelfCalibratingPipeline pipeline(std::move(setup), options, arguments.self_calibration);
   RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
-    InterimWriter interim(run.writer, run.frames, run.record,
-                          [&](std::uint64_t since) { return pipeline.Snapshot(since); });
+    InterimWriter interim(run.writer, run.frames, run.record, [&] { return pipeline.Snapshot(); });
     PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
@@ -529,6 +533,10 @@ int ReconstructInto(OutputFolder& output, Arguments& arguments,
   std::optional<RunJournal> journal;
   if (arguments.resumes) journal.emplace(output.of_run(), record);
   const bool resumes = journal && journal->HasState();
+  if (arguments.finishes && !resumes) {
+    throw Error("there is no run to finish in " + arguments.output +
+                ": without --finish it starts from its beginning");
+  }
   if (arguments.resumes && !resumes) {
     std::printf("nothing to resume in %s: the run starts from its beginning\n",
                 arguments.output.c_str());
@@ -625,6 +633,9 @@ int Reconstruct(Arguments& arguments, const DeviceOptions& device_options) {
   arguments.control.options.Validate();
   RequireKnownProducts(arguments.products);
   RequireSameCamera(arguments);
+  if (arguments.finishes && !arguments.resumes) {
+    throw UsageError("--finish is of a run that was broken off: give --resume as well");
+  }
   if (arguments.resumes && arguments.pipeline.is_live) {
     throw UsageError("a live run cannot be resumed: its images have passed; leave out --resume");
   }
@@ -706,6 +717,9 @@ int main(int argc, char** argv) {
   tool.app().add_flag("--resume", arguments.resumes,
                       "go on with the run in the output folder that was broken off, with the same "
                       "arguments: from the last state in its journal");
+  tool.app().add_flag("--finish", arguments.finishes,
+                      "with --resume: make the model of what there is, without going on; the run "
+                      "can still be resumed");
   tool.app().add_flag("--journal,!--no-journal", arguments.with_journal,
                       "keep the state of the run in journal/ of the output folder, every 5 s of "
                       "video, until the run is whole (default)");

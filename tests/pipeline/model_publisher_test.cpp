@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -68,6 +70,19 @@ TEST(ModelPublisher, PublishesNothingThatNobodyAsksFor) {
   publisher.PublishIfDue(model, 0, std::make_shared<KeyframePoses>());
   EXPECT_EQ(publisher.Latest(0).surfels.version, 1U);
   EXPECT_FALSE(publisher.Due_s()) << "nothing has changed";
+}
+
+TEST(ModelPublisher, LetsItsCopyGoWhereNobodyAsksAnyMore) {
+  ModelPublisher publisher(/*interest_s=*/0.05);
+  VersionedMap model({1, 1});
+  const std::uint64_t first = Publish(publisher, model, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  EXPECT_FALSE(publisher.Due_s());
+  publisher.PublishIfDue(model, 0, std::make_shared<KeyframePoses>());
+  EXPECT_THAT(ChangedAnchors(publisher.Latest(0)), IsEmpty());
+  // Who comes back has all of it, also what has not changed since.
+  Publish(publisher, model, 0);
+  EXPECT_THAT(ChangedAnchors(publisher.Latest(first)), ElementsAre(0, 1));
 }
 
 TEST(ModelPublisher, HandsOutWhatHasChangedSinceAVersion) {

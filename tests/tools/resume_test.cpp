@@ -13,8 +13,11 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "io/temporary_folder.h"
 #include "mono3d/io/frame_source.h"
@@ -131,6 +134,48 @@ TEST_F(Resume, ARunThatWasStoppedGoesOnWithTheNextFrame) {
   ExpectSameResults();
   EXPECT_THAT(Record("out")["resumed_after_frames"],
               ElementsAre(stopped["counts"]["frames"].get<int>() - 1));
+}
+
+// The model of what there is; the run itself is as it was.
+TEST_F(Resume, ARunThatWasKilledIsFinishedAndStillGoesOn) {
+  ASSERT_EQ(Reconstruct("whole").exit_status, 0);
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGKILL));
+  std::filesystem::remove(folder_ / "out/model.ply");
+  const CommandResult finished = Reconstruct("out", " --resume --finish");
+  ASSERT_EQ(finished.exit_status, 0) << finished.errors;
+  const nlohmann::json record = Record("out");
+  EXPECT_EQ(record["end"], "stopped");
+  EXPECT_LT(record["counts"]["frames"], 40);
+  EXPECT_GT(ReadPly((folder_ / "out/model.ply").string()).size(), 1000U);
+  const CommandResult resumed = Reconstruct("out", " --resume");
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+  ExpectSameResults();
+}
+
+TEST_F(Resume, WhereNothingWasBrokenOffThereIsNothingToFinish) {
+  const CommandResult finished = Reconstruct("out", " --resume --finish");
+  EXPECT_NE(finished.exit_status, 0);
+  EXPECT_THAT(finished.errors, HasSubstr("there is no run to finish"));
+  EXPECT_EQ(Reconstruct("out", " --finish").exit_status, kWrongUsage);
+}
+
+// The images of its keyframes are written as it is read, before the run is broken off and after.
+TEST_F(Resume, AVideoComesToTheResultAndTheImagesOfOneThatWasNot) {
+  input_ = folder_ / "flight.avi";
+  {
+    const std::vector<std::string> images = ListImages(kOrbit.string());
+    const cv::Size size = cv::imread(images.at(0)).size();
+    cv::VideoWriter writer(input_.string(), cv::CAP_OPENCV_MJPEG,
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 20, size);
+    for (std::size_t i = 0; i < 40; ++i) writer.write(cv::imread(images.at(i)));
+  }
+  ASSERT_EQ(Reconstruct("whole").exit_status, 0);
+  ASSERT_GT(Results("whole").count("images/000000.jpg"), 0U);
+  ASSERT_NO_FATAL_FAILURE(Break("", "000010.depth.pfm", SIGKILL));
+  EXPECT_FALSE(ListImages((folder_ / "out/images").string()).empty()) << "written early";
+  const CommandResult resumed = Reconstruct("out", " --resume");
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.errors;
+  ExpectSameResults();
 }
 
 TEST_F(Resume, ImagesThatAreChosenByMotionAreTheSameAgain) {

@@ -4,6 +4,7 @@
 #include "reconstruct/interim_results.h"
 
 #include <chrono>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,8 @@ constexpr double kInterval_s = 5;
 constexpr double kMaxWallInterval_s = 20;
 // A large model takes long to write: no more than a twentieth of the time.
 constexpr double kMaxShareOfTime = 0.05;
+// Some hundred megabytes.
+constexpr std::int64_t kMaxSurfelsBesideJournal = 3'000'000;
 constexpr auto kPollInterval = std::chrono::milliseconds(250);
 
 double InterimClock_s() { return 1e-3 * WallClockMs(); }
@@ -115,8 +118,12 @@ void FramesSoFar::TakeJson(const nlohmann::json& json) {
 }
 
 InterimWriter::InterimWriter(const RunWriter& writer, const FramesSoFar& frames, RunRecord record,
-                             std::function<PipelineSnapshot(std::uint64_t)> snapshot)
-    : writer_(writer), frames_(frames), record_(std::move(record)), snapshot_(std::move(snapshot)) {
+                             TakeSnapshot snapshot, TakeSnapshot state)
+    : writer_(writer),
+      frames_(frames),
+      record_(std::move(record)),
+      snapshot_(std::move(snapshot)),
+      state_(std::move(state)) {
   record_.end = RunEnd::kUnfinished;
   thread_ = std::thread([this] { Run(); });
 }
@@ -165,7 +172,9 @@ void InterimWriter::Run() {
 }
 
 void InterimWriter::Write() {
-  const PipelineSnapshot snapshot = snapshot_(0);
+  PipelineSnapshot snapshot;
+  if (state_) snapshot = state_();
+  if (!state_ || snapshot.num_surfels <= kMaxSurfelsBesideJournal) snapshot = snapshot_();
   // What cannot be written now may be written next time; the end of the run says what could not.
   try {
     Reconstruction so_far;

@@ -43,12 +43,16 @@ class FramesSoFar {
 };
 
 // Writes trajectory.txt, keyframes.txt, model.ply and run.json as they are so far, in a thread of
-// its own, every few seconds of the video: what a run has that is killed.
+// its own, every few seconds of the video: what a run has that is killed. Beside a journal, from
+// which the model can be made, only a small model: the copy that is written takes 90 bytes of
+// memory for each surfel, and would grow with the flight.
 class InterimWriter {
  public:
+  using TakeSnapshot = std::function<PipelineSnapshot()>;
   // What is read must outlive it; `snapshot` is called in its thread. `record`: of the start.
+  // `state`: that without surfels; given where there is a journal.
   InterimWriter(const RunWriter& writer, const FramesSoFar& frames, RunRecord record,
-                std::function<PipelineSnapshot(std::uint64_t since_version)> snapshot);
+                TakeSnapshot snapshot, TakeSnapshot state = {});
   ~InterimWriter();
   InterimWriter(const InterimWriter&) = delete;
   InterimWriter& operator=(const InterimWriter&) = delete;
@@ -63,7 +67,8 @@ class InterimWriter {
   const RunWriter& writer_;
   const FramesSoFar& frames_;
   RunRecord record_;
-  std::function<PipelineSnapshot(std::uint64_t)> snapshot_;
+  TakeSnapshot snapshot_;
+  TakeSnapshot state_;               // may be empty
   std::uint64_t model_version_ = 0;  // that was written
   bool has_warned_ = false;
 

@@ -16,7 +16,7 @@ constexpr double kMaxShareOfTime = 0.1;
 
 PublishedModel ModelPublisher::Latest(std::uint64_t since_version) {
   const std::lock_guard lock(mutex_);
-  is_wanted_ = true;
+  asked_s_ = Clock_s();
   PublishedModel latest = latest_;
   for (const auto& [anchor, chunk] : chunks_) {
     if (chunk.version > since_version) latest.surfels.changed.push_back({anchor, chunk.surfels});
@@ -24,13 +24,25 @@ PublishedModel ModelPublisher::Latest(std::uint64_t since_version) {
   return latest;
 }
 
+bool ModelPublisher::IsWanted() const { return asked_s_ && Clock_s() - *asked_s_ < interest_s_; }
+
 std::optional<double> ModelPublisher::Due_s() const {
   const std::lock_guard lock(mutex_);
-  if (!is_wanted_ || !has_changed_) return std::nullopt;
+  if (!IsWanted() || !has_changed_) return std::nullopt;
   return earliest_s_;
 }
 
+// The next publication is of the whole model then.
+void ModelPublisher::ForgetUnlessWanted() {
+  const std::lock_guard lock(mutex_);
+  if (IsWanted() || chunks_.empty()) return;
+  chunks_.clear();
+  model_ = nullptr;
+  has_changed_ = true;
+}
+
 void ModelPublisher::PublishIfDue(SurfelMap& model, int map_id, const KeyframePosesPtr& poses) {
+  ForgetUnlessWanted();
   const std::optional<double> due_s = Due_s();
   const double start_s = Clock_s();
   if (!due_s || *due_s > start_s) return;

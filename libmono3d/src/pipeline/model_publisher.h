@@ -23,11 +23,15 @@ struct PublishedModel {
 };
 
 // Passes a model that grows in one thread to others, as often as that takes no more than a tenth of
-// the thread's time.
+// the thread's time. Where nobody asks any more it lets its copy of the model go.
 class ModelPublisher {
  public:
+  // `interest_s`: for how long somebody who has asked is interested.
+  explicit ModelPublisher(double interest_s = 60) : interest_s_(interest_s) {}
+
   // From any thread: the latest publication, with the surfels that are newer than `since_version`.
-  // Somebody is interested from the first call on.
+  // Who asks is interested for a while: whoever watches asks each second, and files are written
+  // each five seconds of a video.
   PublishedModel Latest(std::uint64_t since_version);
 
   // The rest by the thread of the model.
@@ -37,6 +41,8 @@ class ModelPublisher {
   void PublishIfDue(SurfelMap& model, int map_id, const KeyframePosesPtr& poses);
 
  private:
+  bool IsWanted() const;
+  void ForgetUnlessWanted();
   void Take(const SurfelChanges& changes, bool is_other_model);
 
   struct Chunk {
@@ -44,8 +50,9 @@ class ModelPublisher {
     std::shared_ptr<const PointCloud> surfels;
   };
 
+  double interest_s_;
   mutable std::mutex mutex_;
-  bool is_wanted_ = false;
+  std::optional<double> asked_s_;          // in seconds of the clock; last
   PublishedModel latest_;                  // without surfels
   std::map<std::uint32_t, Chunk> chunks_;  // by anchor
 

@@ -3,6 +3,7 @@
 
 #include "mono3d/pipeline/pipeline.h"
 
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -80,9 +81,9 @@ class Pipeline::Impl {
     return thread_->Push(WithOwnImage(std::move(frame)));
   }
 
-  PipelineSnapshot Snapshot(std::uint64_t since_version) {
+  PipelineSnapshot Snapshot(std::optional<std::uint64_t> since_version) {
     if (thread_) error_.ThrowIfNew();
-    PipelineSnapshot snapshot = chain_.Snapshot(since_version);
+    PipelineSnapshot snapshot = since_version ? chain_.Snapshot(*since_version) : chain_.State();
     if (thread_) snapshot.counts.num_dropped_frames = thread_->Statistics().num_dropped_frames;
     return snapshot;
   }
@@ -162,6 +163,8 @@ PushResult Pipeline::Push(Frame frame) { return impl_->Push(std::move(frame)); }
 PipelineSnapshot Pipeline::Snapshot(std::uint64_t since_version) const {
   return impl_->Snapshot(since_version);
 }
+
+PipelineSnapshot Pipeline::State() const { return impl_->Snapshot(std::nullopt); }
 
 Reconstruction Pipeline::Stop() { return impl_->Finish(); }
 

@@ -101,11 +101,14 @@ class Pipeline {
   // left out; and what one of the threads has thrown, after which no more frames are tracked.
   PushResult Push(Frame frame);
 
-  // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. The
-  // first call asks for surfels: from then on they are published, in the thread that makes the
-  // models, as often as that takes no more than a tenth of its time. Throws what one of the threads
-  // has thrown, unless an earlier call has.
+  // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. Each
+  // call asks for surfels: for a minute they are published, in the thread that makes the models, as
+  // often as that takes no more than a tenth of its time. Throws what one of the threads has
+  // thrown, unless an earlier call has.
   [[nodiscard]] PipelineSnapshot Snapshot(std::uint64_t since_version = 0) const;
+
+  // The same without surfels, and without asking for any.
+  [[nodiscard]] PipelineSnapshot State() const;
 
   // No more frames: tracks those that wait, and then as Finish. Throws what one of the threads has
   // thrown, unless an earlier call has; another call returns what there was before. Without Start
