@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "fusion/registration/constraint.h"
 #include "fusion/registration_scene.h"
@@ -17,11 +19,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(MostFrequentAnchor, IsTheOneOfMostBlocks) {
-  const std::vector<std::uint32_t> anchors = {0, 0, 0, 0, 1, 1, 2};  // per block
-  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{3, 4, 5, 6}, anchors), 1U);
-  EXPECT_EQ(MostFrequentAnchor(std::vector<std::uint32_t>{0, 6}, anchors), 0U);  // the older one
-  EXPECT_EQ(MostFrequentAnchor({}, anchors), std::nullopt);
+TEST(AnchorToTellOf, IsTheOldestThatIsMuchOfWhatIsInView) {
+  std::vector<std::uint32_t> anchors = {0};  // per block
+  anchors.insert(anchors.end(), 3, 1);
+  anchors.insert(anchors.end(), 16, 2);
+  std::vector<std::uint32_t> blocks(anchors.size());
+  std::iota(blocks.begin(), blocks.end(), 0U);
+  EXPECT_EQ(AnchorToTellOf(blocks, anchors), 1U) << "a twentieth is of 0, three of 1";
+  EXPECT_EQ(AnchorToTellOf(std::vector<std::uint32_t>{0, 19}, anchors), 0U);
+  EXPECT_EQ(AnchorToTellOf({}, anchors), std::nullopt);
+}
+
+TEST(AnchorToTellOf, IsThatOfMostBlocksWhereAllAreFew) {
+  std::vector<std::uint32_t> anchors(40), blocks(40);
+  for (std::uint32_t i = 0; i < 40; ++i) anchors[i] = blocks[i] = i / 2;
+  anchors[39] = 7;
+  EXPECT_EQ(AnchorToTellOf(blocks, anchors), 7U);
 }
 
 TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {

@@ -43,6 +43,31 @@ TEST(Constraints, TellTheTrackerWhereTheModelHasItsKeyframes) {
   EXPECT_EQ(run.json["counts"]["constraints"], 1);
 }
 
+// Each depth map is off by a little more than the one before. The model knows it by how the last
+// one had to be moved; the tracker has to hear of it all the same, and against what was there
+// before.
+TEST(Constraints, TellATrackerThatDriftsSlowly) {
+  std::vector<ScriptedFrame> script;
+  for (int i = 0; i < 14; ++i) {
+    const double share = 0.06 * i;
+    script.push_back({Misplaced(HouseView({}, 1.5 * i), share * Vector3d(0.02, -0.03, 0.02),
+                                share * Vector3d(0.3, -0.2, 0.2), 1),
+                      {}});
+  }
+  const auto folder = std::filesystem::path(testing::TempDir()) / "mono3d_drift";
+  const ScriptedRun run = RunScript(script, folder);
+  std::filesystem::remove_all(folder);
+  ASSERT_FALSE(run.constraints.empty());
+  const KeyframeConstraint& last = run.constraints.back();
+  ASSERT_LT(last.anchor_id, 3);
+  const auto kf = static_cast<int>(last.id);
+  const Pose T_world_cam = script[static_cast<std::size_t>(last.anchor_id)].map.T_world_cam *
+                           last.T_cam_anchor.Inverse();
+  const Pose T_true = HouseView({}, 1.5 * kf).T_world_cam;
+  EXPECT_LT(ImageDistance_px(T_world_cam, T_true),
+            0.3 * ImageDistance_px(script[static_cast<std::size_t>(kf)].map.T_world_cam, T_true));
+}
+
 // Stages that do as little as possible: each frame is a keyframe, a bundle and a depth map, and the
 // model has every one of them six su from the first.
 class ListeningTracker final : public Tracker {

@@ -24,10 +24,14 @@ Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
   return information;
 }
 
-std::optional<std::uint32_t> MostFrequentAnchor(std::span<const std::uint32_t> blocks,
-                                                std::span<const std::uint32_t> anchors) {
-  std::map<std::uint32_t, std::uint32_t> num_blocks;
+std::optional<std::uint32_t> AnchorToTellOf(std::span<const std::uint32_t> blocks,
+                                            std::span<const std::uint32_t> anchors) {
+  constexpr std::size_t kPartOfBlocks = 10;
+  std::map<std::uint32_t, std::uint32_t> num_blocks;  // by anchor, the oldest first
   for (const std::uint32_t block : blocks) ++num_blocks[anchors[block]];
+  for (const auto& [anchor, count] : num_blocks) {
+    if (kPartOfBlocks * count >= blocks.size()) return anchor;
+  }
   const auto most = std::ranges::max_element(
       num_blocks, [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == num_blocks.end()) return std::nullopt;

@@ -21,9 +21,11 @@ namespace mono3d {
 Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
                        const RegistrationOptions& options);
 
-// The anchor of most of these blocks of surfels. `anchors`: per block of the model.
-std::optional<std::uint32_t> MostFrequentAnchor(std::span<const std::uint32_t> blocks,
-                                                std::span<const std::uint32_t> anchors);
+// The anchor with which to compare a keyframe that shows these blocks of surfels: the oldest of
+// those that have a tenth of them, else that of most. What the tracker has drifted since then shows
+// against the oldest one; anchors of late have drifted with it. `anchors`: per block of the model.
+std::optional<std::uint32_t> AnchorToTellOf(std::span<const std::uint32_t> blocks,
+                                            std::span<const std::uint32_t> anchors);
 
 // What a depth map that was registered at `S_world_kf` says of its keyframe.
 KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,

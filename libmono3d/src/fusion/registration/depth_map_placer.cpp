@@ -84,7 +84,7 @@ Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& pr
                             Describe(registration.evidence));
   const bool is_found = registration.evidence.moved && registration.is_tracker_wrong;
   if (!is_found || !registration.rejection.empty()) return registration;
-  const auto anchor = MostFrequentAnchor(blocks.numbers(), model_.surfels.anchors());
+  const auto anchor = AnchorToTellOf(blocks.numbers(), model_.surfels.anchors());
   if (anchor && model_.anchors.anchor(*anchor).keyframe_id != map.keyframe_id) {
     registration.constraint =
         MakeConstraint(map.keyframe_id, registration.S_world_kf, registration.information,

@@ -249,7 +249,8 @@ Registrar::Assessment Registrar::Assess(const Target& target, const Registration
   evidence.tracker_misfit = misfit;
   evidence.num_iterations = num_evaluations;
   return {evidence,
-          InformationOf(evaluation.system, evaluation.stride, target.options.registration)};
+          InformationOf(evaluation.system, evaluation.stride, target.options.registration),
+          Misfit(evaluation.system, Deviation(of_tracker, predicted))};
 }
 
 // Gauss-Newton from the prediction, coarse to fine.
@@ -309,7 +310,9 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
     // With hardly any of the model in view there is nothing to say.
     if (!evidence.registered && best_start == nullptr) return {predicted, evidence, {}, {}, {}};
     if (IsConfirmed(evidence, options))
-      return {predicted, evidence, {}, assessment.information, {}, is_tracker_wrong};
+      return {predicted, evidence,
+              {},        assessment.information,
+              {},        is_tracker_wrong || assessment.misfit_from_tracker > kToldMisfit};
     if (best_start == nullptr || Cost(evidence) < Cost(best)) {
       best = evidence;
       information = assessment.information;
@@ -323,8 +326,8 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
       EvidenceOf(of_tracker, found.system, found.stride, found.S_world_kf);
   evidence.tracker_misfit = Misfit(found.system, Deviation(problem, found.S_world_kf));
   // Seen from afar a misfit is underestimated.
-  const bool is_from_tracker = best_start == &predictions.front();
-  is_tracker_wrong = is_tracker_wrong || (is_from_tracker && evidence.tracker_misfit > kToldMisfit);
+  is_tracker_wrong = is_tracker_wrong ||
+                     Misfit(found.system, Deviation(of_tracker, found.S_world_kf)) > kToldMisfit;
   const bool is_better =
       evidence.tracker_misfit > options.registration.max_misfit && Cost(evidence) < Cost(best);
   best.tracker_misfit = evidence.tracker_misfit;

@@ -83,6 +83,7 @@ class Registrar {
   struct Assessment {
     RegistrationEvidence evidence;
     Matrix7d information;
+    double misfit_from_tracker = 0;  // of the tracker's pose, were the prediction right; sigmas
   };
   Assessment Assess(const Target& target, const RegistrationProblem& of_tracker,
                     const Similarity& predicted, int& num_evaluations);
