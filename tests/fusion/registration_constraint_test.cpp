@@ -32,7 +32,8 @@ TEST(AnchorToTellOf, IsTheOldestThatIsMuchOfWhatIsInView) {
 
 TEST(AnchorToTellOf, IsThatOfMostBlocksWhereAllAreFew) {
   std::vector<std::uint32_t> anchors(40), blocks(40);
-  for (std::uint32_t i = 0; i < 40; ++i) anchors[i] = blocks[i] = i / 2;
+  std::iota(blocks.begin(), blocks.end(), 0U);
+  for (std::uint32_t i = 0; i < 40; ++i) anchors[i] = i / 2;
   anchors[39] = 7;
   EXPECT_EQ(AnchorToTellOf(blocks, anchors), 7U);
 }

@@ -96,11 +96,24 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
   }
 }
 
+// For so many surfels at most. A list that has to grow is there twice, or three times, meanwhile;
+// what is not written to takes no memory.
+void Reserve(std::size_t num, PointCloud& cloud) {
+  cloud.points.reserve(num);
+  cloud.normals.reserve(num);
+  cloud.colours.reserve(num);
+  cloud.radii.reserve(num);
+  cloud.confidences.reserve(num);
+  cloud.observations.reserve(num);
+  cloud.first_frames.reserve(num);
+}
+
 PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
                   std::span<const Similarity> S_world_anchor, std::span<const std::uint32_t> frames,
                   const SurfelExportOptions& options) {
   PointCloud cloud;
-  parts([&](const Surfels& surfels) {
+  Reserve(parts.num_at_most, cloud);
+  parts.for_each([&](const Surfels& surfels) {
     AddChosen(surfels, is_inferred, S_world_anchor, frames, options, cloud);
   });
   return cloud;
@@ -163,8 +176,10 @@ PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_wo
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
                         std::span<const Similarity> S_world_anchor,
                         std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
-  return ToPointCloud([&](const auto& take) { take(matched); },
-                      [&](const auto& take) { take(inferred); }, S_world_anchor, frames, options);
+  const auto all_of = [](const Surfels& surfels) {
+    return SurfelParts{[&](const auto& take) { take(surfels); }, surfels.size()};
+  };
+  return ToPointCloud(all_of(matched), all_of(inferred), S_world_anchor, frames, options);
 }
 
 PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,

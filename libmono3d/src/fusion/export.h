@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -20,8 +21,11 @@ namespace mono3d {
 // `S_world_anchor` and `frames`, of which depth map that is: per anchor.
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
-// Calls with the surfels of a model in parts, one after the other.
-using SurfelParts = std::function<void(const std::function<void(const Surfels&)>&)>;
+// The surfels of a model in parts, one after the other.
+struct SurfelParts {
+  std::function<void(const std::function<void(const Surfels&)>&)> for_each;
+  std::size_t num_at_most = 0;  // of all parts together
+};
 
 // The same of those that were matched, and behind them of those that are inferred, marked. With a
 // min_confidence above 0 an inferred surfel in the place of a matched one is left out.

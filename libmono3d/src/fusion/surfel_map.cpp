@@ -190,9 +190,10 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
 PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
   const std::span<const Similarity> S_world_anchor = model_.anchors.S_world_surfels();
   const auto parts_of = [](const SurfelStorage& storage) {
-    return [&](const std::function<void(const Surfels&)>& take) {
+    const auto for_each = [&](const std::function<void(const Surfels&)>& take) {
       storage.ForEachAnchor([&](std::uint32_t, const Surfels& surfels) { take(surfels); });
     };
+    return SurfelParts{for_each, storage.num_surfels()};
   };
   return ToPointCloud(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor,
                       model_.anchors.Frames(), options);

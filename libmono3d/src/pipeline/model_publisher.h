@@ -27,7 +27,7 @@ struct PublishedModel {
 class ModelPublisher {
  public:
   // `interest_s`: for how long somebody who has asked is interested.
-  explicit ModelPublisher(double interest_s = 60) : interest_s_(interest_s) {}
+  explicit ModelPublisher(double interest_s = 30) : interest_s_(interest_s) {}
 
   // From any thread: the latest publication, with the surfels that are newer than `since_version`.
   // Who asks is interested for a while: whoever watches asks each second, and files are written

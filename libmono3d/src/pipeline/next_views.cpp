@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <utility>
 
@@ -154,6 +155,7 @@ class ViewPlanner {
   void AddCandidates(const FlyingSpace& space, const Eigen::Vector3d& up) {
     const Eigen::Vector3d east = up.unitOrthogonal();
     const Eigen::Vector3d north = up.cross(east);
+    std::vector<CandidateView> all;
     for (const Eigen::Vector3d& target : TargetsAmong(places_, grid_.cell_su())) {
       for (int i = 0; i < kNumAzimuths; ++i) {
         const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
@@ -161,10 +163,18 @@ class ViewPlanner {
         for (const double elevation : kElevations) {
           const Eigen::Vector3d towards = std::cos(elevation) * level + std::sin(elevation) * up;
           const Eigen::Vector3d position = target + distance_su_ * towards;
-          if (space.Allows(position)) Add({LookingAt(position, target, up), target, {}});
+          all.push_back({LookingAt(position, target, up), target, {}});
         }
       }
     }
+    cv::parallel_for_({0, static_cast<int>(all.size())}, [&](const cv::Range& range) {
+      for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end);
+           ++i) {
+        if (space.Allows(all[i].T_world_cam.translation())) FindShown(all[i]);
+      }
+    });
+    std::erase_if(all, [](const CandidateView& candidate) { return candidate.shown.empty(); });
+    candidates_ = std::move(all);
   }
 
   // The best of all, beside those that were taken before; nothing below `min_worth_su2`.
@@ -191,7 +201,8 @@ class ViewPlanner {
   }
 
  private:
-  void Add(CandidateView candidate) {
+  // Nothing where the picture shows too little that is known.
+  void FindShown(CandidateView& candidate) const {
     const CellPicture picture(camera_, candidate.T_world_cam, grid_.surface(), grid_.cell_su());
     if (picture.ShareCovered() < kMinKnownShare) return;
     const Eigen::Vector3d& centre = candidate.T_world_cam.translation();
@@ -204,7 +215,6 @@ class ViewPlanner {
       const double share = places_[i].ShareShownFrom((centre - places_[i].centre).normalized());
       if (share > 0) candidate.shown.emplace_back(static_cast<std::uint32_t>(i), share);
     }
-    if (!candidate.shown.empty()) candidates_.push_back(std::move(candidate));
   }
 
   const CellGrid& grid_;

@@ -104,10 +104,15 @@ CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam,
   const Eigen::Vector3d& t = T_cam_world_.translation();
   // As far as the corners of a cell are from its middle.
   const double radius_su = 0.87 * cell_su;
+  rays_.reserve(depths_.size());
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) rays_.push_back(camera.Unproject({x, y}));
+  }
   for (const SurfaceCell& cell : surface) {
     const Eigen::Vector3d centre = R * cell.centre + t;
     if (centre.z() > cell_su) DrawDisc(centre, R * cell.normal, radius_su);
   }
+  rays_ = {};
 }
 
 void CellPicture::DrawDisc(const Eigen::Vector3d& centre_cam, const Eigen::Vector3d& normal_cam,
@@ -125,7 +130,7 @@ void CellPicture::DrawDisc(const Eigen::Vector3d& centre_cam, const Eigen::Vecto
   const double along = normal_cam.dot(centre_cam);
   for (int y = top; y < bottom; ++y) {
     for (int x = left; x < right; ++x) {
-      const Eigen::Vector3d ray = camera_.Unproject({x, y});
+      const Eigen::Vector3d& ray = rays_[static_cast<std::size_t>(y * camera_.width + x)];
       const double depth = along / normal_cam.dot(ray);
       if (!((depth * ray - centre_cam).squaredNorm() <= radius_su * radius_su)) continue;
       float& nearest = depths_[static_cast<std::size_t>(y * camera_.width + x)];

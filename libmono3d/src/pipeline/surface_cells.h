@@ -80,6 +80,7 @@ class CellPicture {
   CameraModel camera_;
   Pose T_cam_world_;
   std::vector<float> depths_;
+  std::vector<Eigen::Vector3d> rays_;  // of the pixels, while it is drawn
 };
 
 }  // namespace mono3d

@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <opencv2/core/utility.hpp>
 #include <optional>
+#include <utility>
 
 namespace mono3d {
 namespace {
@@ -59,40 +61,82 @@ struct Space {
   }
 };
 
-void LookAtSpace(const CellGrid& grid, const CellPicture& picture, double max_depth_su,
-                 Space& space) {
-  const double cell_su = grid.cell_su();
-  Eigen::Vector3i at;
-  for (at.z() = 0; at.z() < grid.size().z(); ++at.z()) {
-    for (at.y() = 0; at.y() < grid.size().y(); ++at.y()) {
-      for (at.x() = 0; at.x() < grid.size().x(); ++at.x()) {
-        const std::size_t index = grid.Index(at);
-        if (grid.IsTouched(index) || space.num_through[index] >= kEnoughViewsThrough) continue;
-        const CellPicture::Depths depths = picture.At(grid.Centre(at));
-        if (depths.point == 0 || depths.point > max_depth_su || !std::isfinite(depths.surface)) {
-          continue;
+// How the views see the cells. Cells and pictures are independent of each other, so that they are
+// shared out among threads.
+class Looks {
+ public:
+  Looks(const CellGrid& grid, std::span<const Pose> views, const CameraModel& camera,
+        const Eigen::Vector3d& up)
+      : grid_(grid), views_(views) {
+    std::vector<std::optional<CellPicture>> drawn(views.size());
+    cv::parallel_for_({0, static_cast<int>(views.size())}, [&](const cv::Range& range) {
+      for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end);
+           ++i) {
+        drawn[i].emplace(camera, views[i], grid.surface(), grid.cell_su());
+        drawn[i]->OpenSky(up);
+      }
+    });
+    for (std::optional<CellPicture>& picture : drawn) pictures_.push_back(*std::move(picture));
+  }
+
+  Space AtSpace(double max_depth_su) const {
+    Space space(grid_.num_cells());
+    cv::parallel_for_({0, grid_.size().z()}, [&](const cv::Range& range) {
+      Eigen::Vector3i at;
+      for (at.z() = range.start; at.z() < range.end; ++at.z()) {
+        for (at.y() = 0; at.y() < grid_.size().y(); ++at.y()) {
+          for (at.x() = 0; at.x() < grid_.size().x(); ++at.x()) AtCell(at, max_depth_su, space);
         }
-        if (depths.point < depths.surface - kSeenThroughBy * cell_su) ++space.num_through[index];
-        if (depths.point > depths.surface + kHiddenBy * cell_su && space.num_hiding[index] < 255) {
-          ++space.num_hiding[index];
+      }
+    });
+    return space;
+  }
+
+  std::vector<Sight> AtSurface() const {
+    std::vector<Sight> sights(grid_.surface().size());
+    cv::parallel_for_({0, static_cast<int>(sights.size())}, [&](const cv::Range& range) {
+      for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end);
+           ++i) {
+        for (std::size_t view = 0; view < views_.size(); ++view) {
+          AtSurfaceCell(grid_.surface()[i], view, sights[i]);
         }
+      }
+    });
+    return sights;
+  }
+
+ private:
+  void AtCell(const Eigen::Vector3i& at, double max_depth_su, Space& space) const {
+    const std::size_t index = grid_.Index(at);
+    if (grid_.IsTouched(index)) return;
+    const double cell_su = grid_.cell_su();
+    const Eigen::Vector3d centre = grid_.Centre(at);
+    for (const CellPicture& picture : pictures_) {
+      if (space.num_through[index] >= kEnoughViewsThrough) return;
+      const CellPicture::Depths depths = picture.At(centre);
+      if (depths.point == 0 || depths.point > max_depth_su || !std::isfinite(depths.surface)) {
+        continue;
+      }
+      if (depths.point < depths.surface - kSeenThroughBy * cell_su) ++space.num_through[index];
+      if (depths.point > depths.surface + kHiddenBy * cell_su && space.num_hiding[index] < 255) {
+        ++space.num_hiding[index];
       }
     }
   }
-}
 
-void LookAtSurface(const CellGrid& grid, const CellPicture& picture,
-                   const Eigen::Vector3d& camera_centre, std::vector<Sight>& sights) {
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    const SurfaceCell& cell = grid.surface()[i];
-    const CellPicture::Depths depths = picture.At(cell.centre);
-    if (depths.point == 0) continue;
-    const Eigen::Vector3d towards = (camera_centre - cell.centre).normalized();
+  void AtSurfaceCell(const SurfaceCell& cell, std::size_t view, Sight& sight) const {
+    const CellPicture::Depths depths = pictures_[view].At(cell.centre);
+    if (depths.point == 0) return;
+    const Eigen::Vector3d towards = (views_[view].translation() - cell.centre).normalized();
     const double cosine = cell.normal.dot(towards);
-    if (cosine < 0.05 || depths.point > depths.surface + kSeenWithin * grid.cell_su()) continue;
-    sights[i].Add(towards, cosine);
+    if (cosine < 0.05 || depths.point > depths.surface + kSeenWithin * grid_.cell_su()) return;
+    sight.Add(towards, cosine);
   }
-}
+
+  const CellGrid& grid_;
+  std::span<const Pose> views_;
+  std::vector<CellPicture> pictures_;  // of each view
+};
 
 std::optional<ViewNeed> NeedOf(const SurfaceCell& cell, const Sight& sight) {
   if (cell.inferred > 0.5 || cell.confidence < kLowConfidence) return ViewNeed::kUncertain;
@@ -178,14 +222,9 @@ double WantedPlace::ShareShownFrom(const Eigen::Vector3d& towards_camera) const 
 std::vector<WantedPlace> FindWantedPlaces(const CellGrid& grid, std::span<const Pose> views,
                                           const CameraModel& camera, double distance_su,
                                           const Eigen::Vector3d& up) {
-  Space space(grid.num_cells());
-  std::vector<Sight> sights(grid.surface().size());
-  for (const Pose& view : views) {
-    CellPicture picture(camera, view, grid.surface(), grid.cell_su());
-    picture.OpenSky(up);
-    LookAtSpace(grid, picture, kFar * distance_su, space);
-    LookAtSurface(grid, picture, view.translation(), sights);
-  }
+  const Looks looks(grid, views, camera, up);
+  const Space space = looks.AtSpace(kFar * distance_su);
+  const std::vector<Sight> sights = looks.AtSurface();
   std::vector<WantedPlace> places;
   HiddenBorder(grid, space).AddTo(places);
   for (std::size_t i = 0; i < sights.size(); ++i) {

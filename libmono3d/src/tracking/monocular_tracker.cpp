@@ -39,7 +39,7 @@ double ImageMotion(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 2;
+constexpr std::uint32_t kTrackerStateVersion = 3;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
@@ -419,17 +419,39 @@ bool MonocularTracker::ClosePlaces(KeyframeId keyframe, MappingLock& lock) {
   return true;
 }
 
-// True when the map has moved, to where the model has some of its keyframes.
+// True when the map has moved, to where the model has some of its keyframes. The pose graph alone
+// moves it where the map has not grown by a quarter since it was adjusted for that: on a long
+// flight the model speaks every few seconds, and all adjustments together must not cost more than a
+// few of the last one. What is left to adjust is so at the end.
 bool MonocularTracker::FollowModel(MappingLock& lock) {
+  constexpr double kGrowth = 1.25;
   const KeyframeId newest = atlas_.newest();  // another one may come while the map is given up
   const double scale_before = atlas_.map().keyframe(newest).scale;
+  const auto num_keyframes = static_cast<std::int64_t>(atlas_.map().keyframes().size());
+  const bool is_new_map = num_keyframes < num_adjusted_keyframes_;
+  const bool is_due = is_new_map || static_cast<double>(num_keyframes) >=
+                                        kGrowth * static_cast<double>(num_adjusted_keyframes_);
   {
     const ScopedStageTimer timer(times_, "tracking/constraints");
-    if (!FollowConstraints(atlas_.map(), lock)) return false;
+    if (!FollowConstraints(atlas_.map(), lock, is_due)) return false;
   }
   frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
-  RequestAdjustment(lock);
+  is_adjustment_left_ = !is_due;
+  if (is_due) {
+    num_adjusted_keyframes_ = num_keyframes;
+    RequestAdjustment(lock);
+  }
   return true;
+}
+
+void MonocularTracker::AdjustWhatIsLeft(MappingLock& alone) {
+  if (!std::exchange(is_adjustment_left_, false) || !atlas_.IsInUse()) return;
+  const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
+  Map& map = atlas_.map();
+  const double scale_before = map.keyframe(atlas_.newest()).scale;
+  num_adjusted_keyframes_ = static_cast<std::int64_t>(map.keyframes().size());
+  AdjustAllAndScales(map, alone);
+  frame_tracker_.Rescale(map.keyframe(atlas_.newest()).scale / scale_before);
 }
 
 // True when the map has moved, to where positions have it. A turn on the spot may be taken back
@@ -500,6 +522,8 @@ void MonocularTracker::WaitForMapping() {
   if (mapping_) mapping_->Wait(*lock);
   MappingLock alone;  // nothing is mapped now
   bool has_moved = atlas_.IsInUse() && FollowModel(alone);
+  has_moved = has_moved || is_adjustment_left_;
+  AdjustWhatIsLeft(alone);
   if (has_moved) positions_.SetDue(atlas_.map().id());
   for (std::size_t i = 0; i < atlas_.num_maps(); ++i) {
     has_moved = FollowNewPositions(i, false, alone) || has_moved;
@@ -572,6 +596,8 @@ void MonocularTracker::ExchangeState(Archive& archive) {
                              options_.features.num_levels);
   backlog_.ExchangeState(archive);
   archive.Number(is_publication_due_);
+  ExchangeCount(archive, num_adjusted_keyframes_);
+  archive.Number(is_adjustment_left_);
   turn_.ExchangeState(archive, atlas_);
   positions_.ExchangeState(archive);
   if (mapping_) mapping_->ExchangeState(archive);

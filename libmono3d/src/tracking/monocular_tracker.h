@@ -75,6 +75,7 @@ class MonocularTracker final : public Tracker {
   std::vector<Keyframe> HandOverAll();
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
+  void AdjustWhatIsLeft(MappingLock& alone);
   bool FollowNewPositions(std::size_t map, bool is_growing, MappingLock& lock);
   void RequestAdjustment(const MappingLock& lock);
   MappingWork BackgroundWork();
@@ -91,6 +92,10 @@ class MonocularTracker final : public Tracker {
   LoopCloser loop_closer_;
   MapInitialiser initialiser_;  // of the start to come
   Backlog backlog_;
+  // Of the map in use: how many keyframes it had when all of it was adjusted to what the model
+  // says, and whether it has followed the model since then.
+  std::int64_t num_adjusted_keyframes_ = 0;
+  bool is_adjustment_left_ = false;
   bool is_publication_due_ = false;  // keyframes have come or moved since the last snapshot
   TurnOnTheSpot turn_;
   MapPositions positions_;

@@ -102,9 +102,9 @@ class Pipeline {
   PushResult Push(Frame frame);
 
   // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. Each
-  // call asks for surfels: for a minute they are published, in the thread that makes the models, as
-  // often as that takes no more than a tenth of its time. Throws what one of the threads has
-  // thrown, unless an earlier call has.
+  // call asks for surfels: for half a minute they are published, in the thread that makes the
+  // models, as often as that takes no more than a tenth of its time. Throws what one of the threads
+  // has thrown, unless an earlier call has.
   [[nodiscard]] PipelineSnapshot Snapshot(std::uint64_t since_version = 0) const;
 
   // The same without surfels, and without asking for any.

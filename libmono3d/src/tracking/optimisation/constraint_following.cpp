@@ -49,7 +49,7 @@ bool MoveTo(Map& map, const PresentConstraint& constraint, double contradiction,
 
 }  // namespace
 
-bool FollowConstraints(Map& map, MappingLock& lock) {
+bool FollowConstraints(Map& map, MappingLock& lock, bool adjusts) {
   bool has_moved = false;
   // More of them may come, at the end of the list, while the map is given up.
   for (std::size_t i = 0; i < map.constraints().size(); ++i) {
@@ -66,7 +66,7 @@ bool FollowConstraints(Map& map, MappingLock& lock) {
       map.constraints().erase(map.constraints().begin() + static_cast<std::ptrdiff_t>(i--));
     }
   }
-  if (has_moved && !lock.IsShared()) AdjustAllAndScales(map, lock);
+  if (has_moved && adjusts && !lock.IsShared()) AdjustAllAndScales(map, lock);
   return has_moved;
 }
 
