@@ -119,12 +119,11 @@ PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
   return cloud;
 }
 
-// Without the surfels from `first` on that are marked; those before it are not looked at.
-// In its own memory: a model may take most of what there is.
-PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud, std::size_t first = 0) {
+// Without the surfels that are marked. In its own memory: a model may take most of what there is.
+PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud) {
   const auto keep = [&](auto& values) {
     std::size_t num_kept = 0;
-    for (std::size_t i = first; i < values.size(); ++i) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
       if (!is_left_out[i]) values[num_kept++] = values[i];
     }
     values.resize(num_kept);
@@ -139,9 +138,9 @@ PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud, std::
   return cloud;
 }
 
-PointCloud WithoutIsolated(PointCloud cloud, std::size_t first = 0) {
-  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours, first);
-  return Without(is_isolated, std::move(cloud), first);
+PointCloud WithoutIsolated(PointCloud cloud) {
+  const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours, 0);
+  return Without(is_isolated, std::move(cloud));
 }
 
 // Lists of `more` behind those of `cloud`, but for what is inferred.
@@ -158,12 +157,29 @@ void AppendSurfels(const PointCloud& more, PointCloud& cloud) {
   append(more.first_frames, cloud.first_frames);
 }
 
+// The first surfels, so many as `num`.
+void Truncate(std::size_t num, PointCloud& cloud) {
+  cloud.points.resize(num);
+  cloud.normals.resize(num);
+  cloud.colours.resize(num);
+  cloud.radii.resize(num);
+  cloud.confidences.resize(num);
+  cloud.observations.resize(num);
+  cloud.first_frames.resize(num);
+}
+
 // Of the inferred surfels those that say more than the matched ones and do not stand alone.
-PointCloud BesideMatched(const PointCloud& inferred, const PointCloud& matched) {
-  const PointCloud beside = Without(FindInPlaceOfOthers(inferred, matched), inferred);
-  PointCloud all = matched;
-  AppendSurfels(beside, all);
-  return WithoutIsolated(std::move(all), matched.size());
+// `matched` is as it was afterwards: a copy of it might be all the memory that is left.
+PointCloud BesideMatched(PointCloud inferred, PointCloud& matched) {
+  const std::vector<bool> is_in_place = FindInPlaceOfOthers(inferred, matched);
+  PointCloud beside = Without(is_in_place, std::move(inferred));
+  const std::size_t num_matched = matched.size();
+  AppendSurfels(beside, matched);
+  const std::vector<bool> is_isolated = FindIsolated(matched, kMinNeighbours, num_matched);
+  Truncate(num_matched, matched);
+  return Without(
+      {is_isolated.begin() + static_cast<std::ptrdiff_t>(num_matched), is_isolated.end()},
+      std::move(beside));
 }
 
 }  // namespace
@@ -190,7 +206,8 @@ PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   PointCloud guessed;
   if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, frames, options);
-  if (options.min_confidence > 0 && !guessed.empty()) guessed = BesideMatched(guessed, cloud);
+  if (options.min_confidence > 0 && !guessed.empty())
+    guessed = BesideMatched(std::move(guessed), cloud);
   if (options.voxel_radii > 0) {
     if (!cloud.empty()) cloud = Thinned(cloud, options.voxel_radii);
     if (!guessed.empty()) guessed = Thinned(guessed, options.voxel_radii);
