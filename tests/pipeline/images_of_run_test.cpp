@@ -143,6 +143,18 @@ TEST_F(ImagesOfRun, WrittenEarlyGoOnBesideThoseOfTheRunThatWasBrokenOff) {
   EXPECT_FALSE(fs::exists(out_ / "images/000001.jpg")) << "of an earlier run";
 }
 
+// A run that is resumed reads hundreds of frames again before it goes on.
+TEST_F(ImagesOfRun, OfFramesThatNobodyDecidesOnOnlyTheLatestTakeMemory) {
+  KeyframeImageWriter early(out_, /*resumes=*/false);
+  const cv::Mat first = GreyImage(7);
+  for (std::int64_t i = 0; i < 100; ++i) early.Keep(i, i == 0 ? first : GreyImage(9));
+  EXPECT_EQ(first.u->refcount, 1) << "is still held";
+  early.Decide(50, true);
+  EXPECT_TRUE(early.written().empty());
+  early.Decide(99, true);
+  EXPECT_EQ(early.written(), (std::set<std::int64_t>{99}));
+}
+
 TEST_F(ImagesOfRun, AreNotWrittenEarlyBesideSomebodyElses) {
   fs::create_directories(out_ / "images");
   cv::imwrite(out_ / "images/mine.png", GreyImage(7));

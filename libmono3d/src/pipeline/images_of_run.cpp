@@ -226,8 +226,12 @@ KeyframeImageWriter::KeyframeImageWriter(const fs::path& folder, bool resumes)
 }
 
 void KeyframeImageWriter::Keep(std::int64_t frame_index, const cv::Mat& bgr) {
+  // Videos are read a few frames ahead. A run that is resumed reads all those again that it had,
+  // and decides on none of them.
+  constexpr std::size_t kMaxKept = 16;
   const std::lock_guard lock(mutex_);
   kept_[frame_index] = bgr;
+  if (kept_.size() > kMaxKept) kept_.erase(kept_.begin());
 }
 
 void KeyframeImageWriter::Decide(std::int64_t frame_index, bool is_keyframe) {

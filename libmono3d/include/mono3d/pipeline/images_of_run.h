@@ -56,7 +56,8 @@ class KeyframeImageWriter {
   // room for the first one.
   KeyframeImageWriter(const std::filesystem::path& folder, bool resumes);
 
-  // The frame as it was taken; not copied.
+  // The frame as it was taken; not copied. Of those that are not decided on the latest 16 are kept:
+  // a keyframe among the others is left to PlaceImagesOfRun.
   void Keep(std::int64_t frame_index, const cv::Mat& bgr);
   // Writes it, or lets it go, and those before it. Throws Error when it cannot be written.
   void Decide(std::int64_t frame_index, bool is_keyframe);
