@@ -96,23 +96,25 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
   }
 }
 
-// For so many surfels at most. A list that has to grow is there twice, or three times, meanwhile;
-// what is not written to takes no memory.
-void Reserve(std::size_t num, PointCloud& cloud) {
-  cloud.points.reserve(num);
-  cloud.normals.reserve(num);
-  cloud.colours.reserve(num);
-  cloud.radii.reserve(num);
-  cloud.confidences.reserve(num);
-  cloud.observations.reserve(num);
-  cloud.first_frames.reserve(num);
+// Does `act` with each list that an exported surfel has a member in.
+template <typename Act>
+void WithEachList(PointCloud& cloud, const Act& act) {
+  act(cloud.points);
+  act(cloud.normals);
+  act(cloud.colours);
+  act(cloud.radii);
+  act(cloud.confidences);
+  act(cloud.observations);
+  act(cloud.first_frames);
 }
 
 PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
                   std::span<const Similarity> S_world_anchor, std::span<const std::uint32_t> frames,
                   const SurfelExportOptions& options) {
   PointCloud cloud;
-  Reserve(parts.num_at_most, cloud);
+  // A list that has to grow is there twice, or three times, meanwhile; what is not written to takes
+  // no memory.
+  WithEachList(cloud, [&](auto& values) { values.reserve(parts.num_at_most); });
   parts.for_each([&](const Surfels& surfels) {
     AddChosen(surfels, is_inferred, S_world_anchor, frames, options, cloud);
   });
@@ -121,20 +123,13 @@ PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
 
 // Without the surfels that are marked. In its own memory: a model may take most of what there is.
 PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud) {
-  const auto keep = [&](auto& values) {
+  WithEachList(cloud, [&](auto& values) {
     std::size_t num_kept = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!is_left_out[i]) values[num_kept++] = values[i];
     }
     values.resize(num_kept);
-  };
-  keep(cloud.points);
-  keep(cloud.normals);
-  keep(cloud.colours);
-  keep(cloud.radii);
-  keep(cloud.confidences);
-  keep(cloud.observations);
-  keep(cloud.first_frames);
+  });
   return cloud;
 }
 
@@ -157,17 +152,6 @@ void AppendSurfels(const PointCloud& more, PointCloud& cloud) {
   append(more.first_frames, cloud.first_frames);
 }
 
-// The first surfels, so many as `num`.
-void Truncate(std::size_t num, PointCloud& cloud) {
-  cloud.points.resize(num);
-  cloud.normals.resize(num);
-  cloud.colours.resize(num);
-  cloud.radii.resize(num);
-  cloud.confidences.resize(num);
-  cloud.observations.resize(num);
-  cloud.first_frames.resize(num);
-}
-
 // Of the inferred surfels those that say more than the matched ones and do not stand alone.
 // `matched` is as it was afterwards: a copy of it might be all the memory that is left.
 PointCloud BesideMatched(PointCloud inferred, PointCloud& matched) {
@@ -176,7 +160,7 @@ PointCloud BesideMatched(PointCloud inferred, PointCloud& matched) {
   const std::size_t num_matched = matched.size();
   AppendSurfels(beside, matched);
   const std::vector<bool> is_isolated = FindIsolated(matched, kMinNeighbours, num_matched);
-  Truncate(num_matched, matched);
+  WithEachList(matched, [&](auto& values) { values.resize(num_matched); });
   return Without(
       {is_isolated.begin() + static_cast<std::ptrdiff_t>(num_matched), is_isolated.end()},
       std::move(beside));

@@ -192,6 +192,8 @@ std::optional<TrackingResult> MonocularTracker::Return(View& view) {
 // those before the first, backwards, for which the map grows as it does forwards.
 std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   atlas_.StartMap(*camera_);
+  num_adjusted_keyframes_ = 0;
+  is_adjustment_left_ = false;
   Map& map = atlas_.map();
   FillMap(start, map);
   // On what a third image far away shows of both, the pairs of the start alone are few.
@@ -428,9 +430,8 @@ bool MonocularTracker::FollowModel(MappingLock& lock) {
   const KeyframeId newest = atlas_.newest();  // another one may come while the map is given up
   const double scale_before = atlas_.map().keyframe(newest).scale;
   const auto num_keyframes = static_cast<std::int64_t>(atlas_.map().keyframes().size());
-  const bool is_new_map = num_keyframes < num_adjusted_keyframes_;
-  const bool is_due = is_new_map || static_cast<double>(num_keyframes) >=
-                                        kGrowth * static_cast<double>(num_adjusted_keyframes_);
+  const bool is_due =
+      static_cast<double>(num_keyframes) >= kGrowth * static_cast<double>(num_adjusted_keyframes_);
   {
     const ScopedStageTimer timer(times_, "tracking/constraints");
     if (!FollowConstraints(atlas_.map(), lock, is_due)) return false;
@@ -445,13 +446,15 @@ bool MonocularTracker::FollowModel(MappingLock& lock) {
 }
 
 void MonocularTracker::AdjustWhatIsLeft(MappingLock& alone) {
-  if (!std::exchange(is_adjustment_left_, false) || !atlas_.IsInUse()) return;
+  if (!std::exchange(is_adjustment_left_, false)) return;
   const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
   Map& map = atlas_.map();
-  const double scale_before = map.keyframe(atlas_.newest()).scale;
+  const double scale_before = atlas_.IsInUse() ? map.keyframe(atlas_.newest()).scale : 1;
   num_adjusted_keyframes_ = static_cast<std::int64_t>(map.keyframes().size());
   AdjustAllAndScales(map, alone);
-  frame_tracker_.Rescale(map.keyframe(atlas_.newest()).scale / scale_before);
+  if (atlas_.IsInUse()) {
+    frame_tracker_.Rescale(map.keyframe(atlas_.newest()).scale / scale_before);
+  }
 }
 
 // True when the map has moved, to where positions have it. A turn on the spot may be taken back

@@ -92,7 +92,7 @@ class MonocularTracker final : public Tracker {
   LoopCloser loop_closer_;
   MapInitialiser initialiser_;  // of the start to come
   Backlog backlog_;
-  // Of the map in use: how many keyframes it had when all of it was adjusted to what the model
+  // Of the latest map: how many keyframes it had when all of it was adjusted to what the model
   // says, and whether it has followed the model since then.
   std::int64_t num_adjusted_keyframes_ = 0;
   bool is_adjustment_left_ = false;
