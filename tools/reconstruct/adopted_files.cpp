@@ -44,6 +44,13 @@ void AdoptedFiles::Run::TakeJson(const nlohmann::json& json) {
   if (json.contains("depth_camera")) depth_camera_ = CameraFromJson(json.at("depth_camera"));
 }
 
+void AdoptedFiles::Run::RemoveOtherDepthMaps(std::int64_t last_frame) const {
+  const std::lock_guard lock(mutex_);
+  for (std::int64_t index = 0; index <= last_frame; ++index) {
+    if (!depth_maps_.contains(index)) writer_.RemoveDepthMap(index);
+  }
+}
+
 std::shared_ptr<AdoptedFiles::Run> AdoptedFiles::BeginRun() {
   before_ = std::exchange(latest_, std::make_shared<Run>(writer_));
   return latest_;

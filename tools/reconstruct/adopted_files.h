@@ -31,6 +31,9 @@ class AdoptedFiles {
     // For the journal of a run, and back; see common/state_json.h. What is listed is on the disk.
     nlohmann::json ToJson() const;
     void TakeJson(const nlohmann::json& json);
+    // Those up to that frame that the run has not written by then: it was broken off, and made what
+    // it could of its last images.
+    void RemoveOtherDepthMaps(std::int64_t last_frame) const;
 
    private:
     friend class AdoptedFiles;

@@ -108,6 +108,7 @@ EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun
     run.frames.TakeJson(state.at("frames"));
     run.notes.TakeJson(state.at("notes"));
     run.files.TakeJson(state.at("files"));
+    run.files.RemoveOtherDepthMaps(journal.last_frame());
     for (const nlohmann::json& time : state.at("stages")) {
       run.times.Add({.stage = time.at(0).get<std::string>(),
                      .num_calls = time.at(1).get<std::int64_t>(),
