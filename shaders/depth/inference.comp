@@ -20,7 +20,7 @@ layout(binding = 0, r32f) uniform readonly imageBuffer depth;       // su; 0: wa
 layout(binding = 1, r32f) uniform readonly imageBuffer winners;     // fine_winner.glsl
 layout(binding = 2, rgba32f) uniform readonly imageBuffer state;    // half resolution
 layout(binding = 3, rgba32ui) uniform readonly uimageBuffer image;  // padded, full resolution
-layout(binding = 4, r32ui) uniform readonly uimageBuffer sky;       // not 0: sky
+layout(binding = 4, rgba32f) uniform readonly imageBuffer cells;    // inference.glsl
 layout(binding = 5, rgba32f) uniform readonly imageBuffer projections;  // projections.glsl
 layout(binding = 6, r32ui) uniform readonly uimageBuffer tiles;  // inference_tiles.glsl
 // Only what is inferred is written.
@@ -105,7 +105,7 @@ void main() {
   const bool inferred = matched <= 0.0 && w > 0.0 && ReferenceShows(vec2(x, y)) &&
                         difference <= params.max_difference &&
                         NumViews(x, y, w) >= params.min_views &&
-                        imageLoad(sky, SkyCell(x, y, params.width_px)).x == 0u;
+                        imageLoad(cells, CellAt(x, y, params.width_px)).w >= 0.0;
   if (!inferred) return;
   inverse_depth[pixel] = w;
   confidence[pixel] = clamp(sums.y / sums.z / (1.0 + difference * difference), kLeastConfidence,

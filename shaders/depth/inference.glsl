@@ -17,5 +17,6 @@ float Conductance(float grey, float other) {
   return max(share * share, kLeastConductance);
 }
 
-// Cells of 4x4 pixels that show sky, a word each.
-int SkyCell(int x, int y, uint width_px) { return (y >> 2) * int((width_px + 3u) >> 2) + (x >> 2); }
+// What is known of cells of 4x4 pixels: of a plane there the inverse depth in the middle of the
+// cell, its slopes along x and y, and the confidence; 0: no plane, below 0: sky.
+int CellAt(int x, int y, uint width_px) { return (y >> 2) * int((width_px + 3u) >> 2) + (x >> 2); }

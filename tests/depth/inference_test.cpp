@@ -20,14 +20,17 @@ using Texel = InferenceMap::value_type;
 // Float against double: a few roundings.
 constexpr float kRelative = 2e-5F;
 
-std::size_t NumSkyCells(LevelSize size) {
-  return std::size_t{(size.width_px + 3) / 4} * ((size.height_px + 3) / 4);
-}
-
-std::vector<std::uint32_t> RandomSky(LevelSize size, std::mt19937& random) {
-  std::vector<std::uint32_t> sky(NumSkyCells(size));
-  for (auto& cell : sky) cell = random() % 4 == 0 ? 255 : 0;
-  return sky;
+// Of sky, of a plane, or neither.
+InferenceMap RandomCells(LevelSize size, std::mt19937& random) {
+  InferenceMap cells(std::size_t{(size.width_px + 3) / 4} * ((size.height_px + 3) / 4));
+  for (Texel& cell : cells) {
+    const auto values = RandomValues(4, 0.1F, 1, 0, random);
+    const bool is_sky = random() % 4 == 0;
+    const bool is_plane = !is_sky && random() % 2 == 0;
+    cell = {values[0], 0.1F * values[1], -0.1F * values[2],
+            is_sky ? -1.F : (is_plane ? 0.125F * values[3] : 0.F)};
+  }
+  return cells;
 }
 
 // Inverse depth 0.5 to 2, of which some have no weight; and the rest of a texel below 1 or 256.
@@ -76,12 +79,12 @@ TEST(InferenceData, EqualsReference) {
     const auto inverse_depth = RandomValues(n, 0.5F, 2, 0.3, random);
     const auto confidence = RandomValues(n, 0, 1, 0, random);
     const cv::Mat halved = RandomImage(size.Halved(), random);
-    const auto sky = RandomSky(size, random);
+    const InferenceMap cells = RandomCells(size, random);
     const Buffer data = MakeBuffer<Texel>(size.Halved().num_pixels());
     Recorder recorder(TestDevice());
     const Buffer whole = MakeBuffer<float>(n);
     TestKernels().InferenceData(recorder, size, {ToBuffer(inverse_depth), ToBuffer(confidence)},
-                                ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(sky), data,
+                                ToBuffer(depth), ImagesToBuffer({halved}), ToBuffer(cells), data,
                                 whole);
     recorder.Submit();
     const auto inverse_of_depth = FirstOf<float>(whole, n);
@@ -89,7 +92,7 @@ TEST(InferenceData, EqualsReference) {
       ASSERT_NEAR(inverse_of_depth[i], depth[i] > 0 ? 1 / depth[i] : 0, kRelative * 2);
     }
     ExpectNear(FirstOf<Texel>(data, size.Halved().num_pixels()),
-               reference::InferenceData(size, depth, {inverse_depth, confidence}, halved, sky));
+               reference::InferenceData(size, depth, {inverse_depth, confidence}, halved, cells));
   }
 }
 
@@ -160,7 +163,7 @@ void ExpectStageEqualsReference(bool with_bounds, std::size_t min_per_inferred,
       for (std::size_t i = 0; i < winners.size(); i += 2) winners[i] = -winners[i];
       const InferenceMap state = RandomMap(size.Halved(), true, random);
       const cv::Mat grey = RandomImage(size, random);
-      const auto sky = RandomSky(size, random);
+      const InferenceMap cells = RandomCells(size, random);
       const Buffer inverse_depth = ToBuffer(InverseOf(depth));
       const Buffer confidence = ToBuffer(std::vector<float>(n, 0));
       const auto tiles = TilesWithoutDepth(MapOf(depth, size));
@@ -169,10 +172,10 @@ void ExpectStageEqualsReference(bool with_bounds, std::size_t min_per_inferred,
       TestKernels().Inference(
           recorder, projections.size(), params, {ToBuffer(WordsOfTiles(tiles)), tiles.size()},
           ToBuffer(depth), ToBuffer(winners), ToBuffer(state), ImagesToBuffer({grey}),
-          ToBuffer(sky), ToBuffer(Pack(projections, size)), {inverse_depth, confidence});
+          ToBuffer(cells), ToBuffer(Pack(projections, size)), {inverse_depth, confidence});
       recorder.Submit();
       const auto expected =
-          reference::Inference(params, depth, winners, state, grey, sky, projections);
+          reference::Inference(params, depth, winners, state, grey, cells, projections);
       const auto found = FirstOf<float>(inverse_depth, n);
       const auto found_confidence = FirstOf<float>(confidence, n);
       std::size_t num_inferred = 0;
@@ -261,7 +264,7 @@ std::vector<float> PlaneWithAHole(std::vector<float>& plane) {
 }
 
 // Inverse depth and confidence, with winners that are the plane itself.
-std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky) {
+std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& cells) {
   std::vector<float> plane;
   const std::vector<float> matched = PlaneWithAHole(plane);
   std::vector<float> depth;
@@ -289,7 +292,7 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky)
                               .step = 0.02,
                               .projections = SourcesToTheRight(4),
                               .min_views = 2,
-                              .sky = sky,
+                              .cells = cells,
                               .tiles = tiles,
                               .normals = {kSize.width_px, kSize.height_px, 80, 80, 45, 30, 0.02F}});
   recorder.Submit();
@@ -300,7 +303,7 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& sky)
 TEST(Inference, CompletesAPlane) {
   std::vector<float> plane;
   const std::vector<float> matched = PlaneWithAHole(plane);
-  const auto [found, confidence] = InferPlane(cv::Mat::zeros(16, 23, CV_8UC1));
+  const auto [found, confidence] = InferPlane(cv::Mat::zeros(16, 23, CV_32FC4));
   for (std::size_t i = 0; i < plane.size(); ++i) {
     ASSERT_NEAR(found[i], plane[i], 0.01F) << i;  // half a plane of the sweep
     ASSERT_EQ(confidence[i] > 0, matched[i] == 0) << i;
@@ -309,9 +312,10 @@ TEST(Inference, CompletesAPlane) {
 }
 
 TEST(Inference, LeavesTheSkyAlone) {
-  cv::Mat sky = cv::Mat::zeros(16, 23, CV_8UC1);
-  sky(cv::Rect(8, 4, 8, 8)).setTo(255);  // the hole, and what was matched around it
-  const auto [found, confidence] = InferPlane(sky);
+  cv::Mat cells = cv::Mat::zeros(16, 23, CV_32FC4);
+  // The hole, and what was matched around it.
+  cells(cv::Rect(8, 4, 8, 8)).setTo(cv::Scalar(0, 0, 0, -1));
+  const auto [found, confidence] = InferPlane(cells);
   std::vector<float> plane;
   const std::vector<float> matched = PlaneWithAHole(plane);
   for (std::size_t i = 0; i < plane.size(); ++i) {
@@ -345,6 +349,27 @@ TEST(FindSky, FindsNoneWhereDepthWasMatched) {
   cv::Mat depth = cv::Mat::zeros(96, 160, CV_32FC1);
   depth.colRange(0, 80).setTo(3);
   EXPECT_EQ(cv::countNonZero(FindSky(SkyAboveWall(random), depth)), 0);
+}
+
+// A bare bright roof up to the border of the image, with a rib across it and a textured floor
+// below.
+TEST(FindSky, FindsNoneOnARoofSeenFromAbove) {
+  cv::Mat image(96, 160, CV_8UC3, cv::Scalar::all(170));
+  cv::Mat depth = cv::Mat::zeros(96, 160, CV_32FC1);
+  const auto rib = [&](const cv::Rect& where, float depth_su) {
+    image(where).setTo(cv::Scalar::all(60));
+    depth(where).setTo(depth_su);
+  };
+  rib({0, 12, 140, 8}, 9);
+  rib({0, 48, 140, 8}, 7);
+  rib({0, 88, 160, 8}, 5);
+  EXPECT_EQ(cv::countNonZero(FindSky(image, depth)), 0);
+  // Seen past what hangs into the view, above a far skyline, it is the sky.
+  depth.setTo(0);
+  rib({0, 12, 140, 8}, 5);
+  rib({0, 48, 140, 8}, 5);
+  rib({0, 88, 160, 8}, 90);
+  EXPECT_GT(cv::countNonZero(FindSky(image, depth)), 500);
 }
 
 TEST(FindSky, FindsNoneBelowOrInWarmOrDarkColours) {

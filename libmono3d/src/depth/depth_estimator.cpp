@@ -20,6 +20,7 @@
 #include "depth/inference_tiles.h"
 #include "depth/kernels.h"
 #include "depth/map_storage.h"
+#include "depth/planar_regions.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
 #include "depth/single_views.h"
@@ -296,11 +297,16 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
   if (!doubtful.empty()) {
     filtered_depth_.Upload(std::span<const float>(map.depth.ptr<float>(), map.depth.total()));
   }
+  const EstimateBuffers refined = RefinedWithout(doubtful, plan);
+  cv::Mat unfiltered(map.depth.size(), CV_32FC1);
+  refined.inverse_depth.Download(std::span<float>(unfiltered.ptr<float>(), unfiltered.total()));
+  const cv::Mat cells =
+      FindPlanarRegions(map.bgr, map.depth, unfiltered, FindSky(map.bgr, map.depth), plan.step);
   inference_.Record(recorder_,
                     {.size = SizeAtLevel(map.camera, 0),
                      .images = hierarchy_.images(0),
                      .halved = hierarchy_.images(1),
-                     .matched = RefinedWithout(doubtful, plan),
+                     .matched = refined,
                      .depth = filtered_depth_,
                      .winners = hierarchy_.winners(),
                      .winner_size = plan.size,
@@ -308,7 +314,7 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
                      .step = plan.step,
                      .projections = geometry.Projections(0),
                      .min_views = std::max(options_.refinement.min_views, kMinViewsToInfer),
-                     .sky = FindSky(map.bgr, map.depth),
+                     .cells = cells,
                      .tiles = tiles,
                      .normals = ParamsOfNormals(geometry, plan)});
   recorder_.Submit(times_);

@@ -66,13 +66,9 @@ void Inference::RecordSurface(Recorder& recorder) {
 
 void Inference::Record(Recorder& recorder, const Input& input) {
   Prepare(input.size);
-  std::vector<std::uint32_t> sky;
-  for (int y = 0; y < input.sky.rows; ++y) {
-    const auto* row = input.sky.ptr<std::uint8_t>(y);
-    sky.insert(sky.end(), row, row + input.sky.cols);
-  }
-  Reserve(sky_, device_, sizeof(std::uint32_t) * sky.size(), "depth/sky");
-  sky_.Upload(std::span<const std::uint32_t>(sky));
+  const cv::Mat cells = input.cells.isContinuous() ? input.cells : input.cells.clone();
+  Reserve(cells_, device_, kTexelBytes * cells.total(), "depth/cells");
+  cells_.Upload(std::span(cells.ptr<float>(), 4 * cells.total()));
   Reserve(projections_, device_, kMaxProjectionBytes, "depth/inference_projections");
   const std::vector<float> packed = Pack(input.projections, input.size);
   projections_.Upload(std::span<const float>(packed));
@@ -80,7 +76,7 @@ void Inference::Record(Recorder& recorder, const Input& input) {
   Reserve(tiles_, device_, sizeof(std::uint32_t) * tiles.size(), "depth/inference_tiles");
   tiles_.Upload(std::span<const std::uint32_t>(tiles));
   recorder.Fill(confidence_, 0);
-  kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, sky_,
+  kernels_.InferenceData(recorder, input.size, input.matched, input.depth, input.halved, cells_,
                          levels_.front().data, inverse_depth_);
   for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
     kernels_.InferenceHalve(recorder, levels_[i].size, levels_[i].data, levels_[i + 1].data);
@@ -95,7 +91,7 @@ void Inference::Record(Recorder& recorder, const Input& input) {
                       .max_difference = static_cast<float>(options_.max_difference),
                       .min_views = static_cast<float>(input.min_views)},
                      {tiles_, input.tiles.size()}, input.depth, input.winners,
-                     levels_.front().state, input.images, sky_, projections_,
+                     levels_.front().state, input.images, cells_, projections_,
                      {inverse_depth_, confidence_});
   kernels_.InferenceNormals(recorder, input.normals, {tiles_, input.tiles.size()}, inverse_depth_,
                             normals_);

@@ -38,7 +38,7 @@ class Inference {
     double step = 0;          // between its planes, 1/su
     SourceProjections projections;  // at full resolution
     int min_views = 0;              // sources that must see a point
-    cv::Mat sky;                    // FindSky
+    cv::Mat cells;                  // FindPlanarRegions
     // In which something was not matched (TilesWithoutDepth), at least one.
     std::span<const std::uint32_t> tiles;
     NormalsParams normals;
@@ -68,7 +68,7 @@ class Inference {
   InferenceOptions options_;
   std::vector<Level> levels_;
   Buffer projections_;
-  Buffer sky_;
+  Buffer cells_;
   Buffer tiles_;
   Buffer normals_;
   Buffer inverse_depth_;

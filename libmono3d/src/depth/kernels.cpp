@@ -351,13 +351,13 @@ void DepthKernels::TextureFilter(Recorder& recorder, const TextureFilterParams& 
 
 void DepthKernels::InferenceData(Recorder& recorder, LevelSize size,
                                  const EstimateBuffers& estimates, const Buffer& depth,
-                                 const Buffer& halved, const Buffer& sky, const Buffer& data,
+                                 const Buffer& halved, const Buffer& cells, const Buffer& data,
                                  const Buffer& inverse_depth) {
   const Kernel& kernel = inference_data_.With();
   const LevelSize half = size.Halved();
   recorder.Dispatch(
       kernel,
-      {depth, estimates.inverse_depth, estimates.confidence, halved, sky, data, inverse_depth},
+      {depth, estimates.inverse_depth, estimates.confidence, halved, cells, data, inverse_depth},
       InferenceDataParams{size.width_px, size.height_px},
       GridOf(kernel, half.width_px, half.height_px));
 }
@@ -390,12 +390,12 @@ void DepthKernels::InferenceRelax(Recorder& recorder, LevelSize size, float leak
 void DepthKernels::Inference(Recorder& recorder, std::size_t num_sources,
                              const InferenceParams& params, const TileList& tiles,
                              const Buffer& depth, const Buffer& winners, const Buffer& state,
-                             const Buffer& images, const Buffer& sky, const Buffer& projections,
+                             const Buffer& images, const Buffer& cells, const Buffer& projections,
                              const EstimateBuffers& inferred) {
   const Kernel& kernel = inference_.With({static_cast<std::uint32_t>(num_sources / 2)});
   const auto [columns, rows] = GridOfTiles(tiles.num_tiles);
   recorder.Dispatch(kernel,
-                    {depth, winners, state, images, sky, projections, tiles.words,
+                    {depth, winners, state, images, cells, projections, tiles.words,
                      inferred.inverse_depth, inferred.confidence},
                     params, {columns, rows, kInferenceRowGroups});
 }

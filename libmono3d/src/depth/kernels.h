@@ -154,10 +154,10 @@ class DepthKernels {
 
   // Surfaces that were not matched. Data and states are maps of four floats a pixel.
 
-  // `depth` is that of TextureFilter, `halved` images of half the resolution, `sky` a word for each
-  // cell of 4x4 pixels. `inverse_depth` gets that of `depth`.
+  // `depth` is that of TextureFilter, `halved` images of half the resolution, `cells` texels of
+  // the cells of 4x4 pixels. `inverse_depth` gets that of `depth`.
   void InferenceData(Recorder& recorder, LevelSize size, const EstimateBuffers& estimates,
-                     const Buffer& depth, const Buffer& halved, const Buffer& sky,
+                     const Buffer& depth, const Buffer& halved, const Buffer& cells,
                      const Buffer& data, const Buffer& inverse_depth);
   void InferenceHalve(Recorder& recorder, LevelSize size, const Buffer& fine, const Buffer& coarse);
   void InferenceExpand(Recorder& recorder, LevelSize coarse_size, LevelSize size,
@@ -167,7 +167,7 @@ class DepthKernels {
   // Writes those pixels of the tiles at which something is inferred.
   void Inference(Recorder& recorder, std::size_t num_sources, const InferenceParams& params,
                  const TileList& tiles, const Buffer& depth, const Buffer& winners,
-                 const Buffer& state, const Buffer& images, const Buffer& sky,
+                 const Buffer& state, const Buffer& images, const Buffer& cells,
                  const Buffer& projections, const EstimateBuffers& inferred);
   // As Normals, of the pixels of the tiles.
   void InferenceNormals(Recorder& recorder, const NormalsParams& params, const TileList& tiles,

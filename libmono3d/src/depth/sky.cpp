@@ -9,10 +9,11 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "depth/image_cells.h"
+
 namespace mono3d {
 namespace {
 
-constexpr int kCell_px = 4;
 // Grey levels over a window of 5x5 cells of means: clouds and gradients have less, and noise is
 // averaged.
 constexpr int kMaxRange = 12;
@@ -23,17 +24,8 @@ constexpr double kMinShare = 0.01;  // of the image
 // Walls have some texture somewhere. Cells at the edge of the region do not count: there the census
 // window gives them the depth of what stands before the sky.
 constexpr double kMaxMatchedShare = 0.25;
-
-// The means of the cells; the last ones of a row or column may be cut.
-cv::Mat MeansOfCells(const cv::Mat& image) {
-  cv::Mat whole;
-  cv::copyMakeBorder(image, whole, 0, (kCell_px - image.rows % kCell_px) % kCell_px, 0,
-                     (kCell_px - image.cols % kCell_px) % kCell_px, cv::BORDER_REPLICATE);
-  cv::Mat means;
-  cv::resize(whole, means, cv::Size(whole.cols / kCell_px, whole.rows / kCell_px), 0, 0,
-             cv::INTER_AREA);
-  return means;
-}
+// Depth at the edge of a region errs, and a wall leans.
+constexpr float kMaxDepthRatio = 1.1F;
 
 // 255 where a cell by itself looks like sky.
 cv::Mat SkyLikeCells(const cv::Mat& bgr, const cv::Mat& grey) {
@@ -82,6 +74,47 @@ cv::Mat GrownFromAbove(const cv::Mat& like, const cv::Mat& grey) {
   return region;
 }
 
+// The least depth in each cell, 0 where nothing was matched.
+cv::Mat NearestOfCells(const cv::Mat& depth, cv::Size cells) {
+  cv::Mat nearest(cells, CV_32FC1, cv::Scalar(0));
+  for (int y = 0; y < depth.rows; ++y) {
+    const auto* row = depth.ptr<float>(y);
+    auto* const out = nearest.ptr<float>(y / kImageCell_px);
+    for (int x = 0; x < depth.cols; ++x) {
+      float& cell = out[x / kImageCell_px];
+      if (row[x] > 0 && (cell == 0 || row[x] < cell)) cell = row[x];
+    }
+  }
+  return nearest;
+}
+
+// The first depth from row `y` on, in steps of `step`, in column `x`; 0 up to the border.
+float FirstDepth(const cv::Mat& nearest, int x, int y, int step) {
+  for (; y >= 0 && y < nearest.rows; y += step) {
+    const float depth = nearest.at<float>(y, x);
+    if (depth > 0) return depth;
+  }
+  return 0;
+}
+
+// Whether most of `part` lies between something below and something that is about as far or farther
+// above: a roof or a road seen from above, or a wall. Before the sky it would be the other way
+// round, as what hangs into the view is nearer than the ground behind.
+bool IsPartOfASurface(const cv::Mat& part, const cv::Mat& nearest) {
+  int num_of_surface = 0;
+  for (int x = 0; x < part.cols; ++x) {
+    for (int y = 0; y < part.rows; ++y) {
+      if (part.at<std::uint8_t>(y, x) == 0) continue;
+      const int first = y;
+      while (y < part.rows && part.at<std::uint8_t>(y, x) != 0) ++y;
+      const float above = FirstDepth(nearest, x, first - 1, -1);
+      const float below = FirstDepth(nearest, x, y, 1);
+      if (above > 0 && below > 0 && below <= kMaxDepthRatio * above) num_of_surface += y - first;
+    }
+  }
+  return 2 * num_of_surface > cv::countNonZero(part);
+}
+
 }  // namespace
 
 cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
@@ -92,6 +125,7 @@ cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
   cv::Mat labels, stats, centres;
   const int num = cv::connectedComponentsWithStats(sky, labels, stats, centres, 4, CV_32S);
   const cv::Mat matched = MeansOfCells((depth > 0) & 255);
+  const cv::Mat nearest = NearestOfCells(depth, sky.size());
   cv::Mat inner;
   cv::erode(sky, inner, cv::Mat::ones(5, 5, CV_8UC1), cv::Point(-1, -1), 1, cv::BORDER_REPLICATE);
   cv::Mat found(sky.size(), CV_8UC1, cv::Scalar(0));
@@ -101,7 +135,8 @@ cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
     const bool is_large =
         stats.at<int>(i, cv::CC_STAT_AREA) >= kMinShare * static_cast<double>(sky.total());
     if (!is_large || cv::countNonZero(inside) == 0) continue;
-    if (cv::mean(matched, inside)[0] <= 255 * kMaxMatchedShare) found |= part;
+    const bool is_bare = cv::mean(matched, inside)[0] <= 255 * kMaxMatchedShare;
+    if (is_bare && !IsPartOfASurface(part, nearest)) found |= part;
   }
   // Cells that the region's border crosses.
   cv::dilate(found, found, cv::Mat::ones(3, 3, CV_8UC1));

@@ -23,8 +23,12 @@ bool IsIn(LevelSize size, int x, int y) {
   return x >= 0 && y >= 0 && x < Width(size) && y < Height(size);
 }
 
-bool IsSky(const std::vector<std::uint32_t>& sky, LevelSize size, int x, int y) {
-  return sky[static_cast<std::size_t>(y / 4 * ((Width(size) + 3) / 4) + x / 4)] != 0;
+const std::array<float, 4>& CellOf(const InferenceMap& cells, LevelSize size, int x, int y) {
+  return cells[static_cast<std::size_t>(y / 4 * ((Width(size) + 3) / 4) + x / 4)];
+}
+
+bool IsSky(const InferenceMap& cells, LevelSize size, int x, int y) {
+  return CellOf(cells, size, x, y)[3] < 0;
 }
 
 std::array<float, 4> PackTexel(double a, double b, double c, double d) {
@@ -45,22 +49,32 @@ double ConductanceOf(double grey, double other) {
 
 InferenceMap InferenceData(LevelSize size, const std::vector<float>& depth,
                            const FilteredDepth& estimates, const cv::Mat& halved,
-                           const std::vector<std::uint32_t>& sky) {
+                           const InferenceMap& cells) {
   InferenceMap data;
   const LevelSize half = size.Halved();
   for (int y = 0; y < Height(half); ++y) {
     for (int x = 0; x < Width(half); ++x) {
       double weights = 0, depths = 0, confidences = 0;
+      bool any_textured = false;
       for (const auto& [dx, dy] : {std::array{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
-        if (!IsIn(size, 2 * x + dx, 2 * y + dy) || IsSky(sky, size, 2 * x, 2 * y)) continue;
+        if (!IsIn(size, 2 * x + dx, 2 * y + dy) || IsSky(cells, size, 2 * x, 2 * y)) continue;
         const std::size_t pixel = At(size, 2 * x + dx, 2 * y + dy);
-        if (estimates.inverse_depth[pixel] <= 0) continue;
         const bool textured = depth[pixel] > 0;
+        any_textured = any_textured || textured;
+        if (estimates.inverse_depth[pixel] <= 0) continue;
         const double confidence = double(estimates.confidence[pixel]);
         const double weight = textured ? 0.3 + 4 * confidence : 0.05;
         weights += weight;
         depths += weight * double(estimates.inverse_depth[pixel]);
         confidences += weight * (textured ? confidence : 0.25 * confidence);
+      }
+      const std::array<double, 4> cell = ReadTexel(CellOf(cells, size, 2 * x, 2 * y));
+      if (cell[3] > 0 && !any_textured) {
+        const double from_middle_x = 2 * x + 0.5 - (2 * x / 4 * 4 + 1.5);
+        const double from_middle_y = 2 * y + 0.5 - (2 * y / 4 * 4 + 1.5);
+        weights = 1;
+        depths = cell[0] + from_middle_x * cell[1] + from_middle_y * cell[2];
+        confidences = cell[3];
       }
       const double share = weights > 0 ? 1 / weights : 0;
       data.push_back(PackTexel(share * depths, weights, share * confidences,
@@ -139,7 +153,7 @@ InferenceMap InferenceRelax(LevelSize size, float leak, const InferenceMap& data
 
 FilteredDepth Inference(const InferenceParams& params, const std::vector<float>& depth,
                         const std::vector<float>& winners, const InferenceMap& state,
-                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky,
+                        const cv::Mat& grey, const InferenceMap& cells,
                         const SourceProjections& projections) {
   const LevelSize size{params.width_px, params.height_px};
   const LevelSize half = size.Halved();
@@ -185,7 +199,7 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
       const bool is_matched = depth[At(size, x, y)] > 0;
       const bool is_inferred = !is_matched && num_views >= int(params.min_views) && w > 0 &&
                                difference <= double(params.max_difference) &&
-                               !IsSky(sky, size, x, y);
+                               !IsSky(cells, size, x, y);
       inferred.inverse_depth.push_back(is_matched    ? 1 / depth[At(size, x, y)]
                                        : is_inferred ? static_cast<float>(w)
                                                      : 0.F);

@@ -20,10 +20,11 @@ namespace mono3d::reference {
 using InferenceMap = std::vector<std::array<float, 4>>;
 
 // Matched estimates at half the resolution. `depth` is 0 where the texture filter takes them away,
-// `halved` the grey image of half the resolution, `sky` a word for each cell of 4x4 pixels.
+// `halved` the grey image of half the resolution, `cells` those of 4x4 pixels as
+// shaders/depth/inference.glsl has them.
 InferenceMap InferenceData(LevelSize size, const std::vector<float>& depth,
                            const FilteredDepth& estimates, const cv::Mat& halved,
-                           const std::vector<std::uint32_t>& sky);
+                           const InferenceMap& cells);
 InferenceMap InferenceHalve(LevelSize size, const InferenceMap& fine);
 InferenceMap InferenceExpand(LevelSize coarse_size, LevelSize size, const InferenceMap& coarse,
                              const InferenceMap& data);
@@ -31,7 +32,7 @@ InferenceMap InferenceRelax(LevelSize size, float leak, const InferenceMap& data
                             const InferenceMap& before);
 FilteredDepth Inference(const InferenceParams& params, const std::vector<float>& depth,
                         const std::vector<float>& winners, const InferenceMap& state,
-                        const cv::Mat& grey, const std::vector<std::uint32_t>& sky,
+                        const cv::Mat& grey, const InferenceMap& cells,
                         const SourceProjections& projections);
 
 }  // namespace mono3d::reference
