@@ -196,6 +196,32 @@ TEST(Registration, ExpectsTheNextMapWhereTheLastOneWasFound) {
   EXPECT_LT(ImageDistance_px(third.S_world_kf.pose(), HouseView({}, 6).T_world_cam), kTolerance_px);
 }
 
+// Poses that were all adjusted together stand: a depth map that errs is judged, and not moved.
+TEST(Registration, MovesNothingWhereItIsTold) {
+  SurfelMapOptions options = Registered();
+  options.registration.moves = false;
+  const auto map = CreateTrackedModel(options);
+  (void)map->Integrate(HouseView({}, 0));
+  // Half a pixel off, which the model notices.
+  const TrackedMap off = Misplaced(HouseView({}, 4), {0.002, -0.003, 0.002}, {0, 0, 0}, 1);
+  const FusionResult second = map->Integrate(off);
+  ASSERT_EQ(second.status, FusionStatus::kFused) << second.reason;
+  EXPECT_TRUE(second.registration.registered);
+  EXPECT_FALSE(second.registration.moved);
+  EXPECT_GT(second.registration.tracker_misfit, options.registration.max_misfit);
+  EXPECT_EQ(ImageDistance_px(second.S_world_kf.pose(), off.T_world_cam), 0);
+  // Far off: refused.
+  const FusionResult wrong =
+      map->Integrate(Misplaced(HouseView({}, 9), {0.1, 0.15, 0.05}, {2, 1, -2}, 1));
+  EXPECT_EQ(wrong.rejection, FusionRejection::kNotRegistered) << wrong.reason;
+  // What shows nothing of the model is of one part with it all the same.
+  TrackedMap elsewhere = HouseView({}, 0);
+  elsewhere.T_world_cam = Pose(Eigen::Quaterniond::Identity(), Vector3d(500, 0, 0));
+  const FusionResult apart = map->Integrate(elsewhere);
+  EXPECT_EQ(apart.status, FusionStatus::kFused);
+  EXPECT_FALSE(apart.starts_submap);
+}
+
 TEST(Registration, KeepsThePredictionWithoutOverlap) {
   const auto map = CreateTrackedModel(Registered());
   (void)map->Integrate(HouseView({}, 0));

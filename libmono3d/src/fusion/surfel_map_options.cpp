@@ -41,6 +41,7 @@ void FreeSpaceOptions::Visit(OptionVisitor& visit) {
 
 void RegistrationOptions::Visit(OptionVisitor& visit) {
   visit("enabled", enabled, "register depth maps with the model before they are fused");
+  visit("moves", moves, "or judge them where the tracker has them; photographs always");
   visit("with_scale", with_scale, "and the scale of their depths as well");
   visit("with_grey", with_grey, "point-to-plane and photometric; else point-to-plane alone");
   visit("max_misfit", max_misfit,

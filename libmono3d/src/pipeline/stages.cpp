@@ -49,15 +49,17 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
   TrackerOptions tracking = options.tracking;
   if (options.is_live) tracking.mode = "live";
   KeyframeSelectorOptions keyframes = options.keyframes;
+  SurfelMapOptions fusion = options.fusion;
   if (options.are_photos) {
     stages.tracker = CreatePhotoMapper(options.photos, times);
     keyframes.is_unordered = true;
+    fusion.registration.moves = false;
   } else {
     stages.tracker = CreateTracker(tracking, times);
   }
   stages.keyframe_selector = CreateKeyframeSelector(keyframes);
   stages.depth_estimator = CreateDepthEstimator(device, options.depth, times);
-  stages.create_surfel_map = [device, fusion = options.fusion, times] {
+  stages.create_surfel_map = [device, fusion, times] {
     return CreateSurfelMap(device, fusion, times);
   };
   return stages;

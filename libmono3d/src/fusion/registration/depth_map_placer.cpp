@@ -51,7 +51,8 @@ Placement DepthMapPlacer::Place(const DepthMap& map, const Similarity& S_tracker
   if (!placement.join && placement.registration.constraint) {
     placement.constraints = {*placement.registration.constraint};
   }
-  if (!evidence.registered && placement.registration.rejection.empty()) {
+  const bool is_apart = !evidence.registered && placement.registration.rejection.empty();
+  if (is_apart && context_.options.registration.moves) {
     placement.starts_submap = true;
     placement.submap = model_.anchors.NextSubmapId();
   }

@@ -253,6 +253,18 @@ Registrar::Assessment Registrar::Assess(const Target& target, const Registration
           Misfit(evaluation.system, Deviation(of_tracker, predicted))};
 }
 
+// Without surfels that others hide, from here on, where many lie behind the depth map.
+Registrar::Assessment Registrar::AssessVisible(Target& target,
+                                               const RegistrationProblem& of_tracker,
+                                               const Similarity& predicted, int& num_evaluations) {
+  const Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
+  if (target.leaves_out_hidden || !MuchLiesBehind(assessment.evidence, target.options.gate)) {
+    return assessment;
+  }
+  target.leaves_out_hidden = true;
+  return Assess(target, of_tracker, predicted, num_evaluations);
+}
+
 // Gauss-Newton from the prediction, coarse to fine.
 Registrar::Evaluation Registrar::Converge(const Target& target, const RegistrationProblem& problem,
                                           int& num_evaluations) {
@@ -293,17 +305,14 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
   Target target{recorder, buffers, surfels, blocks, S_world_anchor, options, times};
   const RegistrationProblem of_tracker = MakeProblem(map, options, predictions.front());
   UploadGrey(map);
+  if (!options.registration.moves) return Judge(target, of_tracker, predictions.front());
   int num_evaluations = 0;
   RegistrationEvidence best;
   Matrix7d information = Matrix7d::Zero();
   const Similarity* best_start = nullptr;
   bool is_tracker_wrong = false;
   for (const Similarity& predicted : predictions) {
-    Assessment assessment = Assess(target, of_tracker, predicted, num_evaluations);
-    if (!target.leaves_out_hidden && MuchLiesBehind(assessment.evidence, options.gate)) {
-      target.leaves_out_hidden = true;
-      assessment = Assess(target, of_tracker, predicted, num_evaluations);
-    }
+    Assessment assessment = AssessVisible(target, of_tracker, predicted, num_evaluations);
     RegistrationEvidence& evidence = assessment.evidence;
     evidence.moved = &predicted != &predictions.front();
     if (!evidence.moved) is_tracker_wrong = evidence.tracker_misfit > kToldMisfit;
@@ -353,6 +362,21 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
           information,
           {},
           is_tracker_wrong};
+}
+
+// Where the tracker has it, and nowhere else.
+Registration Registrar::Judge(Target& target, const RegistrationProblem& of_tracker,
+                              const Similarity& predicted) {
+  int num_evaluations = 0;
+  Assessment assessment = AssessVisible(target, of_tracker, predicted, num_evaluations);
+  const RegistrationEvidence& evidence = assessment.evidence;
+  if (!evidence.registered) return {predicted, evidence, {}, {}, {}};
+  std::string rejection = RejectionReason(evidence, target.options.gate);
+  if (!rejection.empty()) {
+    const auto tolerated = Tolerate(target, of_tracker, {predicted}, num_evaluations);
+    if (tolerated) return *tolerated;
+  }
+  return {predicted, evidence, std::move(rejection), assessment.information, {}};
 }
 
 // A depth map may err more than it claims, by what its pictures do not show: poses that bent it,

@@ -89,6 +89,10 @@ class Registrar {
                     const Similarity& predicted, int& num_evaluations);
   std::optional<Registration> Tolerate(const Target& target, const RegistrationProblem& of_tracker,
                                        const Predictions& predictions, int& num_evaluations);
+  Assessment AssessVisible(Target& target, const RegistrationProblem& of_tracker,
+                           const Similarity& predicted, int& num_evaluations);
+  Registration Judge(Target& target, const RegistrationProblem& of_tracker,
+                     const Similarity& predicted);
   Evaluation Converge(const Target& target, const RegistrationProblem& problem,
                       int& num_evaluations);
 
