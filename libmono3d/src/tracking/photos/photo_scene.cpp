@@ -27,6 +27,8 @@ constexpr double kMaxP3pErrorShare = 0.005;
 // Of the points that a photo should show, so many agree with its pose by chance.
 constexpr double kMinP3pShare = 0.2;
 
+double MaxP3pError_px(const CameraModel& camera) { return kMaxP3pErrorShare * camera.width; }
+
 cv::UsacParams P3pParams(double threshold_px, int seed) {
   cv::UsacParams params;
   params.confidence = 0.9999;
@@ -56,9 +58,8 @@ std::optional<Pose> SolveP3p(const CameraModel& camera,
   cv::Mat rotation;
   cv::Mat translation;
   cv::Mat inliers;
-  const bool is_found =
-      cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation, translation, inliers,
-                         P3pParams(kMaxP3pErrorShare * camera.width, seed));
+  const bool is_found = cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation, translation,
+                                           inliers, P3pParams(MaxP3pError_px(camera), seed));
   if (!is_found || rotation.total() != 3 || translation.total() != 3) return std::nullopt;
   Eigen::Vector3d omega;
   Eigen::Vector3d t;
@@ -190,8 +191,16 @@ std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int
   }
   const std::optional<Pose> start = SolveP3p(camera_, measurements, seed);
   if (!start) return std::nullopt;
-  // Wide gates first: they are to find the place, not to judge the points.
-  const PoseEstimate estimate = OptimisePose(camera_, *start, measurements);
+  // Of those alone that agree with it. Where a building repeats itself, a fifth of the points is
+  // off by a window or two, all alike, and together they would pull the pose away from the others.
+  std::vector<PointMeasurement> near;
+  for (const PointMeasurement& measurement : measurements) {
+    const Eigen::Vector3d p_cam = *start * measurement.p_world;
+    if (p_cam.z() <= 0) continue;
+    const double error_px = (camera_.Project(p_cam) - measurement.pixel).norm();
+    if (error_px <= MaxP3pError_px(camera_)) near.push_back(measurement);
+  }
+  const PoseEstimate estimate = OptimisePose(camera_, *start, near);
   if (estimate.num_inliers < min_inliers ||
       estimate.num_inliers < kMinP3pShare * static_cast<double>(measurements.size())) {
     return std::nullopt;
