@@ -13,9 +13,9 @@ namespace MONO3D_EXPORT mono3d {
 struct RegistrationOptions {
   // Off: depth maps are fused at the tracker's poses whatever the model says.
   bool enabled = true;
-  // Off: depth maps are judged at the tracker's poses, but not moved, for poses that were all adjusted
-  // together before the first depth map came, as those of photographs. Depth maps moved one after
-  // the other drift.
+  // Off: depth maps are judged at the tracker's poses, but not moved, for poses that were all
+  // adjusted together before the first depth map came, as those of photographs. Depth maps moved
+  // one after the other drift.
   bool moves = true;
   bool with_scale = true;  // seven unknowns, Sim(3); else six, SE(3)
   bool with_grey = true;   // surface and grey values; else the surface alone
