@@ -109,6 +109,21 @@ TEST(CameraAdjustment, FindsTheCameraOfAnOrbit) {
   EXPECT_NEAR(found.sigma_px, kNoise_px, 0.15 * kNoise_px);
 }
 
+// Wherever its memory lies.
+TEST(CameraAdjustment, IsTheSameInEveryBit) {
+  const SparseModel map = MakeRollingMap(TrueCamera(), 8);
+  const CameraAdjustment first = Adjust(UnknownCamera(), map);
+  std::mt19937 random(9);
+  std::vector<std::vector<char>> taken;
+  for (int i = 0; i < 8; ++i) {
+    for (int k = 0; k < 200; ++k) taken.emplace_back(random() % 4000);
+    for (int k = 0; k < 100; ++k) taken[random() % taken.size()] = {};
+    const CameraAdjustment again = Adjust(UnknownCamera(), map);
+    ASSERT_EQ(again.camera, first.camera) << i;
+    ASSERT_EQ(again.covariance, first.covariance) << i;
+  }
+}
+
 TEST(CameraAdjustment, StatesHowFarItIsOff) {
   int num_within = 0;
   int num_all = 0;

@@ -379,9 +379,11 @@ void CameraProblem::Solve(double min_gain) {
   ceres::Problem problem(options);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (std::array<double, 3>& point : points_) ordering->AddElementToGroup(point.data(), 0);
+  // Groups of their own: Ceres orders each by address, so that sums over blocks of several vectors
+  // would depend on where those lie, and so the camera in its last digits. Points come first.
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
-  for (ImageVelocity& of : velocities_) ordering->AddElementToGroup(of.change.data(), 1);
-  for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 1);
+  for (ImageVelocity& of : velocities_) ordering->AddElementToGroup(of.change.data(), 2);
+  for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 3);
   for (const Observation& observation : observations_) {
     problem.AddResidualBlock(new ReprojectionCost(CostOf(observation, sigma_px_)), &loss,
                              cameras_[camera_of(observation)].parameters.data(),

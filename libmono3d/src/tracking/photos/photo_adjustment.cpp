@@ -117,8 +117,9 @@ class EarthAdjustment {
       options.linear_solver_ordering->AddElementToGroup(block, group);
     };
     for (PointBlock& point : points_) add(point.data(), 0);
-    for (PointBlock& place : place_blocks_) add(place.data(), 0);
-    for (CameraBlock& camera : cameras_) add(camera.data(), 1);
+    // A group for each vector: Ceres orders those of one group by address.
+    for (PointBlock& place : place_blocks_) add(place.data(), 1);
+    for (CameraBlock& camera : cameras_) add(camera.data(), 2);
     options.max_num_iterations = 50;
     options.function_tolerance = 1e-6;
     options.num_threads = 1;  // sums in one order: same input, same bytes out
