@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
 
@@ -41,6 +42,22 @@ struct BestCosine {
     return best >= kMinCosine && 1 - best < kRatio * (1 - second);
   }
 };
+
+// On all processors: act(i) for each i below `size`.
+template <typename Act>
+void ForEachInParallel(std::size_t size, const Act& act) {
+  cv::parallel_for_({0, static_cast<int>(size)}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) act(static_cast<std::size_t>(i));
+  });
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> AllPhotoPairs(std::size_t num_photos) {
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (std::size_t a = 0; a < num_photos; ++a) {
+    for (std::size_t b = a + 1; b < num_photos; ++b) pairs.emplace_back(a, b);
+  }
+  return pairs;
+}
 
 std::optional<PhotoPair> Verified(const std::vector<PhotoFeatures>& photos, std::size_t a,
                                   std::size_t b, const PhotoMapperOptions& options) {
@@ -106,37 +123,42 @@ std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const Photo
 std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
     const std::vector<PhotoFeatures>& photos, const PhotoMapperOptions& options) {
   const std::size_t size = photos.size();
-  const bool is_exhaustive = size <= static_cast<std::size_t>(options.max_exhaustive);
-  std::set<std::pair<std::size_t, std::size_t>> chosen;
+  std::vector<std::pair<std::size_t, std::size_t>> all = AllPhotoPairs(size);
+  if (size <= static_cast<std::size_t>(options.max_exhaustive)) return all;
+  std::vector<std::size_t> votes(all.size());
+  ForEachInParallel(all.size(), [&](std::size_t i) {
+    votes[i] =
+        MatchPhotoFeatures(photos[all[i].first], photos[all[i].second], kNumPreemptive).size();
+  });
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> partners(size);  // votes, photo
-  for (std::size_t a = 0; a < size; ++a) {
-    for (std::size_t b = a + 1; b < size; ++b) {
-      if (is_exhaustive) {
-        chosen.emplace(a, b);
-        continue;
-      }
-      const std::size_t votes = MatchPhotoFeatures(photos[a], photos[b], kNumPreemptive).size();
-      if (votes < kMinPreemptive) continue;
-      partners[a].emplace_back(votes, b);
-      partners[b].emplace_back(votes, a);
-    }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (votes[i] < kMinPreemptive) continue;
+    const auto& [a, b] = all[i];
+    partners[a].emplace_back(votes[i], b);
+    partners[b].emplace_back(votes[i], a);
   }
+  std::set<std::pair<std::size_t, std::size_t>> chosen;
   for (std::size_t a = 0; a < size; ++a) {
     std::ranges::stable_sort(partners[a],
                              [](const auto& l, const auto& r) { return l.first > r.first; });
     if (partners[a].size() > static_cast<std::size_t>(options.num_partners)) {
       partners[a].resize(static_cast<std::size_t>(options.num_partners));
     }
-    for (const auto& [votes, b] : partners[a]) chosen.emplace(std::min(a, b), std::max(a, b));
+    for (const auto& [shared, b] : partners[a]) chosen.emplace(std::min(a, b), std::max(a, b));
   }
   return {chosen.begin(), chosen.end()};
 }
 
 std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
                                    const PhotoMapperOptions& options) {
+  const auto chosen = ChoosePhotoPairs(photos, options);
+  std::vector<std::optional<PhotoPair>> verified(chosen.size());
+  ForEachInParallel(chosen.size(), [&](std::size_t i) {
+    verified[i] = Verified(photos, chosen[i].first, chosen[i].second, options);
+  });
   std::vector<PhotoPair> pairs;
-  for (const auto& [a, b] : ChoosePhotoPairs(photos, options)) {
-    if (auto pair = Verified(photos, a, b, options)) pairs.push_back(*std::move(pair));
+  for (std::optional<PhotoPair>& pair : verified) {
+    if (pair) pairs.push_back(*std::move(pair));
   }
   return pairs;
 }
