@@ -15,6 +15,7 @@
 #include "io/temporary_folder.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/frame_source.h"
+#include "mono3d/io/output_file.h"
 #include "mono3d/pipeline/run_writer.h"
 
 namespace mono3d {
@@ -122,6 +123,25 @@ TEST_F(ImagesOfRun, OfAVideoThatWereWrittenWhileItWasReadAreNotReadAgain) {
   EXPECT_FALSE(fs::exists(out_ / "images/000003.jpg"));
   EXPECT_THAT(NamesOfPlacedImages(out_ / "images"),
               ElementsAre("000001.jpg", "000005.jpg", "000006.jpg", ".images_of_run"));
+}
+
+// Killed while it wrote the list, or an image of the list.
+TEST_F(ImagesOfRun, TakeThePlaceOfWhatAKilledRunLeft) {
+  const std::string video = WriteFilm(folder_);
+  for (const char* left : {".images_of_run.partial", "000001.jpg.partial"}) {
+    const fs::path images = out_ / "images";
+    fs::create_directories(images);
+    if (std::string(left) != ".images_of_run.partial") {
+      WriteFileAtomically(images / ".images_of_run", "000001.jpg\n");
+    }
+    WriteFileAtomically(images / left, "half");
+    EXPECT_TRUE(MayPlaceImages(images)) << left;
+    Reconstruction run = RunWithKeyframes({{1, "flight.avi#1"}});
+    PlaceImagesOfRun(video, ImagePlacing::kLink, out_, run);
+    EXPECT_FALSE(fs::exists(images / left));
+    EXPECT_THAT(NamesOfPlacedImages(images), ElementsAre("000001.jpg", ".images_of_run"));
+    fs::remove_all(images);
+  }
 }
 
 TEST_F(ImagesOfRun, WrittenEarlyGoOnBesideThoseOfTheRunThatWasBrokenOff) {

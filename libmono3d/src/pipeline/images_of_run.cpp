@@ -193,15 +193,23 @@ std::vector<std::string> NamesOfPlacedImages(const fs::path& images) {
   const fs::path list = images / kListOfImages;
   std::error_code ignored;
   std::vector<std::string> names;
-  if (!fs::exists(list, ignored)) return names;
-  for (const std::string& name : ReadLines(list)) {
-    const bool is_name = !name.empty() && name == fs::path(name).filename();
-    // A link whose image has gone is there, too.
-    if (is_name && fs::symlink_status(images / name, ignored).type() != fs::file_type::not_found) {
+  // A link whose image has gone is there, too.
+  const auto add = [&](const std::string& name) {
+    if (fs::symlink_status(images / name, ignored).type() != fs::file_type::not_found) {
       names.push_back(name);
     }
+  };
+  // What a run that was killed in the middle of a file has left.
+  const auto add_with_partial = [&](const std::string& name) {
+    add(name);
+    add(name + ".partial");
+  };
+  if (fs::exists(list, ignored)) {
+    for (const std::string& name : ReadLines(list)) {
+      if (!name.empty() && name == fs::path(name).filename()) add_with_partial(name);
+    }
   }
-  names.emplace_back(kListOfImages);
+  add_with_partial(std::string(kListOfImages));
   return names;
 }
 
