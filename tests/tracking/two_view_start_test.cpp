@@ -168,6 +168,26 @@ TEST(SelectMotion, TellsTheTwoMotionsOverAPlaneApartByAThirdView) {
   EXPECT_LT(UpperMedian(direction_errors_deg), kMaxDirectionErrorDeg);
 }
 
+// A motion that fits no better than a turn: the depths that it needs do not hold for the view
+// between.
+TEST(IsRefuted, AMotionThatOtherViewsContradict) {
+  std::mt19937 random(SeedFromTestName());
+  const auto views = MakeViews(true, {Pose(), Motion(0.5), Motion(1)}, random);
+  const std::vector<BetweenView> between = {{&views[1], 0.5, MatchAll()}};
+  const StartAttempt attempt =
+      StartFromTwoViews(views[0], views[2], MatchAll(), SmallCamera(), {}, 1);
+  ASSERT_FALSE(attempt.candidates.empty()) << attempt.reason;
+  const auto right = std::ranges::min_element(attempt.candidates, {}, [](const auto& start) {
+    return ErrorOf(start.T_b_a, Motion(1)).rotation_deg;
+  });
+  EXPECT_FALSE(IsRefuted(*right, views[0], views[2], between, SmallCamera()));
+  // Most of the points are elsewhere in the view between, wherever it was taken.
+  const std::vector<BetweenView> other = {{&views[1], 0.5, MatchAll(150)}};
+  EXPECT_TRUE(IsRefuted(*right, views[0], views[2], other, SmallCamera()));
+  // Two views alone cannot.
+  EXPECT_FALSE(IsRefuted(*right, views[0], views[2], {}, SmallCamera()));
+}
+
 TEST(SelectMotion, TakesTheOnlyOneAndNoneWithoutAThirdView) {
   std::mt19937 random(SeedFromTestName());
   const auto views = MakeViews(false, {Pose(), Motion(1)}, random);

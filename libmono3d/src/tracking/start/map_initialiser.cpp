@@ -59,7 +59,7 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
   if (num_sharing > 3) tries.push_back(oldest + num_sharing / 2);
   for (const std::size_t first : tries) {
     std::string this_reason;
-    std::optional<TwoViewStart> motion = Try(first, view, this_reason);
+    std::optional<TwoViewStart> motion = Try(first, view, oldest == 0, this_reason);
     if (first == oldest) reason = this_reason;
     if (!motion) continue;
     MapStart start;
@@ -87,7 +87,8 @@ std::size_t MapInitialiser::FirstThatShares(const View& view, std::string& reaso
   return views_.size();
 }
 
-std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& view,
+// `can_wait`: no view is given up meanwhile.
+std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& view, bool can_wait,
                                                 std::string& reason) const {
   const View& a = views_[first];
   const CameraModel& camera = view.frame.camera;
@@ -95,7 +96,13 @@ std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& v
   reason = attempt.reason;
   if (attempt.candidates.size() < 2) {
     if (attempt.candidates.empty()) return std::nullopt;
-    return std::move(attempt.candidates.front());
+    TwoViewStart& motion = attempt.candidates.front();
+    if (motion.is_planar && can_wait &&
+        IsRefuted(motion, a, view, SupportViews(first, view), camera)) {
+      reason = "the motion over a plane that two views leave open does not hold for others";
+      return std::nullopt;
+    }
+    return std::move(motion);
   }
   std::optional<TwoViewStart> motion =
       SelectMotion(attempt.candidates, a, view, SupportViews(first, view), camera);

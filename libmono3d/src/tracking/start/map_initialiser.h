@@ -35,7 +35,8 @@ class MapInitialiser {
   void ExchangeState(Archive& archive, const CameraModel& camera, int num_levels);
 
  private:
-  std::optional<TwoViewStart> Try(std::size_t first, const View& view, std::string& reason) const;
+  std::optional<TwoViewStart> Try(std::size_t first, const View& view, bool can_wait,
+                                  std::string& reason) const;
   std::size_t FirstThatShares(const View& view, std::string& reason) const;
   std::vector<BetweenView> SupportViews(std::size_t first, const View& view) const;
   std::vector<FeatureMatch> MatchNear(const View& a, const View& b) const;

@@ -169,6 +169,7 @@ BundleAdjustmentProblem BuildProblem(const std::vector<CommonPoint>& points, std
 struct Adjusted {
   TwoViewStart start;
   std::vector<double> costs;  // what is left of the error of each point over all views
+  std::size_t num_observations = 0;
 };
 
 // An outlier counts as if at the limit, under either motion.
@@ -179,6 +180,7 @@ Adjusted Adjust(BundleAdjustmentProblem problem, const std::vector<CommonPoint>&
   SolveBundleAdjustment(problem, {kSteps, 0, kMinGain});
   Adjusted adjusted;
   adjusted.costs.assign(points.size(), 0);
+  adjusted.num_observations = problem.observations.size();
   for (const BundleAdjustmentObservation& observation : problem.observations) {
     const Eigen::Vector3d p_cam =
         problem.T_cam_world[observation.view] * problem.p_world[observation.point];
@@ -233,24 +235,19 @@ bool IsSame(const Pose& a, const Pose& b) {
          a.translation().normalized().dot(b.translation().normalized()) > kMinCosine;
 }
 
-}  // namespace
-
-std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates, const View& a,
-                                         const View& b, const std::vector<BetweenView>& between,
-                                         const CameraModel& camera) {
-  if (candidates.empty()) return std::nullopt;
-  if (candidates.size() == 1) return candidates.front();
+// Each candidate adjusted over all views; empty where they show too little in common.
+std::vector<Adjusted> AdjustAll(const std::vector<TwoViewStart>& candidates, const View& a,
+                                const View& b, const std::vector<BetweenView>& between,
+                                const CameraModel& camera) {
   std::vector<SupportView> supports;
   for (const BetweenView& view : between) {
     SupportView support{view.progress, Locate(a, *view.view, view.matches)};
     if (support.places.size() >= kMinPlaces) supports.push_back(std::move(support));
   }
-  if (supports.empty()) return std::nullopt;  // two views fit either way
+  if (supports.empty()) return {};  // two views fit either way
   supports.push_back({1, Locate(a, b, candidates.front().matches)});
   std::vector<CommonPoint> points = CommonPoints(candidates, a.features.size());
-  if (points.size() < kMinPlaces || supports.back().places.size() < kMinPlaces) {
-    return std::nullopt;
-  }
+  if (points.size() < kMinPlaces || supports.back().places.size() < kMinPlaces) return {};
   AddPointsSeenBefore(candidates, a, supports, camera, points);
   std::vector<Adjusted> adjusted;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -258,6 +255,29 @@ std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candid
     adjusted.push_back(
         Adjust(BuildProblem(points, i, T_b_a, a, supports, camera), points, candidates[i]));
   }
+  return adjusted;
+}
+
+}  // namespace
+
+bool IsRefuted(const TwoViewStart& candidate, const View& a, const View& b,
+               const std::vector<BetweenView>& between, const CameraModel& camera) {
+  // Of each observation of a point. Errors as large as they are taken to be would leave 1, as of
+  // three views three of six coordinates are left to judge by; patches are found better than that:
+  // right motions leave .02 to .2, and one that was neither of the two 1.07.
+  constexpr double kMaxCost = 0.5;
+  const std::vector<Adjusted> adjusted = AdjustAll({candidate}, a, b, between, camera);
+  return !adjusted.empty() && Sum(adjusted.front().costs) >
+                                  kMaxCost * static_cast<double>(adjusted.front().num_observations);
+}
+
+std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates, const View& a,
+                                         const View& b, const std::vector<BetweenView>& between,
+                                         const CameraModel& camera) {
+  if (candidates.empty()) return std::nullopt;
+  if (candidates.size() == 1) return candidates.front();
+  std::vector<Adjusted> adjusted = AdjustAll(candidates, a, b, between, camera);
+  if (adjusted.empty()) return std::nullopt;
   const auto best =
       std::min_element(adjusted.begin(), adjusted.end(),
                        [](const auto& l, const auto& r) { return Sum(l.costs) < Sum(r.costs); });

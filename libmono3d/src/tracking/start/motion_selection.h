@@ -17,6 +17,12 @@ struct BetweenView {
   std::vector<FeatureMatch> matches;  // with the first view
 };
 
+// Whether the one motion that two views of a plane leave open is contradicted by others. Where the
+// scene is no plane, and has hardly moved, a homography fits it as well, with a motion that is
+// neither of the two.
+bool IsRefuted(const TwoViewStart& candidate, const View& a, const View& b,
+               const std::vector<BetweenView>& between, const CameraModel& camera);
+
 // Which of several motions holds for further views as well. The points are found in all views
 // by their patches, each motion is adjusted over all of them (bundle adjustment), and one must
 // leave less error than the others beyond what chance explains (Vuong 1989). With a view from
