@@ -26,20 +26,20 @@ namespace {
 constexpr int kMaxColourStep = 5;
 constexpr double kMinRegionShare =
     0.001;  // of the image: smaller regions are completed as well without
-// Half of what is matched around a region may belong to what stands before it.
+// The rest of what is matched around a region may belong to what stands before it.
 constexpr double kMinInlierShare = 0.6;
 constexpr std::size_t kMinInliers = 12;
-// RegionCells around a region in which samples are looked for: what is matched nearest to it may
-// have the depth of its neighbour, by half the census window.
+// Cells around a region in which samples are looked for: what is matched nearest to it may have
+// the depth of its neighbour, by half the census window.
 constexpr int kReach = 3;
 // Planes of the sweep.
 constexpr double kTolerance = 1;
 constexpr double kLeastSigma = 0.25;
-// RegionCells of which the errors are alike, as windows overlap.
+// Cells of which the errors are alike, as windows overlap.
 constexpr double kCellsPerError = 9;
 // Three of 60 % inliers: all tries miss with a probability below 1e-5.
 constexpr int kNumTries = 50;
-constexpr std::size_t kMostSamples = 400;  // that hypotheses are scored with
+constexpr std::size_t kMostSamples = 400;  // that a region is judged by
 // Of a region that has to have an estimate for its shape to be seen, and the median difference from
 // a smooth surface, in planes of the sweep: grass on waves of the ground has 0.3 to 0.5, what is
 // matched by chance on a bare roof 1.2 to 2.
@@ -59,6 +59,9 @@ struct Plane {
   Eigen::Vector3d slopes;  // times Sample::at
   Eigen::Matrix3d covariance;
 };
+
+// Every so many, no more than kMostSamples are taken.
+std::size_t StrideOf(std::size_t size) { return (size + kMostSamples - 1) / kMostSamples; }
 
 double Residual(const Sample& sample, const Eigen::Vector3d& slopes) {
   return sample.inverse_depth - slopes.dot(sample.at);
@@ -81,7 +84,7 @@ std::optional<Eigen::Vector3d> ThroughThree(const std::vector<Sample>& samples,
 // Of the hypotheses that with the least sum of squares, cut at the tolerance (MSAC).
 std::optional<Eigen::Vector3d> BestHypothesis(const std::vector<Sample>& samples) {
   std::minstd_rand random(1);
-  const std::size_t stride = (samples.size() + kMostSamples - 1) / kMostSamples;
+  const std::size_t stride = StrideOf(samples.size());
   std::optional<Eigen::Vector3d> best;
   double least = 0;
   for (int i = 0; i < kNumTries; ++i) {
@@ -245,7 +248,7 @@ struct Unfiltered {
 std::vector<Unfiltered> UnfilteredOf(const std::vector<cv::Point>& region,
                                      const RegionCells& cells) {
   const cv::Rect box = cv::boundingRect(region);
-  const std::size_t stride = (region.size() + kMostSamples - 1) / kMostSamples;
+  const std::size_t stride = StrideOf(region.size());
   std::vector<Unfiltered> found;
   for (std::size_t i = 0; i < region.size(); i += stride) {
     const std::optional<double> inverse_depth = cells.Unfiltered(region[i]);
@@ -261,7 +264,8 @@ std::vector<Unfiltered> UnfilteredOf(const std::vector<cv::Point>& region,
 // is right, though not exact, and tells more of the shape of the region than its border does.
 bool IsSeen(const std::vector<cv::Point>& region, const RegionCells& cells) {
   const std::vector<Unfiltered> found = UnfilteredOf(region, cells);
-  const std::size_t num_looked_at = std::min(region.size(), kMostSamples);
+  const std::size_t stride = StrideOf(region.size());
+  const std::size_t num_looked_at = (region.size() + stride - 1) / stride;
   if (static_cast<double>(found.size()) < kMinSeenShare * static_cast<double>(num_looked_at) ||
       found.size() < 2 * Quadric::RowsAtCompileTime) {
     return false;

@@ -53,7 +53,7 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
   if (options.are_photos) {
     stages.tracker = CreatePhotoMapper(options.photos, times);
     keyframes.is_unordered = true;
-    fusion.registration.moves = false;
+    fusion.registration.moves = false;  // all poses come from one adjustment
   } else {
     stages.tracker = CreateTracker(tracking, times);
   }
