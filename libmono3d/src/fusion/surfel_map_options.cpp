@@ -41,7 +41,9 @@ void FreeSpaceOptions::Visit(OptionVisitor& visit) {
 
 void RegistrationOptions::Visit(OptionVisitor& visit) {
   visit("enabled", enabled, "register depth maps with the model before they are fused");
-  visit("moves", moves, "or judge them where the tracker has them; photographs always");
+  visit("moves", moves,
+        "move them to where the model shows them; 0: judge them in place, as always with "
+        "photographs");
   visit("with_scale", with_scale, "and the scale of their depths as well");
   visit("with_grey", with_grey, "point-to-plane and photometric; else point-to-plane alone");
   visit("max_misfit", max_misfit,
