@@ -41,6 +41,24 @@ TEST_F(DepthMapFiles, AreThoseOfTheImagesThatTheMapHas) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "000042.confidence.png"));
 }
 
+TEST_F(DepthMapFiles, HavePreviewsOfEveryFewPixels) {
+  DepthMap map;
+  map.camera = DepthCamera();
+  map.depth = cv::Mat(4, 6, CV_32FC1, cv::Scalar(2));
+  map.normal = cv::Mat(4, 6, CV_32FC3, cv::Scalar(0, 0.6, -0.8));
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 6; ++x) {
+      if (x % 4 == 0 && y % 4 == 0) map.normal.at<cv::Vec3f>(y, x) = {0, 0, -1};
+    }
+  }
+  WriteDepthMap(folder_, "1", map, {.preview_step_px = 4});
+  EXPECT_EQ(cv::imread(folder_ / "1.depth.png").size(), cv::Size(2, 1));
+  const cv::Mat preview = cv::imread(folder_ / "1.normal.png");
+  ASSERT_EQ(preview.size(), cv::Size(2, 1));
+  EXPECT_EQ(preview.at<cv::Vec3b>(0, 1), cv::Vec3b(255, 128, 128));
+  EXPECT_EQ(ReadPfm(folder_ / "1.depth.pfm").size(), map.depth.size()) << "the map stays whole";
+}
+
 TEST_F(DepthMapFiles, OfEachFormAreReadAsTheyWere) {
   DepthMap map;
   map.camera = DepthCamera();

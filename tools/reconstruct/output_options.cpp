@@ -11,6 +11,12 @@
 #include "mono3d/pipeline/georeferencing.h"
 
 namespace mono3d::tools {
+namespace {
+
+// A run writes many, and a picture of half the size takes a quarter of the time.
+constexpr int kPreviewStep_px = 2;
+
+}  // namespace
 
 void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
   const std::vector<std::pair<std::string, ImagePlacing>> placings = {
@@ -32,7 +38,8 @@ void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
       ->type_name("TEXT:{none,pfm,exr,png16}");
   app.add_flag(
       "--depth-previews,!--no-depth-previews", arguments.depth_previews,
-      "pictures of the depth maps beside them; without it they are there but in live runs");
+      "pictures of the depth maps beside them, of half the size; without it they are there but in "
+      "live runs");
   const std::vector<std::pair<std::string, bool>> axes = {{"level", true}, {"first-camera", false}};
   app.add_option("--axes", arguments.is_level,
                  "axes of everything that is written: level (default; z up, the origin on the "
@@ -43,7 +50,9 @@ void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
 
 DepthFileOptions DepthFilesOf(const OutputArguments& arguments, bool is_live) {
   const bool is_told = arguments.depth_previews != 0;
-  return {arguments.depth_files, is_told ? arguments.depth_previews > 0 : !is_live};
+  return {.form = arguments.depth_files,
+          .with_previews = is_told ? arguments.depth_previews > 0 : !is_live,
+          .preview_step_px = kPreviewStep_px};
 }
 
 std::optional<PipelinePositions> PositionsFor(const PlaceOfRun& place) {

@@ -4,9 +4,11 @@
 #include "depth/contradictions.h"
 
 #include <Eigen/Core>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <opencv2/core/hal/intrin.hpp>
 #include <span>
 #include <vector>
 
@@ -19,6 +21,9 @@ constexpr float kPlace_px = 2;
 
 // Of a pixel of the reference without depth, or whose point the source does not see.
 constexpr std::int32_t kNowhere = -1;
+
+// Pixels that are worked on together.
+constexpr int kLanes = cv::v_float32x4::nlanes;
 
 // The places in one source, by number, row by row.
 class Places {
@@ -35,25 +40,31 @@ class Places {
     return static_cast<std::size_t>(num_columns_) * static_cast<std::size_t>(num_rows_);
   }
 
-  // Of the pixels of row y with these inverse depths, 0: none.
-  void OfRow(int y, const float* inverse_depths, std::span<std::int32_t> places) {
-    const auto num_pixels = static_cast<Eigen::Index>(places.size());
-    const Eigen::Map<const Eigen::ArrayXf> w(inverse_depths, num_pixels);
+  // Of the pixels of row y with these inverse depths, 0: none. Their number is a multiple of
+  // kLanes.
+  void OfRow(int y, const float* inverse_depths, std::span<std::int32_t> places) const {
     const Eigen::Vector3f start = A_ * Eigen::Vector3f(0, float(y), 1);
     const Eigen::Vector3f step = A_.col(0);
-    if (x_.size() != num_pixels) {
-      x_ = Eigen::ArrayXf::LinSpaced(num_pixels, 0, float(num_pixels - 1));
-    }
-    z_ = start.z() + step.z() * x_ + b_.z() * w;
-    u_ = (start.x() + step.x() * x_ + b_.x() * w) / z_;
-    v_ = (start.y() + step.y() * x_ + b_.y() * w) / z_;
-    for (Eigen::Index x = 0; x < num_pixels; ++x) {
-      const bool is_seen = w[x] > 0 && z_[x] > 0 && u_[x] >= first_.x() && u_[x] <= last_.x() &&
-                           v_[x] >= first_.y() && v_[x] <= last_.y();
-      places[static_cast<std::size_t>(x)] =
-          is_seen ? static_cast<std::int32_t>(v_[x] / kPlace_px) * num_columns_ +
-                        static_cast<std::int32_t>(u_[x] / kPlace_px)
-                  : kNowhere;
+    const auto all = [](float value) { return cv::v_setall_f32(value); };
+    const cv::v_float32x4 zero = all(0);
+    const cv::v_float32x4 per_px = all(1 / kPlace_px);
+    const cv::v_int32x4 num_columns = cv::v_setall_s32(num_columns_);
+    const cv::v_int32x4 nowhere = cv::v_setall_s32(kNowhere);
+    cv::v_float32x4 x(0, 1, 2, 3);
+    for (std::size_t i = 0; i < places.size(); i += kLanes, x += all(kLanes)) {
+      const cv::v_float32x4 w = cv::v_load(inverse_depths + i);
+      const auto along = [&](int axis) {
+        return all(start[axis]) + all(step[axis]) * x + all(b_[axis]) * w;
+      };
+      const cv::v_float32x4 z = along(2);
+      const cv::v_float32x4 u = along(0) / z;
+      const cv::v_float32x4 v = along(1) / z;
+      const cv::v_float32x4 is_seen = (w > zero) & (z > zero) & (u >= all(first_.x())) &
+                                      (u <= all(last_.x())) & (v >= all(first_.y())) &
+                                      (v <= all(last_.y()));
+      const cv::v_int32x4 place = cv::v_trunc(v * per_px) * num_columns + cv::v_trunc(u * per_px);
+      cv::v_store(places.data() + i,
+                  cv::v_select(cv::v_reinterpret_as_s32(is_seen), place, nowhere));
     }
   }
 
@@ -64,49 +75,64 @@ class Places {
   Eigen::Vector2f last_;
   std::int32_t num_columns_;
   std::int32_t num_rows_;
-  Eigen::ArrayXf x_;  // of a row
-  Eigen::ArrayXf u_;
-  Eigen::ArrayXf v_;
-  Eigen::ArrayXf z_;
 };
 
-// The pixel to which a place belongs.
-struct Owner {
-  float confidence = 0;
-  float inverse_depth = 0;
-};
+// The pixel to which a place belongs: in the upper half the bits of its confidence, which as those
+// of floats from 0 on are in the same order, and in the lower half those of its inverse depth. As
+// one word, since which of two pixels is surer is a matter of chance, which no processor predicts.
+using Owner = std::uint64_t;
+constexpr Owner kNobody = 0;
+
+Owner OwnerOf(float confidence, float inverse_depth) {
+  return Owner{std::bit_cast<std::uint32_t>(confidence)} << 32U |
+         std::bit_cast<std::uint32_t>(inverse_depth);
+}
+
+// The first of equals.
+Owner SurerOf(Owner first, Owner second) { return second >> 32U > first >> 32U ? second : first; }
+
+float InverseDepthOf(Owner owner) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(owner));
+}
 
 // One that fills up a side of the bundle, or stands where the reference does.
 bool ShowsNoDepth(const SourceProjection& source) { return source.b.isZero(); }
 
-}  // namespace
-
-cv::Mat FindContradicted(const SweepGeometry& geometry, const cv::Mat& depth,
-                         const cv::Mat& confidence, double tolerance) {
-  cv::Mat inverse_depth(depth.size(), CV_32FC1);
+// 1/su, 0: no depth, in rows of a multiple of kLanes.
+cv::Mat InverseDepths(const cv::Mat& depth) {
+  cv::Mat inverse_depth(depth.rows, (depth.cols + kLanes - 1) / kLanes * kLanes, CV_32FC1,
+                        cv::Scalar(0));
   for (int y = 0; y < depth.rows; ++y) {
     const auto* from = depth.ptr<float>(y);
     auto* to = inverse_depth.ptr<float>(y);
     for (int x = 0; x < depth.cols; ++x) to[x] = from[x] > 0 ? 1 / from[x] : 0;
   }
+  return inverse_depth;
+}
+
+}  // namespace
+
+cv::Mat FindContradicted(const SweepGeometry& geometry, const cv::Mat& depth,
+                         const cv::Mat& confidence, double tolerance) {
+  const cv::Mat inverse_depth = InverseDepths(depth);
   constexpr std::uint8_t kContradicted = 255;
   constexpr std::uint8_t kBorneOut = 1;  // in one source at least
   cv::Mat verdicts(depth.size(), CV_8UC1, cv::Scalar(0));
-  cv::Mat places_of_pixels(depth.size(), CV_32SC1);
+  cv::Mat places_of_pixels(inverse_depth.size(), CV_32SC1);
   std::vector<Owner> owners;
   for (const SourceProjection& source : geometry.Projections(0)) {
     if (ShowsNoDepth(source)) continue;
-    Places places(source);
-    owners.assign(places.size(), {});
+    const Places places(source);
+    owners.assign(places.size(), kNobody);
     for (int y = 0; y < depth.rows; ++y) {
       const auto* w = inverse_depth.ptr<float>(y);
       const auto* confidences = confidence.ptr<float>(y);
       auto* place = places_of_pixels.ptr<std::int32_t>(y);
-      places.OfRow(y, w, {place, static_cast<std::size_t>(depth.cols)});
+      places.OfRow(y, w, {place, static_cast<std::size_t>(inverse_depth.cols)});
       for (int x = 0; x < depth.cols; ++x) {
         if (place[x] == kNowhere) continue;
         Owner& owner = owners[static_cast<std::size_t>(place[x])];
-        if (confidences[x] > owner.confidence) owner = {confidences[x], w[x]};
+        owner = SurerOf(owner, OwnerOf(confidences[x], w[x]));
       }
     }
     for (int y = 0; y < depth.rows; ++y) {
@@ -114,15 +140,11 @@ cv::Mat FindContradicted(const SweepGeometry& geometry, const cv::Mat& depth,
       const auto* place = places_of_pixels.ptr<std::int32_t>(y);
       auto* verdict = verdicts.ptr<std::uint8_t>(y);
       for (int x = 0; x < depth.cols; ++x) {
-        if (place[x] == kNowhere) continue;
-        const Owner& owner = owners[static_cast<std::size_t>(place[x])];
+        if (verdict[x] == kBorneOut || place[x] == kNowhere) continue;
+        const Owner owner = owners[static_cast<std::size_t>(place[x])];
         const bool is_borne_out =
-            !(owner.confidence > 0) || std::abs(owner.inverse_depth - w[x]) <= float(tolerance);
-        if (is_borne_out) {
-          verdict[x] = kBorneOut;
-        } else if (verdict[x] != kBorneOut) {
-          verdict[x] = kContradicted;
-        }
+            owner == kNobody || std::abs(InverseDepthOf(owner) - w[x]) <= float(tolerance);
+        verdict[x] = is_borne_out ? kBorneOut : kContradicted;
       }
     }
   }

@@ -3,7 +3,9 @@
 
 #include "mono3d/io/depth_map_files.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -169,6 +171,26 @@ void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
   WriteEncoded(path, image);
 }
 
+namespace {
+
+// Every `step_px`th pixel of every `step_px`th row, the first ones included.
+cv::Mat Thinned(const cv::Mat& image, int step_px) {
+  if (step_px <= 1) return image;
+  cv::Mat thinned((image.rows + step_px - 1) / step_px, (image.cols + step_px - 1) / step_px,
+                  image.type());
+  const std::size_t size = image.elemSize();
+  for (int y = 0; y < thinned.rows; ++y) {
+    const std::uint8_t* from = image.ptr(y * step_px);
+    std::uint8_t* to = thinned.ptr(y);
+    for (int x = 0; x < thinned.cols; ++x, from += size * static_cast<std::size_t>(step_px)) {
+      to = std::copy_n(from, size, to);
+    }
+  }
+  return thinned;
+}
+
+}  // namespace
+
 void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
                    const DepthMap& map, const DepthFileOptions& options) {
   Validate(map);
@@ -177,7 +199,9 @@ void WriteDepthMap(const std::filesystem::path& folder, const std::string& name,
     if (image.empty()) return;
     const std::string stem = (folder / (name + "." + kind)).string();
     WriteLayer(stem, kind, image, options.form);
-    if (options.with_previews) WritePng(stem + ".png", preview(image));
+    if (options.with_previews) {
+      WritePng(stem + ".png", preview(Thinned(image, options.preview_step_px)));
+    }
   };
   write(kDepth, map.depth, DepthPreview);
   write(kNormal, map.normal, NormalPreview);

@@ -35,6 +35,7 @@ enum class DepthFileForm {
 struct DepthFileOptions {
   DepthFileForm form = DepthFileForm::kPfm;
   bool with_previews = true;  // a .png of each, to look at
+  int preview_step_px = 1;    // which shows every so many pixels and rows
 };
 
 // Depth up to 32 times the unit, which is near the mean distance of what is seen, in steps of
