@@ -142,10 +142,15 @@ class FlyingSpace {
 struct CandidateView {
   Pose T_world_cam;
   Eigen::Vector3d target_world;
-  std::vector<std::pair<std::uint32_t, double>> shown;  // places, and how much of their area
+  // Of what it gains beside the views that were taken: what that is, or would be with nothing
+  // before it.
+  double most_su2 = 0;
+  bool is_drawn = false;
+  std::vector<std::pair<std::uint32_t, double>> shown = {};  // places, and how much of their area
 };
 
-// What is wanted, as each of the views that are possible shows it.
+// What is wanted, as each of the views that are possible shows it. What stands before what takes a
+// picture to find out; pictures are drawn of those views alone that could be the best.
 class ViewPlanner {
  public:
   ViewPlanner(const CellGrid& grid, std::vector<WantedPlace> places, const CameraModel& camera,
@@ -155,7 +160,6 @@ class ViewPlanner {
   void AddCandidates(const FlyingSpace& space, const Eigen::Vector3d& up) {
     const Eigen::Vector3d east = up.unitOrthogonal();
     const Eigen::Vector3d north = up.cross(east);
-    std::vector<CandidateView> all;
     for (const Eigen::Vector3d& target : TargetsAmong(places_, grid_.cell_su())) {
       for (int i = 0; i < kNumAzimuths; ++i) {
         const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
@@ -163,36 +167,83 @@ class ViewPlanner {
         for (const double elevation : kElevations) {
           const Eigen::Vector3d towards = std::cos(elevation) * level + std::sin(elevation) * up;
           const Eigen::Vector3d position = target + distance_su_ * towards;
-          all.push_back({LookingAt(position, target, up), target, {}});
+          candidates_.push_back({LookingAt(position, target, up), target});
         }
       }
     }
-    cv::parallel_for_({0, static_cast<int>(all.size())}, [&](const cv::Range& range) {
-      for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end);
-           ++i) {
-        if (space.Allows(all[i].T_world_cam.translation())) FindShown(all[i]);
-      }
+    ForEach(candidates_.size(), [&](std::size_t i) {
+      CandidateView& candidate = candidates_[i];
+      if (!space.Allows(candidate.T_world_cam.translation())) return;
+      candidate.most_su2 = kRounding * GainOf(FindShown(candidate, nullptr));
     });
-    std::erase_if(all, [](const CandidateView& candidate) { return candidate.shown.empty(); });
-    candidates_ = std::move(all);
   }
 
-  // The best of all, beside those that were taken before; nothing below `min_worth_su2`.
+  // The best of all, beside those that were taken before, the first of equals; nothing below
+  // `min_worth_su2`.
   std::optional<NextView> TakeBest(double min_worth_su2) {
-    const CandidateView* best = nullptr;
-    double most = min_worth_su2;
-    for (const CandidateView& candidate : candidates_) {
-      double worth = 0;
-      for (const auto& [place, share] : candidate.shown) {
-        worth += WorthOf(places_[place].need) * share * places_[place].area_su2;
+    for (;;) {
+      std::vector<CandidateView*> first = Promising();
+      CandidateView& best = *first.front();
+      if (best.most_su2 <= min_worth_su2) return std::nullopt;
+      if (best.is_drawn) {
+        const double gain_su2 = GainOf(best.shown);
+        if (gain_su2 == best.most_su2) return Taken(best);
+        best.most_su2 = gain_su2;
+        continue;
       }
-      if (worth <= most) continue;
-      best = &candidate;
-      most = worth;
+      std::erase_if(first, [](const CandidateView* candidate) { return candidate->is_drawn; });
+      ForEach(first.size(), [&](std::size_t i) { Draw(*first[i]); });
     }
-    if (best == nullptr) return std::nullopt;
-    NextView view{best->T_world_cam, best->target_world, {}};
-    for (const auto& [place, share] : best->shown) {
+  }
+
+  bool IsEmpty() const { return candidates_.empty(); }
+
+ private:
+  // Pictures that are drawn together, on all processors.
+  static constexpr std::ptrdiff_t kBatch = 16;
+  // Above what a sum of the same numbers in another order can be.
+  static constexpr double kRounding = 1 + 1e-9;
+
+  template <typename Work>
+  static void ForEach(std::size_t num, const Work& work) {
+    cv::parallel_for_({0, static_cast<int>(num)}, [&](const cv::Range& range) {
+      for (int i = range.start; i < range.end; ++i) work(static_cast<std::size_t>(i));
+    });
+  }
+
+  double GainOf(const std::vector<std::pair<std::uint32_t, double>>& shown) const {
+    double gain_su2 = 0;
+    for (const auto& [place, share] : shown) {
+      gain_su2 += WorthOf(places_[place].need) * share * places_[place].area_su2;
+    }
+    return gain_su2;
+  }
+
+  // Those that may gain most, the best first.
+  std::vector<CandidateView*> Promising() {
+    std::vector<CandidateView*> all;
+    for (CandidateView& candidate : candidates_) all.push_back(&candidate);
+    const auto end = all.begin() + std::min(kBatch, std::ssize(all));
+    std::ranges::partial_sort(all, end, [](const CandidateView* a, const CandidateView* b) {
+      return a->most_su2 != b->most_su2 ? a->most_su2 > b->most_su2 : a < b;
+    });
+    all.erase(end, all.end());
+    return all;
+  }
+
+  void Draw(CandidateView& candidate) const {
+    candidate.is_drawn = true;
+    const CellPicture picture(camera_, candidate.T_world_cam, grid_.surface(), grid_.cell_su());
+    // Where a picture shows too little that is known, the camera would be lost.
+    if (picture.ShareCovered() >= kMinKnownShare) {
+      candidate.shown = FindShown(candidate, &picture);
+    }
+    candidate.most_su2 = GainOf(candidate.shown);
+  }
+
+  NextView Taken(const CandidateView& best) {
+    NextView view{best.T_world_cam, best.target_world, {}};
+    for (const auto& [place, share] : best.shown) {
       double& area_su2 = places_[place].area_su2;
       if (area_su2 > 0) view.gain_su2[places_[place].need] += share * area_su2;
       area_su2 = 0;
@@ -200,21 +251,27 @@ class ViewPlanner {
     return view;
   }
 
- private:
-  // Nothing where the picture shows too little that is known.
-  void FindShown(CandidateView& candidate) const {
-    const CellPicture picture(camera_, candidate.T_world_cam, grid_.surface(), grid_.cell_su());
-    if (picture.ShareCovered() < kMinKnownShare) return;
+  // Without a picture as if nothing stood before anything.
+  std::vector<std::pair<std::uint32_t, double>> FindShown(const CandidateView& candidate,
+                                                          const CellPicture* picture) const {
+    std::vector<std::pair<std::uint32_t, double>> shown;
     const Eigen::Vector3d& centre = candidate.T_world_cam.translation();
+    const Pose T_cam_world = candidate.T_world_cam.Inverse();
+    const Eigen::Matrix3d R = T_cam_world.rotation().toRotationMatrix();
     for (std::size_t i = 0; i < places_.size(); ++i) {
-      const CellPicture::Depths depths = picture.At(places_[i].centre);
-      if (depths.point < kNearest * distance_su_ || depths.point > kFarthest * distance_su_ ||
-          depths.point > depths.surface + 0.5 * grid_.cell_su()) {
+      const Eigen::Vector3d p_cam = R * places_[i].centre + T_cam_world.translation();
+      if (!(p_cam.z() >= kNearest * distance_su_ && p_cam.z() <= kFarthest * distance_su_) ||
+          !camera_.Contains(camera_.Project(p_cam))) {
+        continue;
+      }
+      if (picture != nullptr &&
+          p_cam.z() > picture->At(places_[i].centre).surface + 0.5 * grid_.cell_su()) {
         continue;
       }
       const double share = places_[i].ShareShownFrom((centre - places_[i].centre).normalized());
-      if (share > 0) candidate.shown.emplace_back(static_cast<std::uint32_t>(i), share);
+      if (share > 0) shown.emplace_back(static_cast<std::uint32_t>(i), share);
     }
+    return shown;
   }
 
   const CellGrid& grid_;
@@ -290,7 +347,7 @@ NextViews ProposeNextViews(const MapReconstruction& map, const NextViewsOptions&
   planner.AddCandidates(FlyingSpace(grid, views, up, next.distance_su), up);
   const double image_su2 =
       next.distance_su * next.distance_su * camera.width / camera.fx * camera.height / camera.fy;
-  while (static_cast<int>(next.views.size()) < options.max_views) {
+  while (!planner.IsEmpty() && static_cast<int>(next.views.size()) < options.max_views) {
     std::optional<NextView> view = planner.TakeBest(options.min_gain * image_su2);
     if (!view) break;
     next.views.push_back(*std::move(view));

@@ -104,33 +104,41 @@ CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam,
   const Eigen::Vector3d& t = T_cam_world_.translation();
   // As far as the corners of a cell are from its middle.
   const double radius_su = 0.87 * cell_su;
-  rays_.reserve(depths_.size());
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) rays_.push_back(camera.Unproject({x, y}));
-  }
+  rays_x_.reserve(static_cast<std::size_t>(camera.width));
+  for (int x = 0; x < camera.width; ++x) rays_x_.push_back((x - camera.cx) / camera.fx);
   for (const SurfaceCell& cell : surface) {
     const Eigen::Vector3d centre = R * cell.centre + t;
-    if (centre.z() > cell_su) DrawDisc(centre, R * cell.normal, radius_su);
+    if (centre.z() <= cell_su) continue;
+    const cv::Rect pixels = PixelsOfDisc(centre, radius_su);
+    if (!pixels.empty()) DrawDisc(pixels, centre, R * cell.normal, radius_su);
   }
-  rays_ = {};
 }
 
-void CellPicture::DrawDisc(const Eigen::Vector3d& centre_cam, const Eigen::Vector3d& normal_cam,
-                           double radius_su) {
-  const Eigen::Vector2d middle = camera_.Project(centre_cam);
-  const double half_x = camera_.fx * radius_su / centre_cam.z();
-  const double half_y = camera_.fy * radius_su / centre_cam.z();
-  const auto clamped = [](double value, int end) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
+cv::Rect CellPicture::PixelsOfDisc(const Eigen::Vector3d& centre_cam, double radius_su) const {
+  const double per_depth = 1 / centre_cam.z();
+  // From the first pixel within `half` of `middle` to behind the last, of pixels from 0 to `end`.
+  const auto within = [](double middle, double half, int end) {
+    const double last = middle + half;
+    if (!(last >= 0 && middle - half <= end)) return cv::Range(0, 0);
+    const double first = std::max(middle - half, 0.0);
+    const int before = static_cast<int>(first);
+    return cv::Range(before < first ? before + 1 : before,
+                     last < end ? static_cast<int>(last) + 1 : end);
   };
-  const int left = clamped(std::ceil(middle.x() - half_x), camera_.width);
-  const int right = clamped(std::floor(middle.x() + half_x) + 1, camera_.width);
-  const int top = clamped(std::ceil(middle.y() - half_y), camera_.height);
-  const int bottom = clamped(std::floor(middle.y() + half_y) + 1, camera_.height);
+  const cv::Range columns = within(camera_.fx * centre_cam.x() * per_depth + camera_.cx,
+                                   camera_.fx * radius_su * per_depth, camera_.width);
+  const cv::Range rows = within(camera_.fy * centre_cam.y() * per_depth + camera_.cy,
+                                camera_.fy * radius_su * per_depth, camera_.height);
+  return {columns.start, rows.start, std::max(columns.size(), 0), std::max(rows.size(), 0)};
+}
+
+void CellPicture::DrawDisc(const cv::Rect& pixels, const Eigen::Vector3d& centre_cam,
+                           const Eigen::Vector3d& normal_cam, double radius_su) {
   const double along = normal_cam.dot(centre_cam);
-  for (int y = top; y < bottom; ++y) {
-    for (int x = left; x < right; ++x) {
-      const Eigen::Vector3d& ray = rays_[static_cast<std::size_t>(y * camera_.width + x)];
+  for (int y = pixels.y; y < pixels.y + pixels.height; ++y) {
+    const double ray_y = (y - camera_.cy) / camera_.fy;
+    for (int x = pixels.x; x < pixels.x + pixels.width; ++x) {
+      const Eigen::Vector3d ray(rays_x_[static_cast<std::size_t>(x)], ray_y, 1);
       const double depth = along / normal_cam.dot(ray);
       if (!((depth * ray - centre_cam).squaredNorm() <= radius_su * radius_su)) continue;
       float& nearest = depths_[static_cast<std::size_t>(y * camera_.width + x)];

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core/types.hpp>
 #include <span>
 #include <vector>
 
@@ -56,6 +57,7 @@ class CellGrid {
 // The depth at which a camera sees the surface of cells, each drawn as a disc.
 class CellPicture {
  public:
+  // `camera` has no distortion.
   CellPicture(const CameraModel& camera, const Pose& T_world_cam,
               std::span<const SurfaceCell> surface, double cell_su);
 
@@ -74,13 +76,15 @@ class CellPicture {
   void OpenSky(const Eigen::Vector3d& up_world);
 
  private:
-  void DrawDisc(const Eigen::Vector3d& centre_cam, const Eigen::Vector3d& normal_cam,
-                double radius_su);
+  // That the disc may cover.
+  cv::Rect PixelsOfDisc(const Eigen::Vector3d& centre_cam, double radius_su) const;
+  void DrawDisc(const cv::Rect& pixels, const Eigen::Vector3d& centre_cam,
+                const Eigen::Vector3d& normal_cam, double radius_su);
 
   CameraModel camera_;
   Pose T_cam_world_;
   std::vector<float> depths_;
-  std::vector<Eigen::Vector3d> rays_;  // of the pixels, while it is drawn
+  std::vector<double> rays_x_;  // of the columns of pixels
 };
 
 }  // namespace mono3d
