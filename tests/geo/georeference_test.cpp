@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -149,6 +150,35 @@ TEST(Georeference, FindsTheClockOffsetAndLeavesOutliersOut) {
     }
     EXPECT_GT(num_outliers, 0U);
     EXPECT_NEAR(found.horizontal.white_m, 1, 0.15);
+  }
+}
+
+// On a straight line at an even speed an offset is told by the seconds alone in which the flight
+// speeds up and slows down; those are what another offset leaves without a camera.
+TEST(Georeference, FindsTheClockOffsetOfAStripFromItsEnds) {
+  constexpr double kDuration_s = 250;
+  const auto strip = [](double time_s) {
+    constexpr double kRamp_s = 3, kSpeed = 8;
+    const auto sped_up = [&](double t) {  // smoothly; the way after so long
+      const double u = std::clamp(t / kRamp_s, 0.0, 1.0);
+      return kSpeed * (kRamp_s * (u * u * u - u * u * u * u / 2) + std::max(t - kRamp_s, 0.0));
+    };
+    const double way_m = time_s < kDuration_s / 2
+                             ? sped_up(time_s)
+                             : 2 * sped_up(kDuration_s / 2) - sped_up(kDuration_s - time_s);
+    return Vector3d(0.7 * way_m + 0.2 * std::sin(time_s / 2), 0.7 * way_m,
+                    60 + 0.2 * std::sin(time_s / 3));
+  };
+  const auto cameras = Fly(kDuration_s, strip);
+  const UpDirection up{TrueSimilarity().pose().rotation().inverse() * Vector3d::UnitZ(),
+                       2 * kDegree};
+  for (unsigned seed = 21; seed <= 32; ++seed) {
+    const double offset_s = -2 + 0.066 * seed;
+    const ReceiverErrors errors{1, {3, 60, 0}, {3, 60, 0}, 0.02, offset_s};
+    const auto result =
+        EstimateGeoreference(cameras, Receive(kDuration_s, strip, errors, seed), up, {});
+    ASSERT_TRUE(result.georeference.has_value()) << result.reason;
+    EXPECT_NEAR(result.georeference->clock_offset_s, offset_s, 0.3) << seed;
   }
 }
 

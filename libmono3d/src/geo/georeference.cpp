@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "geo/position_fit.h"
@@ -22,6 +23,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFewestFixes = 3;
+constexpr double kClockStep_s = 0.5;  // of the offsets that are tried
+// An offset that leaves most fixes without a camera fits the rest easily.
+constexpr double kLeastShareOfPairs = 0.7;
 
 double RobustSigma(std::vector<double> values) {
   constexpr double kSigmaOfMad = 1.4826;  // of a normal distribution
@@ -102,7 +106,6 @@ std::vector<double> ClockOffsets(std::span<const PositionedCamera> cameras,
                                  const PositionTrack& track, const GeoreferenceOptions& options) {
   const bool is_known = track.clock == PositionClock::kImages || options.clock_offset_sigma_s == 0;
   if (is_known) return {options.clock_offset_s};
-  constexpr double kStep_s = 0.5;
   double first_s = options.clock_offset_s - options.max_clock_offset_s;
   double last_s = options.clock_offset_s + options.max_clock_offset_s;
   if (track.clock == PositionClock::kUnix && options.clock_offset_s == 0) {
@@ -114,7 +117,7 @@ std::vector<double> ClockOffsets(std::span<const PositionedCamera> cameras,
     last_s += options.max_clock_offset_s;
   }
   constexpr double kMostTries = 20'000;
-  const double step_s = std::max(kStep_s, (last_s - first_s) / kMostTries);
+  const double step_s = std::max(kClockStep_s, (last_s - first_s) / kMostTries);
   std::vector<double> offsets;
   for (double offset_s = first_s; offset_s <= last_s; offset_s += step_s) {
     offsets.push_back(offset_s);
@@ -135,11 +138,8 @@ class GeoreferenceEstimate {
   GeoreferenceResult Find() {
     if (!FindStart()) return {std::nullopt, reason_};
     if (priors_.up) RollUpright();
-    for (int round = 0; round < kMostRounds; ++round) {
-      FindUsed();
-      if (!Step()) return {std::nullopt, reason_};
-      if (IsSmall(fit_->increment)) break;
-    }
+    if (!Settle()) return {std::nullopt, reason_};
+    SearchClock();
     if (!IsDetermined()) return {std::nullopt, reason_};
     return {Result(), {}};
   }
@@ -160,12 +160,10 @@ class GeoreferenceEstimate {
                     : "fewer than three positions fall into the time of the tracked images";
       return false;
     }
-    // An offset that leaves most fixes without a camera fits the rest easily.
-    constexpr double kLeastShare = 0.7;
     for (const double offset_s : offsets) {
       const std::vector<PositionPair> pairs = pairs_of_.At(offset_s);
-      if (pairs.size() < kFewestFixes ||
-          static_cast<double>(pairs.size()) < kLeastShare * static_cast<double>(most_pairs)) {
+      if (pairs.size() < kFewestFixes || static_cast<double>(pairs.size()) <
+                                             kLeastShareOfPairs * static_cast<double>(most_pairs)) {
         continue;
       }
       MapPlacement placement = FitRobustly(pairs, priors_.horizontal_m);
@@ -184,6 +182,91 @@ class GeoreferenceEstimate {
       priors_.clock_offset_s = placement_.clock_offset_s;  // nothing was known of it
     }
     return true;
+  }
+
+  bool Settle() {
+    for (int round = 0; round < kMostRounds; ++round) {
+      FindUsed();
+      if (!Step()) return false;
+      if (IsSmall(fit_->increment)) break;
+    }
+    return true;
+  }
+
+  struct Start {
+    double excess = 0;  // ExcessOfFit, with what is known of the offset
+    MapPlacement placement;
+  };
+
+  // From another offset, if that makes the fixes more likely with errors as large and as slow as
+  // those of the settled fit. The first start is by mean distance, which with errors that wander is
+  // a matter of chance: where the speed is even every offset fits but for turns and ends, which
+  // other offsets leave without a camera.
+  void SearchClock() {
+    if (track_.clock == PositionClock::kImages || options_.clock_offset_sigma_s == 0) return;
+    constexpr int kMostSearches = 3;
+    // Twice the logarithm of how much more likely another offset must be: ten times.
+    constexpr double kClearly = 4.6;
+    for (int search = 0; search < kMostSearches; ++search) {
+      const auto settled = std::tuple(placement_, pairs_, used_, fit_);
+      const PlacementFit noise = *fit_;
+      const std::optional<Start> here = StartAt(placement_.clock_offset_s, noise);
+      const std::optional<Start> best = MostLikelyStart(noise);
+      if (!here || !best || best->excess > here->excess - kClearly) return;
+      placement_ = best->placement;
+      if (Settle()) {
+        const std::optional<Start> there = StartAt(placement_.clock_offset_s, noise);
+        if (there && there->excess <= here->excess - kClearly) continue;
+      }
+      std::tie(placement_, pairs_, used_, fit_) = settled;
+      return;
+    }
+  }
+
+  std::optional<Start> MostLikelyStart(const PlacementFit& noise) const {
+    std::optional<Start> best;
+    const double last_s = priors_.clock_offset_s + options_.max_clock_offset_s;
+    for (double offset_s = priors_.clock_offset_s - options_.max_clock_offset_s; offset_s <= last_s;
+         offset_s += kClockStep_s) {
+      std::optional<Start> start = StartAt(offset_s, noise);
+      if (start && (!best || start->excess < best->excess)) best = std::move(start);
+    }
+    return best;
+  }
+
+  std::optional<Start> StartAt(double offset_s, const PlacementFit& noise) const {
+    // What it takes to call a fix an outlier: as many are as one in fifty, anywhere within ten
+    // standard deviations, twice the logarithm of it; less what is expected of a good one.
+    constexpr double kCostOfOutlier = 10;
+    const std::vector<PositionPair> pairs = pairs_of_.At(offset_s);
+    if (pairs.size() < kFewestFixes ||
+        static_cast<double>(pairs.size()) <
+            kLeastShareOfPairs * static_cast<double>(pairs_.size())) {
+      return std::nullopt;
+    }
+    Start start{0, FitRobustly(pairs, priors_.horizontal_m)};
+    MapPlacement& placement = start.placement;
+    if (!(placement.scale > 0)) return std::nullopt;
+    placement.clock_offset_s = offset_s;
+    if (priors_.up) {
+      placement = RolledUpright(pairs, placement, priors_.up->up_map, priors_.horizontal_m,
+                                priors_.has_vertical);
+    }
+    const std::vector<bool> used =
+        OutlierSearch(pairs, ResidualsOf(pairs, placement, priors_.antenna_m), priors_,
+                      placement.scale)
+            .Used();
+    // Half a step on at most: the other offsets have starts of their own.
+    PlacementPriors near = priors_;
+    near.clock_offset_s = offset_s;
+    near.clock_offset_sigma_s = kClockStep_s / 2;
+    const std::optional<double> excess =
+        ExcessOfFit(pairs, used, placement, near, noise.horizontal, noise.vertical);
+    if (!excess) return std::nullopt;
+    const double from_prior = (offset_s - priors_.clock_offset_s) / options_.clock_offset_sigma_s;
+    start.excess = *excess + from_prior * from_prior +
+                   kCostOfOutlier * static_cast<double>(std::ranges::count(used, false));
+    return start;
   }
 
   // Of cameras along a line the roll is what `up` tells; of others that changes little.

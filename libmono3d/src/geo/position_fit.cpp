@@ -105,6 +105,20 @@ struct NormalEquations {
   }
 };
 
+// Of the residuals, after the increment.
+double SumSquares(const NormalEquations& equations, const Increment& increment) {
+  return std::max(0.0, equations.sum_squares - 2 * increment.dot(equations.gradient) +
+                           increment.dot(equations.information * increment));
+}
+
+bool IsDetermined(const Information& information) {
+  constexpr double kLargestCondition = 1e14;
+  const Increment scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Information scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Information> values(scaled, Eigen::EigenvaluesOnly);
+  return values.eigenvalues().minCoeff() * kLargestCondition > values.eigenvalues().maxCoeff();
+}
+
 NormalEquations PriorEquations(const MapPlacement& placement, const PlacementPriors& priors) {
   NormalEquations prior;
   if (priors.up) {
@@ -200,11 +214,6 @@ class CandidateSolver {
  private:
   static double Squared(double value) { return value * value; }
 
-  static double SumSquares(const NormalEquations& equations, const Increment& increment) {
-    return std::max(0.0, equations.sum_squares - 2 * increment.dot(equations.gradient) +
-                             increment.dot(equations.information * increment));
-  }
-
   double PriorCost(const Increment& increment) const { return SumSquares(prior_, increment) / 2; }
 
   // The logarithm of the likelihood at `variance`, and the next variance.
@@ -220,14 +229,6 @@ class CandidateSolver {
     return shaped.shape.log_prior - shaped.sum_log_sigma -
            (shaped.num_rows + priors_.worth + 2) / 2 * std::log(used_variance) -
            (residual + priors_.worth * Squared(typical_m)) / (2 * used_variance);
-  }
-
-  static bool IsDetermined(const Information& information) {
-    constexpr double kLargestCondition = 1e14;
-    const Increment scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Information scaled = scale.asDiagonal() * information * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Information> values(scaled, Eigen::EigenvaluesOnly);
-    return values.eigenvalues().minCoeff() * kLargestCondition > values.eigenvalues().maxCoeff();
   }
 
   const NormalEquations& prior_;
@@ -390,6 +391,27 @@ std::optional<PlacementFit> FitStep(const std::vector<PositionPair>& pairs,
         candidate.log_weight / sum * (candidate.covariance + difference * difference.transpose());
   }
   return fit;
+}
+
+std::optional<double> ExcessOfFit(const std::vector<PositionPair>& pairs,
+                                  const std::vector<bool>& is_used, const MapPlacement& placement,
+                                  const PlacementPriors& priors, const PositionNoise& horizontal,
+                                  const PositionNoise& vertical) {
+  std::vector<double> times_s;
+  for (const PositionPair& pair : pairs) times_s.push_back(pair.time_s);
+  const std::array<Rows, 3> rows = Linearise(pairs, placement, priors);
+  NormalEquations equations = PriorEquations(placement, priors);
+  double num_rows = 0;
+  for (std::size_t axis = 0; axis < (priors.has_vertical ? 3U : 2U); ++axis) {
+    const WhitenedRows white =
+        Whiten(rows.at(axis), times_s, is_used, axis < 2 ? horizontal : vertical);
+    equations.Add(white.rows);
+    num_rows += static_cast<double>(white.rows.rows());
+  }
+  const Eigen::LDLT<Information> solver(equations.information);
+  if (solver.info() != Eigen::Success || !IsDetermined(equations.information)) return std::nullopt;
+  const Increment increment = solver.solve(equations.gradient);
+  return SumSquares(equations, increment) - num_rows;
 }
 
 }  // namespace mono3d

@@ -77,4 +77,14 @@ std::optional<PlacementFit> FitStep(const std::vector<PositionPair>& pairs,
                                     const std::vector<bool>& is_used, const MapPlacement& placement,
                                     const PlacementPriors& priors);
 
+// The squared residuals of the fit that is best, one step from `placement`, each over its variance
+// and with errors that wander taken as such, less what is expected of so many: a fix that has no
+// camera at this clock offset is as good as one that fits as well as its errors allow. Of two
+// placements that of the smaller one is the more likely, by half of the difference (logarithm).
+// Nothing where the fit is not determined.
+std::optional<double> ExcessOfFit(const std::vector<PositionPair>& pairs,
+                                  const std::vector<bool>& is_used, const MapPlacement& placement,
+                                  const PlacementPriors& priors, const PositionNoise& horizontal,
+                                  const PositionNoise& vertical);
+
 }  // namespace mono3d
