@@ -11,7 +11,7 @@
 namespace mono3d {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 4;
+constexpr std::size_t kMaxWaiting = 8;
 
 // One bundle every `interval_s`, worked at by a machine that takes `full_s` for one with full
 // effort; what each effort takes is what it does.
@@ -81,6 +81,15 @@ TEST(DepthGovernor, DropsNothingWhereLessWorkIsEnough) {
   machine.Run(200, 0.25, 0.27);
   EXPECT_EQ(machine.num_dropped(), 0);
   EXPECT_GT(machine.governor().effort(), DepthEffort::kFull);
+}
+
+TEST(DepthGovernor, HoldsABurst) {
+  BusyMachine machine;
+  machine.Run(20, 0.25, 0.2);
+  machine.Run(7, 0.01, 0.2);  // after a second in which none came
+  machine.Run(50, 0.25, 0.2);
+  EXPECT_EQ(machine.num_dropped(), 0);
+  EXPECT_EQ(machine.governor().effort(), DepthEffort::kFull) << "it has time again";
 }
 
 TEST(DepthGovernor, DoesWithTheLeastWhereNothingIsEnough) {

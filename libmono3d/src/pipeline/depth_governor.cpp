@@ -3,6 +3,7 @@
 
 #include "pipeline/depth_governor.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -12,6 +13,8 @@ namespace {
 // Depth map and fusion at each effort, in units of one StereoSGBM (MODE_HH, 128 disparities), on
 // two cores without a GPU: `mono3d-bench depth` and `fusion`. Only their ratios count.
 constexpr std::array<double, 4> kWork = {1.50, 1.43, 1.35, 0.40};
+// So many bundles that wait are more than a burst: there is less work, long before one is dropped.
+constexpr std::size_t kTooMany = 2;
 // Bundles in a row that none waited behind before there is more work again: bundles come in bursts.
 constexpr int kCalm = 4;
 // Of the time between bundles that the work may take then: what is left holds the next burst.
@@ -44,7 +47,7 @@ void DepthGovernor::NoteWork(double work_s, std::size_t num_waiting, std::size_t
   work_s_ += (work_s_ == 0 ? 1 : kNewest) * (work_s - work_s_);
   num_calm_ = num_waiting == 0 ? num_calm_ + 1 : 0;
   DepthEffort changed = effort_;
-  if (2 * num_waiting >= max_waiting && num_waiting > 0 && MayHaveLess()) {
+  if (num_waiting >= std::clamp<std::size_t>(max_waiting / 2, 1, kTooMany) && MayHaveLess()) {
     changed = Next(effort_, 1);
   } else if (effort_ == DepthEffort::kHalfSize ? HasTimeForMore()
                                                : num_calm_ >= kCalm && HasTimeForMore()) {

@@ -27,8 +27,9 @@ namespace MONO3D_EXPORT mono3d {
 struct LiveOptions {
   double max_delay_s = 0.5;     // that a frame waits
   double max_waiting_mb = 512;  // images of all frames that wait
-  // Bundles that wait for the depth stage, beyond which the oldest is dropped: they come in bursts.
-  int max_waiting_bundles = 4;
+  // Bundles that wait for the depth stage, beyond which the oldest is dropped: they come in bursts,
+  // and a map that is adjusted as a whole holds depth up for a second. Eight are two seconds.
+  int max_waiting_bundles = 8;
 
   void Visit(OptionVisitor& visit);
 };
