@@ -400,6 +400,7 @@ Result RunWithKnownCamera(const Run& run) {
                     });
       const bool is_stopped = run.record.end == RunEnd::kStopped;
       if (journal != nullptr && is_stopped && last_frame >= 0) journal->Save(last_frame, put);
+      if (journal != nullptr) journal->Wait();
     }
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
@@ -721,7 +722,7 @@ int main(int argc, char** argv) {
                       "with --resume: make the model of what there is, without going on; the run "
                       "can still be resumed");
   tool.app().add_flag("--journal,!--no-journal", arguments.with_journal,
-                      "keep the state of the run in journal/ of the output folder, every 5 s of "
+                      "keep the state of the run in journal/ of the output folder, every 4 s of "
                       "video, until the run is whole (default)");
   tool.app().add_flag("--photos,!--video", arguments.photos,
                       "the images are photographs in any order, or a video; else it is found out");

@@ -3,6 +3,7 @@
 
 #include "reconstruct/run_journal.h"
 
+#include <chrono>
 #include <exception>
 #include <system_error>
 #include <utility>
@@ -22,12 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// So much of a run is done again at most when it is killed: of the video, or of the run where that
-// is slower.
-constexpr double kSaveEvery_s = 5;
+// Of a run that is killed at most 5 s of the video are done again, or 20 s of the run where that is
+// slower: with the second that a save is on its way to the disk.
+constexpr double kSaveEvery_s = 4;
 constexpr double kSaveEveryWall_s = 20;
-// A state may take long to write: no more than a twentieth of the time.
-constexpr double kMaxShareOfSaving = 0.05;
+// A run stands still while its state is put together: for no more than a tenth of the time.
+constexpr double kMaxShareOfSaving = 0.1;
 
 constexpr const char* kToolPart = "tool";
 constexpr const char* kManifest = "manifest";
@@ -87,17 +88,29 @@ nlohmann::json RunJournal::ReadState() {
   }
 }
 
+RunJournal::~RunJournal() { Wait(); }
+
 void RunJournal::SaveIfDue(std::int64_t frame_index, double timestamp_s, const PutState& put) {
   if (!saved_video_s_) saved_video_s_ = timestamp_s;
   const double waited_s = JournalClock_s() - ended_wall_s_;
   const bool is_due = timestamp_s >= *saved_video_s_ + kSaveEvery_s || waited_s >= kSaveEveryWall_s;
-  if (!is_due || waited_s < duration_s_ / kMaxShareOfSaving) return;
+  if (!is_due || frame_index == last_frame_ || waited_s < duration_s_ / kMaxShareOfSaving) return;
+  const bool is_disk_slow = on_its_way_.valid() && on_its_way_.wait_for(std::chrono::seconds(0)) !=
+                                                       std::future_status::ready;
+  if (is_disk_slow) return;
   saved_video_s_ = timestamp_s;
-  Save(frame_index, put);
+  Begin(frame_index, put);
 }
 
 void RunJournal::Save(std::int64_t frame_index, const PutState& put) {
+  Wait();
   if (frame_index == last_frame_) return;
+  Begin(frame_index, put);
+  Wait();
+}
+
+void RunJournal::Begin(std::int64_t frame_index, const PutState& put) {
+  Wait();
   const double start_s = JournalClock_s();
   try {
     const nlohmann::json state = {{"identity", identity_},
@@ -107,24 +120,39 @@ void RunJournal::Save(std::int64_t frame_index, const PutState& put) {
     std::string bytes;
     nlohmann::json::to_cbor(state, bytes);
     states_.Put(kToolPart, bytes);
-    const StateSaveCost cost = states_.Commit();
-    last_frame_ = frame_index;
-    Log(LogLevel::kDebug, "journal: frame " + std::to_string(frame_index) + ", " +
-                              std::to_string(cost.bytes_new) + " bytes new of " +
-                              std::to_string(cost.num_bytes) + ", " +
-                              std::to_string(1e3 * (JournalClock_s() - start_s)) + " ms");
+    frame_on_its_way_ = frame_index;
+    on_its_way_ = std::async(std::launch::async, [this] { return states_.Commit(); });
   } catch (const std::exception& error) {
     states_.Discard();
-    if (!has_warned_) {
-      Log(LogLevel::kWarning, "the journal cannot be written, the run goes on: " + WordsOf(error));
-    }
-    has_warned_ = true;
+    Warn(error);
   }
   ended_wall_s_ = JournalClock_s();
   duration_s_ = ended_wall_s_ - start_s;
 }
 
+void RunJournal::Wait() {
+  if (!on_its_way_.valid()) return;
+  try {
+    const StateSaveCost cost = on_its_way_.get();
+    last_frame_ = frame_on_its_way_;
+    Log(LogLevel::kDebug, "journal: frame " + std::to_string(last_frame_) + ", " +
+                              std::to_string(cost.bytes_new) + " bytes new of " +
+                              std::to_string(cost.num_bytes) + ", the run stood still for " +
+                              std::to_string(1e3 * duration_s_) + " ms");
+  } catch (const std::exception& error) {
+    Warn(error);  // Commit has given the save up
+  }
+}
+
+void RunJournal::Warn(const std::exception& error) {
+  if (!has_warned_) {
+    Log(LogLevel::kWarning, "the journal cannot be written, the run goes on: " + WordsOf(error));
+  }
+  has_warned_ = true;
+}
+
 void RunJournal::Remove() {
+  Wait();
   std::error_code failure;
   // Without its manifest the rest is none.
   fs::remove(folder_ / kManifest, failure);
