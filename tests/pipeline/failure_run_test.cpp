@@ -87,6 +87,28 @@ TEST_F(FailureRun, OneWrongPose) {
   EXPECT_EQ(HealthOf(run)["state"], "good");
 }
 
+// Poses that are wrong from the start: hardly anything matches, and what does makes the model.
+TEST_F(FailureRun, ImagesThatHardlyEverMatch) {
+  std::vector<ScriptedFrame> script;
+  for (int i = 0; i < 10; ++i) script.push_back({HouseView({}, 3 * i), {}, i % 5 == 0});
+  const ScriptedRun run = Run(script);
+  EXPECT_EQ(run.json["counts"]["fused"], 2);
+  EXPECT_EQ(HealthOf(run)["state"], "degraded");
+  EXPECT_EQ(HealthOf(run)["reason"], "bundles whose images do not match: 88 %");
+  EXPECT_EQ(StatesOf(run), std::vector<std::string>{"degraded"});
+}
+
+TEST_F(FailureRun, SomeImagesThatDoNotMatch) {
+  std::vector<ScriptedFrame> script;
+  for (int i = 0; i < 20; ++i) {
+    // Five of eight, then all.
+    script.push_back({HouseView({}, 3 * i), {}, i < 2 || i >= 7});
+  }
+  const ScriptedRun run = Run(script);
+  EXPECT_EQ(StatesOf(run), (std::vector<std::string>{"degraded", "good"}));
+  EXPECT_EQ(HealthOf(run)["state"], "good");
+}
+
 TEST_F(FailureRun, FiveWrongPosesInARow) {
   std::vector<ScriptedFrame> script;
   for (int i = 0; i < 20; ++i) {

@@ -67,7 +67,13 @@ class ScriptedDepth final : public DepthEstimator {
   DepthResult Estimate(const ImageBundle& bundle) override {
     const Keyframe& keyframe = bundle.reference();
     DepthResult result;
-    result.map = script_.at(static_cast<std::size_t>(keyframe.id)).map;
+    const ScriptedFrame& scripted = script_.at(static_cast<std::size_t>(keyframe.id));
+    if (!scripted.matches) {
+      result.rejection = DepthRejection::kNoMatch;
+      result.reason = "the images do not match";
+      return result;
+    }
+    result.map = scripted.map;
     if (result.map.depth.empty()) {
       result.reason = "no texture";
       return result;

@@ -21,6 +21,7 @@ namespace mono3d {
 struct ScriptedFrame {
   TrackedMap map;
   std::vector<KeyframePose> moved;
+  bool matches = true;  // else there is no depth, since the images do not match
 };
 
 // A run of the chain over a script, with a surfel model of its own kind behind it, written to

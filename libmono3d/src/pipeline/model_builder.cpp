@@ -18,7 +18,7 @@ namespace mono3d {
 namespace {
 
 constexpr const char* kModelState = "state of the model";
-constexpr std::uint32_t kModelStateVersion = 2;
+constexpr std::uint32_t kModelStateVersion = 3;
 constexpr const char* kModelPart = "model";
 // What seldom changes is written once: lists that grow, in pieces.
 constexpr std::size_t kMembersPerSection = 256;
@@ -74,13 +74,17 @@ void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthE
   stages_.depth_estimator->SetEffort(effort);
   const DepthResult depth = stages_.depth_estimator->Estimate(bundle);
   feedback_.qualities.push_back(QualityOf(bundle, depth));
+  const int map_id = poses->At(bundle.reference().id).map_id;
+  OfMap& of_map = of_map_[map_id];
+  of_map.matching.Add(depth);
   if (depth.status != DepthStatus::kEstimated) {
     CountReason(depth.reason, 1, counts_.rejected_bundles);
+    JudgeHealth(bundle.reference().frame.index, of_map);
     return;
   }
   ++counts_.num_depth_maps;
   if (effort != DepthEffort::kFull) ++counts_.reduced_depth_maps[ToString(effort)];
-  Fuse(depth.map, bundle.reference().frame, poses->At(bundle.reference().id).map_id);
+  Fuse(depth.map, bundle.reference().frame, map_id);
 }
 
 void ModelBuilder::Fuse(const DepthMap& map, const Frame& reference, int map_id) {
@@ -117,10 +121,15 @@ void ModelBuilder::TakeResult(const DepthMap& map, const FusionResult& fusion, O
   }
   counts_.num_constraints += static_cast<std::int64_t>(fusion.constraints.size());
   Append(fusion.constraints, feedback_.constraints);
-  if (fusion.health.state != of_map.health.state) {
-    of_map.health_changes.push_back({map.frame_index, fusion.health.state, fusion.health.reason});
-  }
-  of_map.health = fusion.health;
+  of_map.health_of_fusion = fusion.health;
+  JudgeHealth(map.frame_index, of_map);
+}
+
+void ModelBuilder::JudgeHealth(std::int64_t frame_index, OfMap& of_map) {
+  const HealthState before = of_map.health.state;
+  of_map.health = of_map.matching.Judge(of_map.health_of_fusion);
+  if (of_map.health.state == before) return;
+  of_map.health_changes.push_back({frame_index, of_map.health.state, of_map.health.reason});
 }
 
 // Depth maps that came into the model later, or were taken out of it and did not come back.
@@ -231,6 +240,8 @@ void ModelBuilder::JoinRecords(const MapJoin& join) {
   Append(from.submap_joins, into.submap_joins);
   if (current_id_ == join.from) {
     into.health = from.health;
+    into.health_of_fusion = from.health_of_fusion;
+    into.matching = from.matching;
     current_id_ = join.into;
   }
 }
@@ -254,6 +265,8 @@ void ModelBuilder::ExchangeState(Archive& archive, std::vector<int>& model_ids) 
         ExchangeState(archive, of_map.health);
         list(of_map.health_changes);
         list(of_map.submap_joins);
+        ExchangeState(archive, of_map.health_of_fusion);
+        of_map.matching.Exchange(archive);
       });
   ExchangeState(archive, feedback_);
 }

@@ -15,6 +15,7 @@
 #include "mono3d/core/state_folder.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
+#include "pipeline/bundle_matching.h"
 #include "pipeline/model_feedback.h"
 #include "pipeline/model_publisher.h"
 
@@ -69,6 +70,8 @@ class ModelBuilder {
     ModelHealth health;
     std::vector<HealthChange> health_changes;
     std::vector<SubmapJoin> submap_joins;
+    ModelHealth health_of_fusion;  // as its registrations tell
+    BundleMatching matching;
   };
   OfMap& Of(int map_id) { return of_map_[map_id]; }
 
@@ -82,6 +85,7 @@ class ModelBuilder {
   void Fuse(const DepthMap& map, const Frame& reference, int map_id);
   void TakeResult(const DepthMap& map, const FusionResult& fusion, OfMap& of_map);
   void TakeRetried(const FusionResult& fusion, OfMap& of_map);
+  static void JudgeHealth(std::int64_t frame_index, OfMap& of_map);
   void Join(const MapJoin& join, const KeyframePoses& poses);
   void JoinFinished(const MapJoin& join);
   void JoinRecords(const MapJoin& join);
