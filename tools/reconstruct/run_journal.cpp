@@ -23,8 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a run that is killed at most 5 s of the video are done again, or 20 s of the run where that is
-// slower: with the second that a save is on its way to the disk.
+// So much of a run is done again when it is killed, and what passed while the save was on its way
+// to the disk, some tenths of a second: of the video, or of the run where that is slower. More
+// where states take long to put together, see below.
 constexpr double kSaveEvery_s = 4;
 constexpr double kSaveEveryWall_s = 20;
 // A run stands still while its state is put together: for no more than a tenth of the time.

@@ -235,8 +235,9 @@ class GeoreferenceEstimate {
   }
 
   std::optional<Start> StartAt(double offset_s, const PlacementFit& noise) const {
-    // What it takes to call a fix an outlier: as many are as one in fifty, anywhere within ten
-    // standard deviations, twice the logarithm of it; less what is expected of a good one.
+    // Of calling a fix an outlier, in squared residuals: more than the 8 (twice the negative
+    // logarithm) that one in fifty is one, less than the 17 if outliers lie evenly within ten
+    // standard deviations on each axis.
     constexpr double kCostOfOutlier = 10;
     const std::vector<PositionPair> pairs = pairs_of_.At(offset_s);
     if (pairs.size() < kFewestFixes ||
