@@ -20,6 +20,8 @@
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/similarity.h"
 #include "tracking/photos/photo_features.h"
+#include "tracking/photos/photo_mapping.h"
+#include "tracking/photos/photo_matching.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -244,6 +246,25 @@ TEST(PhotoMapper, ReportsPhotosOfSomethingElse) {
   }
   EXPECT_EQ(num_unplaced, 2);
   EXPECT_THAT(placed.late, SizeIs(frames.size()));
+}
+
+// How many of the photos hang together by so many features of each.
+std::size_t NumHeldBy(const std::vector<Frame>& frames, const PhotoMapperOptions& options) {
+  std::vector<PhotoFeatures> features;
+  for (const Frame& frame : frames) {
+    features.push_back(ExtractPhotoFeatures(frame, options.num_features, options.max_side_px));
+  }
+  const PhotoMaps maps =
+      MapPhotos(features, MatchPhotos(features, options), frames.front().camera, options);
+  return maps.maps.empty() ? 0 : maps.maps.front().photos.size();
+}
+
+TEST(PhotoMapper, LooksCloserWherePhotosDoNotHangTogether) {
+  PhotoMapperOptions options;
+  options.num_features = 150;
+  ASSERT_LT(NumHeldBy(Houses().frames, options), Houses().frames.size());
+  EXPECT_THAT(Place(Shuffled(Houses().frames, 5), options).T_world_cam,
+              SizeIs(Houses().frames.size()));
 }
 
 // Place recognition instead of all pairs: the same photos hang together.

@@ -15,7 +15,7 @@
 namespace MONO3D_EXPORT mono3d {
 
 struct PhotoMapperOptions {
-  int num_features = 2500;  // SIFT features per photo
+  int num_features = 2500;  // SIFT features per photo, twice as many where these are too few
   // Larger photos are matched on smaller ones with a longer side of so many pixels.
   int max_side_px = 1600;
   // Up to so many photos each is matched with each; of more, each with those that look most alike.
@@ -39,7 +39,9 @@ struct PhotoMapperOptions {
 // with all other photos or with those that look alike, checked by the epipolar geometry; a start
 // from two of them, every further one by the scene points that it shows (P3P within RANSAC), and
 // bundle adjustment over all; photos that end with too few points are placed again or taken out.
-// Parts that have nothing in common become maps of their own, of three photos or more.
+// Parts that have nothing in common become maps of their own, of three photos or more. Where
+// more than one in fifty is outside the largest, they are looked at once more with twice as many
+// features each, and the result that holds more photos counts.
 //
 // Track only looks at the photo; Finish places them all (TrackingResult::is_pending), and hands out
 // every one that has a pose as a keyframe. The result depends neither on the order of the photos,

@@ -33,6 +33,10 @@ Keyframe KeyframeOfPhoto(const Frame& frame, std::int64_t id, const SparseImage&
   return keyframe;
 }
 
+std::size_t NumInLargest(const PhotoMaps& placed) {
+  return placed.maps.empty() ? 0 : placed.maps.front().photos.size();
+}
+
 }  // namespace
 
 PhotoTracker::PhotoTracker(const PhotoMapperOptions& options, StageTimes* times)
@@ -62,26 +66,52 @@ KeyframePosesPtr PhotoTracker::Poses() const {
   return poses_;
 }
 
+PhotoMaps PhotoTracker::PlaceBy(const std::vector<PhotoFeatures>& features) const {
+  std::vector<PhotoPair> pairs;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_matching");
+    pairs = MatchPhotos(features, options_);
+  }
+  const ScopedStageTimer timer(times_, "tracking/photo_mapping");
+  std::vector<PhotoTime> times;
+  if (options_.are_frames) {
+    for (const Frame& frame : frames_) times.push_back({frame.timestamp_s, frame.sensor});
+  }
+  return MapPhotos(features, pairs, frames_.front().camera, options_, /*tolerance=*/1, times);
+}
+
+// Once more with twice as many features. Foliage in the wind, grass and gravel look alike
+// everywhere: of so many features few find their like, too few for a pose.
+void PhotoTracker::LookCloser() {
+  std::vector<PhotoFeatures> features;
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_features");
+    for (const Frame& frame : frames_) {
+      features.push_back(
+          ExtractPhotoFeatures(frame, 2 * options_.num_features, options_.max_side_px));
+    }
+  }
+  PhotoMaps closer = PlaceBy(features);
+  const std::size_t num_before = NumInLargest(*placed_);
+  const std::size_t num = NumInLargest(closer);
+  Log(LogLevel::kInfo, std::to_string(num) + " of " + std::to_string(frames_.size()) +
+                           " photographs hang together by " +
+                           std::to_string(2 * options_.num_features) + " features each, " +
+                           std::to_string(num_before) + " by half as many");
+  if (num > num_before) placed_ = std::move(closer);
+}
+
 void PhotoTracker::Place() {
   if (placed_) return;
   BringInOrder();
   placed_.emplace();
   if (features_.empty()) return;
-  const CameraModel& camera = frames_.front().camera;
-  std::vector<PhotoPair> pairs;
-  {
-    const ScopedStageTimer timer(times_, "tracking/photo_matching");
-    pairs = MatchPhotos(features_, options_);
-  }
-  {
-    const ScopedStageTimer timer(times_, "tracking/photo_mapping");
-    std::vector<PhotoTime> times;
-    if (options_.are_frames) {
-      for (const Frame& frame : frames_) times.push_back({frame.timestamp_s, frame.sensor});
-    }
-    placed_ = MapPhotos(features_, pairs, camera, options_, /*tolerance=*/1, times);
-  }
+  placed_ = PlaceBy(features_);
   features_.clear();
+  // It takes four times as long as placing them did: not for one image of a video.
+  constexpr double kWorthIt = 0.02;
+  const std::size_t num_left = frames_.size() - NumInLargest(*placed_);
+  if (static_cast<double>(num_left) > kWorthIt * static_cast<double>(frames_.size())) LookCloser();
   for (PhotoMap& map : placed_->maps) {
     for (std::size_t i = 0; i < map.photos.size(); ++i) {
       const Frame& frame = frames_[map.photos[i].photo];
@@ -188,7 +218,8 @@ SparseModel PhotoTracker::Sparse(int map_id) const {
 namespace mono3d {
 
 void PhotoMapperOptions::Visit(OptionVisitor& visit) {
-  visit("num_features", num_features, "SIFT features per photo");
+  visit("num_features", num_features,
+        "SIFT features per photo; twice as many where photos do not hang together");
   visit("max_side_px", max_side_px,
         "larger photos are matched on smaller ones of this longer side");
   visit("max_exhaustive", max_exhaustive, "up to so many photos each is matched with each");

@@ -37,6 +37,8 @@ class PhotoTracker final : public Tracker {
  private:
   void BringInOrder();
   void Place();
+  PhotoMaps PlaceBy(const std::vector<PhotoFeatures>& features) const;
+  void LookCloser();
   bool FollowNewPositions();
   void Publish();
 
