@@ -79,13 +79,14 @@ DriftingFlight FlyWithDrift(std::size_t num_keyframes, const ErrorsOfFlight& err
   flight.truth = TruePath(num_keyframes);
   flight.path.typical_horizontal_m = 1.5;
   flight.path.typical_vertical_m = 1.5;
-  flight.path.length = 60 / kUnit_m;
-  flight.path.edge_sigma_rad = 1e-3;
+  constexpr double kDepth = 60 / kUnit_m;
+  flight.path.drift = {3e-4, 3e-4};
+  flight.path.shift = 3e-4 * kDepth;
   flight.path.S_metric_kf = {flight.truth.front()};
   const PathDrift& drift = errors.noise.drift;
   for (std::size_t i = 1; i < num_keyframes; ++i) {
     const Vector3d turn = errors.bias_rad + drift.rotation_rad * random.Vector();
-    const Vector3d shift = drift.rotation_rad * flight.path.length * random.Vector();
+    const Vector3d shift = drift.rotation_rad * kDepth * random.Vector();
     const Similarity error(std::exp(errors.bias_log_scale + drift.log_scale * random.Normal()),
                            Pose(RotationExp(turn), shift));
     const Similarity S_b_a = error * (flight.truth[i].Inverse() * flight.truth[i - 1]);
@@ -205,7 +206,7 @@ class DenseModel {
       by.block<3, 7>(static_cast<Eigen::Index>(3 * i), 0) = ByShift(PointOf(i) - centre);
     }
     Eigen::Matrix<double, 7, 1> sigma;
-    const double shift_m = ShiftSigma(path_) * path_.S_metric_kf[node].scale();
+    const double shift_m = path_.shift * path_.S_metric_kf[node].scale();
     sigma << shift_m, shift_m, shift_m, drift.rotation_rad, drift.rotation_rad, drift.rotation_rad,
         drift.log_scale;
     covariance += by * sigma.cwiseAbs2().asDiagonal() * by.transpose();
@@ -242,12 +243,12 @@ TEST(OptimisePath, FindsThePosteriorMean) {
   small.drift = {2e-5, 5e-5};
   small.horizontal = small.vertical = {0.2, 10, 0.05};
   DriftingFlight flight = FlyWithDrift(40, {small, 1, 0}, 3);
-  flight.path.edge_sigma_rad = 1e-4;
+  flight.path.shift /= 10;
   PositionedPath linear = flight.path;
   DenseModel model(linear, small);
   // Where the mean has the points of the positions: less their errors' part of the covariance.
   PositionedPath rigid = linear;
-  rigid.edge_sigma_rad = 0;
+  rigid.shift = 0;
   DenseModel errors(rigid, {{1e-12, 1e-12}, small.horizontal, small.vertical});
   DenseModel start(rigid, {{1e-12, 1e-12}, {0, 1, 0}, {0, 1, 0}});
   const Eigen::MatrixXd of_errors = errors.covariance - start.covariance;

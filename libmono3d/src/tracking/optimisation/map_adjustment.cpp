@@ -14,8 +14,8 @@
 #include "tracking/map/point_set.h"
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"
+#include "tracking/optimisation/path_uncertainty.h"
 #include "tracking/optimisation/scale_gauge.h"
-#include "tracking/optimisation/scale_uncertainty.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -248,7 +248,7 @@ ScaleAcross ScaleOf(const Map& map, KeyframeId first_after, const std::vector<Vi
   }
   const std::vector<Pose>& poses = adjustment.problem.T_cam_world;
   return {std::log(PathSize(poses, after) / PathSize(poses, before)),
-          ScaleSigma(adjustment.problem, before, after)};
+          RelativePathSigma(adjustment.problem, before, after).log_scale};
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ bool AdjustAllAndScales(Map& map, MappingLock& lock);
 // How large the path of newer keyframes is against that of older ones.
 struct ScaleAcross {
   double log_ratio = 0;
-  double sigma = 0;  // of it, see ScaleSigma
+  double sigma = 0;  // of it, see RelativePathSigma
 };
 // AdjustAllAndScales with further views of the map's points, which leave nothing behind, until the
 // scale of the keyframes from `first_after` on against that of the older ones changes no more.

@@ -18,8 +18,8 @@ namespace {
 using Parameters = Eigen::Matrix<double, 8, 1>;
 
 // Of the drift the logarithm is Laplace distributed, with this mean distance: it stays at what
-// trackers do unless the positions contradict that, and a drift that is far larger, as with a wrong
-// calibration, they tell beyond doubt. Over a few minutes what positions wander by looks like
+// the images say unless the positions contradict that, and a drift that is far larger, as with a
+// wrong calibration, they tell beyond doubt. Over a few minutes what positions wander by looks like
 // drift; a normal distribution would let it pass for some, and bend the path.
 constexpr double kDriftScale = 1.0 / 3;
 constexpr Eigen::Index kNumDrifts = 2;
@@ -34,14 +34,14 @@ struct Priors {
 // error of 1.5 m over 20 s and one of 3 m over 80 s: of both, the images should be believed as for
 // the latter.
 Priors PriorsOf(const PositionedPath& path) {
-  const double drift = std::log(DriftSigma(path));
   const double log_time = std::log(100.0);
   constexpr double kLogTimeSigma = 1;
   constexpr double kLogRatioSigma = 3;  // white parts of 5 to 95 % are likely alike
   const double sigma_sigma = 1 / std::sqrt(2 * path.worth);  // of the logarithm of a sigma
   Priors priors;
-  priors.mean << drift, drift, std::log(path.typical_horizontal_m), log_time, 0,
-      std::log(path.typical_vertical_m), log_time, 0;
+  priors.mean << std::log(path.drift.rotation_rad), std::log(path.drift.log_scale),
+      std::log(path.typical_horizontal_m), log_time, 0, std::log(path.typical_vertical_m), log_time,
+      0;
   priors.sigma << kDriftScale, kDriftScale, sigma_sigma, kLogTimeSigma, kLogRatioSigma, sigma_sigma,
       kLogTimeSigma, kLogRatioSigma;
   return priors;

@@ -54,7 +54,7 @@ DriftFilter::DriftFilter(const PositionedPath& path)
   }
   double scale = 0;
   for (const Similarity& S : path.S_metric_kf) scale += S.scale();
-  shift_m_ = ShiftSigma(path) * scale / static_cast<double>(path.S_metric_kf.size());
+  shift_m_ = path.shift * scale / static_cast<double>(path.S_metric_kf.size());
 }
 
 // A similarity about the keyframe, in terms of one about the middle of the path.

@@ -55,7 +55,7 @@ class DriftFilter {
   std::vector<Step> steps_;
   std::vector<Residual> residuals_;
   std::vector<char> is_left_out_;  // of each position
-  double shift_m_ = 0;             // ShiftSigma in metres
+  double shift_m_ = 0;             // that of the path, in metres
 };
 
 }  // namespace mono3d::tracking

@@ -16,6 +16,7 @@
 #include "mono3d/geometry/sight_lines.h"
 #include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/map_constraints.h"
+#include "tracking/positions/image_drift.h"
 #include "tracking/positions/path_fit.h"
 
 namespace mono3d::tracking {
@@ -98,7 +99,6 @@ class MapPath {
     path_.typical_horizontal_m = positions.typical_horizontal_m;
     path_.typical_vertical_m = positions.typical_vertical_m;
     path_.worth = positions.worth;
-    path_.length = TypicalDepth(map, keyframes_);
     if (keyframes_.empty()) return;
     AddEdges();
     AddPositions(frames, positions);
@@ -133,8 +133,10 @@ class MapPath {
     }
     // The sigma of edges is for the fewest points that make one.
     const double typical = std::max(kMinSharedOfEdge, UpperMedianOrZero(std::move(num_shared)));
-    path_.edge_sigma_rad = EdgeSigma(map_.camera()) * std::sqrt(kMinSharedOfEdge / typical);
-    path_.point_sigma_px = PointSigma(map_, keyframes_);
+    const double edge_sigma = PointSigma(map_, keyframes_) * EdgeSigma(map_.camera()) *
+                              std::sqrt(kMinSharedOfEdge / typical);
+    path_.drift = ImageDrift(map_, keyframes_).value_or(PathDrift{edge_sigma, edge_sigma});
+    path_.shift = edge_sigma * TypicalDepth(map_, keyframes_);  // what that is at a typical depth
   }
 
   // Of a position that belongs to a frame by its name: that frame's.

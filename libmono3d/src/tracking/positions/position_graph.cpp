@@ -173,7 +173,7 @@ class PositionGraph {
   void AddEdges() {
     const double rotation = 1 / noise_.drift.rotation_rad;
     const double scale = 1 / noise_.drift.log_scale;
-    const double shift = 1 / ShiftSigma(path_);
+    const double shift = 1 / path_.shift;
     for (const SimilarityEdge& edge : path_.edges) {
       const double weight = std::sqrt(edge.weight);
       problem_.AddResidualBlock(

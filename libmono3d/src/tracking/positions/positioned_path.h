@@ -28,7 +28,7 @@ struct PathPosition {
 };
 
 // The keyframes of a map and what is known of where they were. `S_metric_kf` has lengths of the
-// camera frames, which are those of `edges` and `length`, and metres.
+// camera frames, which are those of `edges`, and metres.
 struct PositionedPath {
   std::vector<Similarity> S_metric_kf;  // in the order of flight, as they are now
   // What vision knows: of each keyframe and the next one first, in their order, then of others.
@@ -37,21 +37,13 @@ struct PositionedPath {
   bool has_vertical = true;
   double clock_offset_s = 0, clock_offset_sigma_s = 0;                 // see CameraPositions
   double typical_horizontal_m = 0, typical_vertical_m = 0, worth = 2;  // see CameraPositions
-  double length = 1;                                                   // a typical depth
-  double edge_sigma_rad = 0;    // by how much these may be off, where points are off by a pixel
-  double point_sigma_px = 0.3;  // and what they are off by
+  // How far each keyframe is off from the one before, as the images have it.
+  PathDrift drift = {1e-4, 1e-4};
+  // By how much an edge is off in translation, in lengths of the camera frames. It does not grow
+  // with the drift: images hold the place of a camera to its neighbours, whatever bends the path in
+  // the long run, and a larger one would look like the errors of positions.
+  double shift = 1e-4;
 };
-
-// By how much an edge is off in turn, and in the logarithm of its scale.
-inline double DriftSigma(const PositionedPath& path) {
-  return path.point_sigma_px * path.edge_sigma_rad;
-}
-
-// By how much an edge is off in translation: what that is at a typical depth, in lengths of the
-// camera frames. It does not grow with the drift: images hold the place of a camera to its
-// neighbours, whatever bends the path in the long run, and a larger one would look like the errors
-// of positions.
-inline double ShiftSigma(const PositionedPath& path) { return DriftSigma(path) * path.length; }
 
 // How the path drifts and the positions err.
 struct PathNoise {

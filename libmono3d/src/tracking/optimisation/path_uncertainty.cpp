@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/optimisation/scale_uncertainty.h"
+#include "tracking/optimisation/path_uncertainty.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -43,6 +43,21 @@ Eigen::VectorXd SizeGradient(const BundleAdjustmentProblem& problem,
   if (squared_size > 0) gradient /= squared_size;
   return gradient;
 }
+
+// By the steps (omega, dt) of all views, of the rotation of view `b` against view `a`:
+// Exp(omega_b) R_b R_a' Exp(-omega_a).
+Eigen::MatrixXd TurnGradients(const BundleAdjustmentProblem& problem, std::size_t a,
+                              std::size_t b) {
+  const Eigen::Quaterniond R_b_a =
+      problem.T_cam_world[b].rotation() * problem.T_cam_world[a].rotation().conjugate();
+  Eigen::MatrixXd gradients =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * problem.T_cam_world.size()), 3);
+  gradients.middleRows<3>(static_cast<Eigen::Index>(6 * b)).setIdentity();
+  gradients.middleRows<3>(static_cast<Eigen::Index>(6 * a)) -= R_b_a.toRotationMatrix().transpose();
+  return gradients;
+}
+
+std::size_t Middle(const std::vector<std::size_t>& views) { return views[views.size() / 2]; }
 
 // What the observations of one point say about the views that see it.
 class PointInformation {
@@ -120,9 +135,11 @@ double PathSize(const std::vector<Pose>& T_cam_world, const std::vector<std::siz
   return std::sqrt(squared_size);
 }
 
-double ScaleSigma(const BundleAdjustmentProblem& problem, const std::vector<std::size_t>& before,
-                  const std::vector<std::size_t>& after) {
-  constexpr double kOpen = std::numeric_limits<double>::infinity();
+PathSigma RelativePathSigma(const BundleAdjustmentProblem& problem,
+                            const std::vector<std::size_t>& before,
+                            const std::vector<std::size_t>& after) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr PathSigma kOpen = {kInfinity, kInfinity, 0};
   if (before.size() < 2 || after.size() < 2) return kOpen;
   PixelInformation information = InformationOf(problem);
   const double num_free = 2 * static_cast<double>(information.num_observations) -
@@ -130,18 +147,25 @@ double ScaleSigma(const BundleAdjustmentProblem& problem, const std::vector<std:
                           6 * static_cast<double>(problem.T_cam_world.size());
   if (num_free < 1) return kOpen;
   const Eigen::VectorXd by_before = SizeGradient(problem, before);
-  const Eigen::VectorXd by_after = SizeGradient(problem, after);
-  // The ratio does not depend on where the first view is, nor on the unit: both are fixed.
+  // The four quantities: turns about three axes, log scale.
+  Eigen::MatrixXd gradients(by_before.size(), 4);
+  gradients.leftCols<3>() = TurnGradients(problem, Middle(before), Middle(after));
+  gradients.col(3) = SizeGradient(problem, after);
+  // None of them depends on where the first view is, nor on the unit: both are fixed.
   const double large = 1e6 * information.of_views.diagonal().maxCoeff();
   information.of_views.topLeftCorner<6, 6>().diagonal().array() += large;
   information.of_views += large * by_before * by_before.transpose() / by_before.squaredNorm();
   information.of_views.diagonal().array() += 1e-18 * large;
   const Eigen::LDLT<Eigen::MatrixXd> factors(information.of_views);
-  const double variance = by_after.dot(factors.solve(by_after));
-  if (factors.info() != Eigen::Success || !(variance > 0)) return kOpen;
+  const Eigen::Vector4d variances =
+      gradients.cwiseProduct(factors.solve(gradients)).colwise().sum().transpose();
+  if (factors.info() != Eigen::Success || !(variances.minCoeff() > 0)) return kOpen;
   // Residuals below what is assumed make nothing more certain: the error of a patch is much the
   // same from frame to frame, and its point takes it up.
-  return std::sqrt(variance * std::max(1.0, information.sum_chi2 / num_free));
+  const double residual = std::sqrt(information.sum_chi2 / num_free);
+  const double excess = std::max(1.0, residual);
+  return {excess * std::sqrt(variances.head<3>().mean()), excess * std::sqrt(variances[3]),
+          residual};
 }
 
 }  // namespace mono3d::tracking

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "tracking/optimisation/scale_uncertainty.h"
+#include "tracking/optimisation/path_uncertainty.h"
 
 #include <gtest/gtest.h>
 
@@ -61,37 +61,51 @@ double LogRatio(const BundleAdjustmentProblem& problem) {
   return std::log(PathSize(problem.T_cam_world, kAfter) / PathSize(problem.T_cam_world, kBefore));
 }
 
-TEST(ScaleSigma, IsThatOfAdjustmentsOfNoisyPixels) {
+// Of the view in the middle of the one path against that of the other.
+Eigen::Quaterniond Turn(const BundleAdjustmentProblem& problem) {
+  return problem.T_cam_world[kAfter[3]].rotation() *
+         problem.T_cam_world[kBefore[3]].rotation().conjugate();
+}
+
+TEST(RelativePathSigma, IsThatOfAdjustmentsOfNoisyPixels) {
   std::mt19937 random(SeedFromTestName());
   const BundleAdjustmentProblem exact = TwoPaths(8, 40, random);
   const double truth = LogRatio(exact);
+  const Eigen::Quaterniond turn_true = Turn(exact);
   constexpr int kNumDraws = 60;
   double sum = 0;
-  double sum_sigma = 0;
+  double sum_turn = 0;
+  PathSigma sum_sigma;
   for (int draw = 0; draw < kNumDraws; ++draw) {
     BundleAdjustmentProblem noisy = exact;
     AddNoise(noisy, random);
     SolveBundleAdjustment(noisy, {.num_robust_steps = 0, .num_steps = 30, .min_gain = 1e-9});
     sum += std::pow(LogRatio(noisy) - truth, 2);
-    sum_sigma += ScaleSigma(noisy, kBefore, kAfter);
+    sum_turn += RotationLog(Turn(noisy) * turn_true.conjugate()).squaredNorm() / 3;
+    const PathSigma sigma = RelativePathSigma(noisy, kBefore, kAfter);
+    sum_sigma.log_scale += sigma.log_scale;
+    sum_sigma.rotation_rad += sigma.rotation_rad;
   }
   // The standard deviation of 60 draws is known to 9 %.
   const double measured = std::sqrt(sum / kNumDraws);
-  EXPECT_NEAR(sum_sigma / kNumDraws, measured, 0.3 * measured);
+  EXPECT_NEAR(sum_sigma.log_scale / kNumDraws, measured, 0.3 * measured);
   EXPECT_GT(measured, 1e-3);
+  const double turn_rad = std::sqrt(sum_turn / kNumDraws);
+  EXPECT_NEAR(sum_sigma.rotation_rad / kNumDraws, turn_rad, 0.3 * turn_rad);
+  EXPECT_GT(turn_rad, 1e-5);
 }
 
-TEST(ScaleSigma, IsLargerWhereFewerPointsTieThePaths) {
+TEST(RelativePathSigma, IsLargerWhereFewerPointsTieThePaths) {
   std::mt19937 random(SeedFromTestName());
-  const double by_many = ScaleSigma(TwoPaths(60, 40, random), kBefore, kAfter);
-  const double by_few = ScaleSigma(TwoPaths(6, 40, random), kBefore, kAfter);
+  const double by_many = RelativePathSigma(TwoPaths(60, 40, random), kBefore, kAfter).log_scale;
+  const double by_few = RelativePathSigma(TwoPaths(6, 40, random), kBefore, kAfter).log_scale;
   EXPECT_GT(by_many, 0);
   EXPECT_GT(by_few, 2 * by_many);
 }
 
-TEST(ScaleSigma, IsBeyondAllBoundsWhereNothingTiesThem) {
+TEST(RelativePathSigma, IsBeyondAllBoundsWhereNothingTiesThem) {
   std::mt19937 random(SeedFromTestName());
-  EXPECT_GT(ScaleSigma(TwoPaths(0, 40, random), kBefore, kAfter), 10);
+  EXPECT_GT(RelativePathSigma(TwoPaths(0, 40, random), kBefore, kAfter).log_scale, 10);
 }
 
 }  // namespace
