@@ -62,7 +62,7 @@ double LogRatio(const BundleAdjustmentProblem& problem) {
 }
 
 // Of the view in the middle of the one path against that of the other.
-Eigen::Quaterniond Turn(const BundleAdjustmentProblem& problem) {
+Eigen::Quaterniond TurnBetween(const BundleAdjustmentProblem& problem) {
   return problem.T_cam_world[kAfter[3]].rotation() *
          problem.T_cam_world[kBefore[3]].rotation().conjugate();
 }
@@ -71,7 +71,7 @@ TEST(RelativePathSigma, IsThatOfAdjustmentsOfNoisyPixels) {
   std::mt19937 random(SeedFromTestName());
   const BundleAdjustmentProblem exact = TwoPaths(8, 40, random);
   const double truth = LogRatio(exact);
-  const Eigen::Quaterniond turn_true = Turn(exact);
+  const Eigen::Quaterniond turn_true = TurnBetween(exact);
   constexpr int kNumDraws = 60;
   double sum = 0;
   double sum_turn = 0;
@@ -81,7 +81,7 @@ TEST(RelativePathSigma, IsThatOfAdjustmentsOfNoisyPixels) {
     AddNoise(noisy, random);
     SolveBundleAdjustment(noisy, {.num_robust_steps = 0, .num_steps = 30, .min_gain = 1e-9});
     sum += std::pow(LogRatio(noisy) - truth, 2);
-    sum_turn += RotationLog(Turn(noisy) * turn_true.conjugate()).squaredNorm() / 3;
+    sum_turn += RotationLog(TurnBetween(noisy) * turn_true.conjugate()).squaredNorm() / 3;
     const PathSigma sigma = RelativePathSigma(noisy, kBefore, kAfter);
     sum_sigma.log_scale += sigma.log_scale;
     sum_sigma.rotation_rad += sigma.rotation_rad;
