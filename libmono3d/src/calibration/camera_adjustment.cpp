@@ -128,6 +128,18 @@ ParameterFlags DeterminedOf(const CameraProblem& problem, std::size_t camera,
   return is_determined;
 }
 
+// How well the parameters are known. Where a wrong focal length could hide, a wrong distortion
+// could as well: straight down on flat ground a lens that bends the heights is told by what the
+// model leaves out alone.
+ParameterMatrix UncertaintyOf(const CameraProblem& problem, std::size_t camera,
+                              const CameraCovariance& covariance,
+                              const ParameterFlags& is_determined) {
+  const bool is_hidden = !problem.is_fixed(camera)[kLogFocal] && !is_determined[kLogFocal];
+  ParameterMatrix uncertainty = covariance.clustered;
+  if (is_hidden) uncertainty += covariance.hidden.asDiagonal();
+  return uncertainty;
+}
+
 // What is free and stays better where the prior has it: what the images do not tell, and what
 // differs from the prior's by no more than chance.
 ParameterFlags ToHold(const CameraProblem& problem, std::size_t camera,
@@ -189,17 +201,19 @@ std::vector<CameraAdjustment> AdjustCamerasOnce(std::span<const CameraPrior> pri
   SolveAll(problem);
   const std::vector<CameraCovariance> covariances = CameraCovariances(problem);
   std::vector<ParameterFlags> is_determined;
+  std::vector<ParameterMatrix> uncertainties;
   bool is_held = false;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     is_determined.emplace_back(DeterminedOf(problem, i, covariances[i]) && !problem.is_fixed(i));
-    const ParameterFlags held = ToHold(problem, i, covariances[i].clustered, is_determined[i]);
+    uncertainties.push_back(UncertaintyOf(problem, i, covariances[i], is_determined[i]));
+    const ParameterFlags held = ToHold(problem, i, uncertainties[i], is_determined[i]);
     problem.FixAtPrior(held, i);
     is_held = is_held || held.any();
   }
   if (is_held) SolveAgain(problem);
   for (std::size_t i = 0; i < starts.size(); ++i) {
     if (problem.NumObservationsOf(i) == 0) continue;
-    results[i] = ResultOf(problem, i, covariances[i].clustered, is_determined[i]);
+    results[i] = ResultOf(problem, i, uncertainties[i], is_determined[i]);
   }
   return results;
 }
@@ -229,11 +243,11 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
     problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
   }
   const CameraCovariance known = CameraCovariances(problem).front();
-  const ParameterMatrix& covariance = known.clustered;
   ParameterFlags is_determined = DeterminedOf(problem, 0, known);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     if (problem.is_fixed()[readout]) is_determined[readout] = false;
   }
+  const ParameterMatrix covariance = UncertaintyOf(problem, 0, known, is_determined);
   ParameterFlags is_held = ToHold(problem, 0, covariance, is_determined);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
     const bool is_none =
