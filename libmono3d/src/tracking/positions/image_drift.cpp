@@ -12,55 +12,43 @@
 #include <utility>
 
 #include "mono3d/core/statistics.h"
-#include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/path_uncertainty.h"
 
 namespace mono3d::tracking {
 namespace {
 
-// A point as it is seen without a break.
-struct Passing {
-  PointId point;
-  std::vector<BundleAdjustmentObservation> observations;
-};
-
-// The points that two or more of the keyframes see. One that comes back is another one.
-std::vector<Passing> PassingsOf(const Map& map, std::span<const KeyframeId> keyframes) {
-  std::vector<Passing> passings;
-  std::unordered_map<std::size_t, std::size_t> latest_of;  // passing, by the point's place
-  for (std::size_t view = 0; view < keyframes.size(); ++view) {
-    const View& seeing = map.keyframe(keyframes[view]).view;
-    for (std::size_t i = 0; i < seeing.points.size(); ++i) {
-      const std::optional<PointId>& point = seeing.points[i];
-      if (!point || !map.IsAlive(*point)) continue;
-      const auto [found, is_new] = latest_of.try_emplace(point->index, passings.size());
-      if (!is_new && passings[found->second].observations.back().view + kMinReturnGap <= view) {
-        found->second = passings.size();
-      }
-      if (found->second == passings.size()) passings.push_back({*point, {}});
-      const Feature& feature = seeing.features[i];
-      const Eigen::Vector2d pixel =
-          map.AtMiddleLine(seeing, feature.pixel, map.point(*point).p_world);
-      passings[found->second].observations.push_back({view, 0, pixel, feature.sigma_px});
-    }
-  }
-  std::erase_if(passings, [](const Passing& passing) { return passing.observations.size() < 2; });
-  return passings;
-}
-
+// The keyframes and the points that two or more of them see.
 BundleAdjustmentProblem ProblemOf(const Map& map, std::span<const KeyframeId> keyframes) {
   BundleAdjustmentProblem problem;
   problem.camera = map.camera();
-  for (const KeyframeId keyframe : keyframes) {
-    problem.T_cam_world.push_back(map.T_cam_world(keyframe));
+  std::vector<PointId> points;
+  std::vector<std::vector<BundleAdjustmentObservation>> seen_of;  // of each point
+  std::unordered_map<std::size_t, std::size_t> number_of;         // by place in the map
+  for (std::size_t view = 0; view < keyframes.size(); ++view) {
+    const View& seeing = map.keyframe(keyframes[view]).view;
+    problem.T_cam_world.push_back(map.T_cam_world(keyframes[view]));
     problem.is_fixed.push_back(0);
+    for (std::size_t i = 0; i < seeing.points.size(); ++i) {
+      const std::optional<PointId>& point = seeing.points[i];
+      if (!point || !map.IsAlive(*point)) continue;
+      const auto [found, is_new] = number_of.try_emplace(point->index, points.size());
+      if (is_new) {
+        points.push_back(*point);
+        seen_of.emplace_back();
+      }
+      const Feature& feature = seeing.features[i];
+      const Eigen::Vector2d pixel =
+          map.AtMiddleLine(seeing, feature.pixel, map.point(*point).p_world);
+      seen_of[found->second].push_back({view, 0, pixel, feature.sigma_px});
+    }
   }
-  for (Passing& passing : PassingsOf(map, keyframes)) {
-    for (BundleAdjustmentObservation& seen : passing.observations) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (seen_of[i].size() < 2) continue;
+    for (BundleAdjustmentObservation& seen : seen_of[i]) {
       seen.point = problem.p_world.size();
       problem.observations.push_back(seen);
     }
-    problem.p_world.push_back(map.point(passing.point).p_world);
+    problem.p_world.push_back(map.point(points[i]).p_world);
   }
   return problem;
 }
