@@ -259,7 +259,7 @@ std::size_t NumHeldBy(const std::vector<Frame>& frames, const PhotoMapperOptions
   return maps.maps.empty() ? 0 : maps.maps.front().photos.size();
 }
 
-TEST(PhotoMapper, LooksCloserWherePhotosDoNotHangTogether) {
+TEST(PhotoMapper, TakesMoreFeaturesWherePhotosDoNotHangTogether) {
   PhotoMapperOptions options;
   options.num_features = 150;
   ASSERT_LT(NumHeldBy(Houses().frames, options), Houses().frames.size());

@@ -82,7 +82,7 @@ PhotoMaps PhotoTracker::PlaceBy(const std::vector<PhotoFeatures>& features) cons
 
 // Once more with twice as many features. Foliage in the wind, grass and gravel look alike
 // everywhere: of so many features few find their like, too few for a pose.
-void PhotoTracker::LookCloser() {
+void PhotoTracker::PlaceByMoreFeatures() {
   std::vector<PhotoFeatures> features;
   {
     const ScopedStageTimer timer(times_, "tracking/photo_features");
@@ -91,14 +91,14 @@ void PhotoTracker::LookCloser() {
           ExtractPhotoFeatures(frame, 2 * options_.num_features, options_.max_side_px));
     }
   }
-  PhotoMaps closer = PlaceBy(features);
+  PhotoMaps by_more = PlaceBy(features);
   const std::size_t num_before = NumInLargest(*placed_);
-  const std::size_t num = NumInLargest(closer);
+  const std::size_t num = NumInLargest(by_more);
   Log(LogLevel::kInfo, std::to_string(num) + " of " + std::to_string(frames_.size()) +
                            " photographs hang together by " +
                            std::to_string(2 * options_.num_features) + " features each, " +
                            std::to_string(num_before) + " by half as many");
-  if (num > num_before) placed_ = std::move(closer);
+  if (num > num_before) placed_ = std::move(by_more);
 }
 
 void PhotoTracker::Place() {
@@ -109,9 +109,10 @@ void PhotoTracker::Place() {
   placed_ = PlaceBy(features_);
   features_.clear();
   // It takes four times as long as placing them did: not for one image of a video.
-  constexpr double kWorthIt = 0.02;
+  constexpr double kMinShareLeft = 0.02;
   const std::size_t num_left = frames_.size() - NumInLargest(*placed_);
-  if (static_cast<double>(num_left) > kWorthIt * static_cast<double>(frames_.size())) LookCloser();
+  if (static_cast<double>(num_left) > kMinShareLeft * static_cast<double>(frames_.size()))
+    PlaceByMoreFeatures();
   for (PhotoMap& map : placed_->maps) {
     for (std::size_t i = 0; i < map.photos.size(); ++i) {
       const Frame& frame = frames_[map.photos[i].photo];

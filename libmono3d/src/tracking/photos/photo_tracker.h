@@ -38,7 +38,7 @@ class PhotoTracker final : public Tracker {
   void BringInOrder();
   void Place();
   PhotoMaps PlaceBy(const std::vector<PhotoFeatures>& features) const;
-  void LookCloser();
+  void PlaceByMoreFeatures();
   bool FollowNewPositions();
   void Publish();
 
