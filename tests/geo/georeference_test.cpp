@@ -182,6 +182,42 @@ TEST(Georeference, FindsTheClockOffsetOfAStripFromItsEnds) {
   }
 }
 
+// Of positions to centimetres, an offset is told by how the camera sways, and half a sway on they
+// fit worse than a whole one.
+TEST(Georeference, FindsTheClockOffsetOfACameraThatSways) {
+  constexpr double kDuration_s = 250;
+  const auto sway = [](double time_s, double phase) {
+    double sum = 0;
+    for (const double period_s : {1.3, 2.1, 4.5, 11.0}) {
+      sum += 0.14 * std::sin(2 * std::numbers::pi * time_s / period_s + phase * period_s);
+    }
+    return sum;
+  };
+  const auto swaying = [&](double time_s) {
+    return Vector3d(5.7 * time_s + sway(time_s, 0), 5.7 * time_s + sway(time_s, 1),
+                    60 + sway(time_s, 2));
+  };
+  std::vector<PositionedCamera> cameras;
+  for (const PositionedCamera& camera : Fly(kDuration_s, swaying)) {
+    const bool is_of_third = std::abs(std::remainder(camera.timestamp_s, 0.3)) < 0.01;
+    if (is_of_third) cameras.push_back(camera);
+  }
+  const UpDirection up{TrueSimilarity().pose().rotation().inverse() * Vector3d::UnitZ(),
+                       2 * kDegree};
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const double offset_s = -1.1 + 0.17 * seed;
+    PositionTrack track =
+        Receive(kDuration_s, swaying, {0.2, {0, 0, 0.03}, {0, 0, 0.03}, 0.02, offset_s}, seed);
+    for (PositionFix& fix : track.fixes) fix.sigma_horizontal_m = fix.sigma_vertical_m = 0.03;
+    const auto result = EstimateGeoreference(cameras, track, up, {});
+    ASSERT_TRUE(result.georeference.has_value()) << result.reason;
+    EXPECT_NEAR(result.georeference->clock_offset_s, offset_s,
+                5 * result.georeference->clock_offset_sigma_s)
+        << seed;
+    EXPECT_LT(result.georeference->clock_offset_sigma_s, 0.01);
+  }
+}
+
 // Errors of 3 m that wander over a minute, as long as the flight itself.
 TEST(Georeference, StatesHowSureItIs) {
   const ReceiverErrors errors{1, {3, 60, 0}, {3, 60, 0}, 0.02, 0};

@@ -24,6 +24,11 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kFewestFixes = 3;
 constexpr double kClockStep_s = 0.5;  // of the offsets that are tried
+// Of those around the offset that was found, twice: cameras sway within a second or two, so that
+// half a second on there may be a worse one; and between images a second apart or a quarter, the
+// path is not straight, so that a step of least squares may end beside the best.
+constexpr double kFinerBy = 5;
+constexpr double kFinestClockStep_s = kClockStep_s / (kFinerBy * kFinerBy);
 // An offset that leaves most fixes without a camera fits the rest easily.
 constexpr double kLeastShareOfPairs = 0.7;
 
@@ -210,12 +215,14 @@ class GeoreferenceEstimate {
     for (int search = 0; search < kMostSearches; ++search) {
       const auto settled = std::tuple(placement_, pairs_, used_, fit_);
       const PlacementFit noise = *fit_;
-      const std::optional<Start> here = StartAt(placement_.clock_offset_s, noise);
+      const std::optional<Start> here =
+          StartAt(placement_.clock_offset_s, kFinestClockStep_s, noise);
       const std::optional<Start> best = MostLikelyStart(noise);
       if (!here || !best || best->excess > here->excess - kClearly) return;
       placement_ = best->placement;
       if (Settle()) {
-        const std::optional<Start> there = StartAt(placement_.clock_offset_s, noise);
+        const std::optional<Start> there =
+            StartAt(placement_.clock_offset_s, kFinestClockStep_s, noise);
         if (there && there->excess <= here->excess - kClearly) continue;
       }
       std::tie(placement_, pairs_, used_, fit_) = settled;
@@ -225,16 +232,23 @@ class GeoreferenceEstimate {
 
   std::optional<Start> MostLikelyStart(const PlacementFit& noise) const {
     std::optional<Start> best;
-    const double last_s = priors_.clock_offset_s + options_.max_clock_offset_s;
-    for (double offset_s = priors_.clock_offset_s - options_.max_clock_offset_s; offset_s <= last_s;
-         offset_s += kClockStep_s) {
-      std::optional<Start> start = StartAt(offset_s, noise);
-      if (start && (!best || start->excess < best->excess)) best = std::move(start);
+    const auto look_around = [&](double middle_s, double reach_s, double step_s) {
+      for (double offset_s = middle_s - reach_s; offset_s <= middle_s + reach_s;
+           offset_s += step_s) {
+        std::optional<Start> start = StartAt(offset_s, step_s, noise);
+        if (start && (!best || start->excess < best->excess)) best = std::move(start);
+      }
+    };
+    look_around(priors_.clock_offset_s, options_.max_clock_offset_s, kClockStep_s);
+    look_around(placement_.clock_offset_s, kClockStep_s, kClockStep_s / kFinerBy);
+    if (best) {
+      look_around(best->placement.clock_offset_s, kClockStep_s / kFinerBy, kFinestClockStep_s);
     }
     return best;
   }
 
-  std::optional<Start> StartAt(double offset_s, const PlacementFit& noise) const {
+  // The most likely one within half a step.
+  std::optional<Start> StartAt(double offset_s, double step_s, const PlacementFit& noise) const {
     // Of calling a fix an outlier, in squared residuals: more than the 8 (twice the negative
     // logarithm) that one in fifty is one, less than the 17 if outliers lie evenly within ten
     // standard deviations on each axis.
@@ -257,10 +271,9 @@ class GeoreferenceEstimate {
         OutlierSearch(pairs, ResidualsOf(pairs, placement, priors_.antenna_m), priors_,
                       placement.scale)
             .Used();
-    // Half a step on at most: the other offsets have starts of their own.
     PlacementPriors near = priors_;
     near.clock_offset_s = offset_s;
-    near.clock_offset_sigma_s = kClockStep_s / 2;
+    near.clock_offset_sigma_s = step_s / 2;
     const std::optional<double> excess =
         ExcessOfFit(pairs, used, placement, near, noise.horizontal, noise.vertical);
     if (!excess) return std::nullopt;

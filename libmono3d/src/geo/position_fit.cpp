@@ -216,7 +216,9 @@ class CandidateSolver {
 
   double PriorCost(const Increment& increment) const { return SumSquares(prior_, increment) / 2; }
 
-  // The logarithm of the likelihood at `variance`, and the next variance.
+  // The logarithm of the likelihood, with the variance integrated out, as it is at `variance` (so
+  // one factor of it less than of the density at its most likely value: or shapes of small variance
+  // would be preferred), and the next variance.
   double Evidence(const ShapedEquations& shaped, const Candidate& candidate, double typical_m,
                   double& variance) const {
     const double residual = SumSquares(shaped.equations, candidate.increment);
@@ -227,7 +229,7 @@ class CandidateSolver {
     const double used_variance = variance;
     variance = (residual + priors_.worth * Squared(typical_m)) / (num_free + priors_.worth);
     return shaped.shape.log_prior - shaped.sum_log_sigma -
-           (shaped.num_rows + priors_.worth + 2) / 2 * std::log(used_variance) -
+           (shaped.num_rows + priors_.worth) / 2 * std::log(used_variance) -
            (residual + priors_.worth * Squared(typical_m)) / (2 * used_variance);
   }
 

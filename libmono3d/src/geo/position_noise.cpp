@@ -40,11 +40,11 @@ WhitenedRows Whiten(const Eigen::MatrixXd& rows, std::span<const double> times_s
 }
 
 std::vector<NoiseShape> NoiseShapes() {
-  // Satellite navigation without corrections wanders over half a minute to some minutes; barometers
+  // Satellite navigation without corrections wanders over half a minute to five minutes; barometers
   // and RTK alike, by less. Written faster than it is measured, it is filtered as well.
   constexpr std::array<double, 6> kTimes_s = {1, 5, 15, 40, 100, 300};
   constexpr std::array<double, 4> kWanderShares = {0.3, 0.7, 0.95, 0.998};  // of the variance
-  constexpr double kTypicalTime_s = 40;
+  constexpr double kTypicalTime_s = 95;  // between half a minute and five
   constexpr double kLogTimeSigma = 1.6;  // a factor of five
   // A rate of measurements below the correlation tells the two parts apart; above it they are one.
   constexpr double kWhitePrior = 0.2;

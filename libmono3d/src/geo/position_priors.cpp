@@ -15,9 +15,10 @@ namespace {
 // What receivers of drones and telephones do without corrections, and how well a barometer holds.
 constexpr double kTypicalHorizontal_m = 1.5;
 constexpr double kTypicalVertical_m = 1.5;
-// What that is worth beside the residuals, in independent errors; what a receiver itself states, by
-// its own count of satellites, is worth more.
-constexpr double kTypicalWorth = 2;
+// What that is worth beside the residuals, in independent errors: one is a factor of three either
+// way, as between open sky and a street. What a receiver itself states, by its own count of
+// satellites, is worth more.
+constexpr double kTypicalWorth = 1;
 constexpr double kStatedWorth = 4;
 
 double MedianStated(const PositionTrack& track, double PositionFix::*sigma) {
