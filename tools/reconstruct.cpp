@@ -96,23 +96,24 @@ int ReconstructInto(OutputFolder& output, ReconstructArguments& arguments,
   RunNotes notes;
   EarlierParts earlier;
   arguments.view.Open();
-  const ReconstructRun run{arguments,
-                           device,
-                           writer,
-                           times,
-                           record,
-                           frames,
-                           failures,
-                           notes,
-                           arguments.view,
-                           output.of_run(),
-                           prior_camera,
-                           {arguments.live ? 0 : TellOfTurn(arguments.input),
-                            FindPositions(arguments.input, arguments.positions),
-                            arguments.positions.georeference, std::move(control)},
-                           journal ? &*journal : nullptr,
-                           earlier,
-                           start_ms};
+  const ReconstructRun run{
+      arguments,
+      device,
+      writer,
+      times,
+      record,
+      frames,
+      failures,
+      notes,
+      arguments.view,
+      output.of_run(),
+      prior_camera,
+      {arguments.live ? 0 : TellOfTurn(arguments.input),
+       FindPositions(arguments.input, arguments.positions, arguments.pipeline.is_live),
+       arguments.positions.georeference, std::move(control)},
+      journal ? &*journal : nullptr,
+      earlier,
+      start_ms};
   const ReconstructResult result = MakeRun(run);
   failures.NoteIn(record);
   if (arguments.live) record.live_input = arguments.live->Report();

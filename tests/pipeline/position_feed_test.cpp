@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <memory>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "mono3d/geometry/geodetic.h"
@@ -65,20 +68,20 @@ PipelinePositions OncePerSecond(double antenna_down_m) {
 }
 
 TEST(PositionFeed, IsDueEachTimeThatAMapHasGrownByHalf) {
-  PositionFeed feed(OncePerSecond(0));
+  PositionFeed feed(OncePerSecond(0), false);
   ToldTracker tracker;
   EXPECT_FALSE(feed.IsDue(1, 39));
   EXPECT_TRUE(feed.IsDue(1, 40));
-  feed.Give(1, 40, tracker);
+  feed.GiveNow(1, 40, tracker);
   EXPECT_FALSE(feed.IsDue(1, 59));
   EXPECT_TRUE(feed.IsDue(1, 60));
   EXPECT_TRUE(feed.IsDue(2, 40));
 }
 
 TEST(PositionFeed, TellsWhereTheCamerasOfTheMapWere) {
-  PositionFeed feed(OncePerSecond(0));
+  PositionFeed feed(OncePerSecond(0), false);
   ToldTracker tracker;
-  feed.Give(1, 40, tracker);
+  feed.GiveNow(1, 40, tracker);
   ASSERT_EQ(tracker.told.size(), 1U);
   const CameraPositions& told = tracker.told.front();
   EXPECT_EQ(told.map_id, 1);
@@ -93,9 +96,9 @@ TEST(PositionFeed, TellsWhereTheCamerasOfTheMapWere) {
 }
 
 TEST(PositionFeed, TakesTheArmToTheAntennaOff) {
-  PositionFeed feed(OncePerSecond(-0.5));
+  PositionFeed feed(OncePerSecond(-0.5), false);
   ToldTracker tracker;
-  feed.Give(1, 40, tracker);
+  feed.GiveNow(1, 40, tracker);
   ASSERT_EQ(tracker.told.size(), 1U);
   for (const CameraPosition& position : tracker.told.front().positions) {
     EXPECT_NEAR((position.p_m - (OnArc(position.time_s) - OnArc(0))).norm(), 0.5, 0.02);
@@ -103,11 +106,50 @@ TEST(PositionFeed, TakesTheArmToTheAntennaOff) {
 }
 
 TEST(PositionFeed, IsSilentWhereTheMapHasNoPlace) {
-  PositionFeed feed(OncePerSecond(0));
+  PositionFeed feed(OncePerSecond(0), false);
   ToldTracker tracker;
-  feed.Give(0, 40, tracker);  // half a second long
-  feed.Give(7, 40, tracker);  // not there
+  feed.GiveNow(0, 40, tracker);  // half a second long
+  feed.GiveNow(7, 40, tracker);  // not there
   EXPECT_TRUE(tracker.told.empty());
+}
+
+// The drone writes while it flies.
+TEST(PositionFeed, TakesPositionsThatCome) {
+  PipelinePositions positions = OncePerSecond(0);
+  PositionTrack all = std::move(positions.track);
+  positions.track = {};
+  PositionFeed feed(std::move(positions), false);
+  ToldTracker tracker;
+  feed.Give(1, 40, tracker);
+  EXPECT_TRUE(tracker.told.empty());
+  EXPECT_EQ(feed.place(), nullptr);
+  feed.SetTrack(std::move(all));
+  feed.Give(1, 60, tracker);
+  EXPECT_EQ(tracker.told.size(), 1U);
+  ASSERT_NE(feed.place(), nullptr);
+  EXPECT_EQ(feed.place()->map_id, 1);
+  EXPECT_NEAR(feed.place()->georeference.S_enu_map.scale() / kUnitOfMap_m, 1, 1e-4);
+}
+
+// Live, a thread of its own finds the place, also between the times that the map follows.
+TEST(PositionFeed, LivePlacesTheMapWithoutWaiting) {
+  PositionFeed feed(OncePerSecond(0), true);
+  ToldTracker tracker;
+  feed.Give(1, 10, tracker);  // too short to be followed
+  EXPECT_EQ(feed.place(), nullptr);
+  const auto keyframes_until = [&](std::size_t num_keyframes, const auto& is_done) {
+    for (int i = 0; i < 500 && !is_done(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      feed.Give(1, num_keyframes, tracker);
+    }
+  };
+  keyframes_until(10, [&] { return feed.place() != nullptr; });
+  ASSERT_NE(feed.place(), nullptr);
+  EXPECT_NEAR(feed.place()->georeference.S_enu_map.scale() / kUnitOfMap_m, 1, 1e-4);
+  EXPECT_TRUE(tracker.told.empty());
+  keyframes_until(40, [&] { return !tracker.told.empty(); });
+  ASSERT_EQ(tracker.told.size(), 1U);
+  EXPECT_EQ(tracker.told.front().map_id, 1);
 }
 
 }  // namespace

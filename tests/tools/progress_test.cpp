@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,19 @@ TEST(ProgressLine, SaysHowFarTheRunIsAndWhenItEnds) {
   EXPECT_EQ(Line({}), "frame 30/120  15.0 fps  " +
                           std::string(ToString(TrackingStatus::kTracking)) +
                           "  keyframes 7  maps 2  surfels 51k  ETA 6 s");
+}
+
+TEST(ProgressLine, SaysHowSureItIsOfTheScale) {
+  const PipelineCounts counts;
+  const TrackingResult tracking;
+  const ModelHealth health;
+  PlaceOfMap place;
+  place.georeference.scale_sigma = 0.0042;
+  const PipelineProgress progress = {.counts = counts,
+                                     .tracking = tracking,
+                                     .health = health,
+                                     .place = std::make_shared<const PlaceOfMap>(place)};
+  EXPECT_THAT(FormatProgress(progress, {}, 1), EndsWith("  on the earth, scale +- 0.42 %"));
 }
 
 TEST(ProgressLine, SaysOfTheModelOnlyWhatIsNotGoodAndWhy) {

@@ -97,7 +97,7 @@ TEST(ImageDrift, IsWhatAnAdjustedPathDriftsBy) {
   constexpr KeyframeId kNum = 72;
   std::mt19937 random(SeedFromTestName());
   const Map noisy = MakeStrip(kNum, random, kPixelSigma);
-  const std::optional<PathDrift> drift = ImageDrift(noisy, AllKeyframes(noisy));
+  const std::optional<PathDrift> drift = ImageDrift(StretchesOf(noisy, AllKeyframes(noisy)));
   ASSERT_TRUE(drift.has_value());
   const Map map = MakeStrip(kNum, random, 0);
   std::vector<std::size_t> before(12);
@@ -130,7 +130,7 @@ TEST(ImageDrift, GrowsAsThePixelsAreOffAndNotWithThePath) {
   const auto drift_of = [](KeyframeId num_keyframes, double sigma_px) {
     std::mt19937 random(SeedFromTestName());
     const Map map = MakeStrip(num_keyframes, random, sigma_px);
-    return ImageDrift(map, AllKeyframes(map)).value();
+    return ImageDrift(StretchesOf(map, AllKeyframes(map))).value();
   };
   const PathDrift drift = drift_of(150, 0.1);
   const PathDrift blurred = drift_of(150, 0.2);
@@ -155,8 +155,8 @@ TEST(ImageDrift, IsSmallWhereALapIsFlownAgain) {
       laps.AddKeyframe(view);
     }
   }
-  const PathDrift once = ImageDrift(strip, AllKeyframes(strip)).value();
-  const PathDrift again = ImageDrift(laps, AllKeyframes(laps)).value();
+  const PathDrift once = ImageDrift(StretchesOf(strip, AllKeyframes(strip))).value();
+  const PathDrift again = ImageDrift(StretchesOf(laps, AllKeyframes(laps))).value();
   EXPECT_LT(again.rotation_rad, 1.5 * once.rotation_rad);
   EXPECT_LT(again.log_scale, 1.5 * once.log_scale);
 }
@@ -164,7 +164,7 @@ TEST(ImageDrift, IsSmallWhereALapIsFlownAgain) {
 TEST(ImageDrift, IsNotToldByAFewKeyframes) {
   std::mt19937 random(SeedFromTestName());
   const Map map = MakeStrip(5, random, kPixelSigma);
-  EXPECT_FALSE(ImageDrift(map, AllKeyframes(map)).has_value());
+  EXPECT_FALSE(ImageDrift(StretchesOf(map, AllKeyframes(map))).has_value());
 }
 
 }  // namespace

@@ -5,12 +5,15 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <thread>
 #include <vector>
 
 #include "mono3d/geometry/similarity.h"
 #include "reference/random.h"
+#include "tracking/positions/position_follower.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::tracking {
@@ -150,6 +153,63 @@ TEST(FollowPositions, LeavesTheShapeOfTheNewestAsItIs) {
             0.5 * (before[kLeader - 1] / before[0] - 1));
   const Similarity& moved = bent.map.keyframe(kNumBent - 1).S_world_visual;
   EXPECT_NEAR(moved.scale(), bent.map.keyframe(kLeader).S_world_visual.scale(), 1e-9);
+}
+
+// As a live tracker asks, keyframe after keyframe, until the map has moved.
+bool FollowsInTheEnd(PositionFollower& follower, BentMap& bent) {
+  for (int i = 0; i < 500; ++i) {
+    if (follower.FollowInBackground(
+            bent.map, [&] { return FramesOf(bent.map); }, 0))
+      return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+TEST(PositionFollower, MovesTheMapInTheBackgroundAsItWouldAtOnce) {
+  BentMap at_once = MakeBentMap(kScaleDrift);
+  BentMap later = MakeBentMap(kScaleDrift);
+  MappingLock alone;
+  PositionFollower follower;
+  follower.Set(PositionsOf(at_once));
+  EXPECT_TRUE(follower.Follow(
+      at_once.map, [&] { return FramesOf(at_once.map); }, 0, alone));
+  EXPECT_FALSE(follower.Follow(
+      at_once.map, [&] { return FramesOf(at_once.map); }, 0, alone));
+
+  PositionFollower in_background;
+  in_background.Set(PositionsOf(later));
+  ASSERT_TRUE(FollowsInTheEnd(in_background, later));
+  EXPECT_EQ(StepsOf(later.map), StepsOf(at_once.map));
+  ASSERT_EQ(in_background.Fits().size(), 1U);
+  EXPECT_EQ(in_background.Fits().front().rms_moved_m, follower.Fits().front().rms_moved_m);
+}
+
+// What was fitted to the map as it was is not laid upon it as it is.
+TEST(PositionFollower, FitsAgainWhereTheMapHasMovedMeanwhile) {
+  BentMap bent = MakeBentMap(kScaleDrift);
+  PositionFollower follower;
+  follower.Set(PositionsOf(bent));
+  const std::vector<double> before = StepsOf(bent.map);
+  const auto frames = [&] { return FramesOf(bent.map); };
+  EXPECT_FALSE(follower.FollowInBackground(bent.map, frames, 0));
+  follower.NoteMoved();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_FALSE(follower.FollowInBackground(bent.map, frames, 0));
+  EXPECT_EQ(StepsOf(bent.map), before);
+  EXPECT_TRUE(FollowsInTheEnd(follower, bent));
+  EXPECT_NE(StepsOf(bent.map), before);
+}
+
+// The end of a run does not wait for another turn.
+TEST(PositionFollower, FollowsAtOnceWhatItWasFittingInTheBackground) {
+  BentMap bent = MakeBentMap(kScaleDrift);
+  PositionFollower follower;
+  follower.Set(PositionsOf(bent));
+  const auto frames = [&] { return FramesOf(bent.map); };
+  EXPECT_FALSE(follower.FollowInBackground(bent.map, frames, 0));
+  MappingLock alone;
+  EXPECT_TRUE(follower.Follow(bent.map, frames, 0, alone));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "view/browser.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -126,6 +127,7 @@ TEST_F(ViewInBrowser, DrawsTheSurfelsAsTheRendererDoes) {
 class GrowingRun {
  public:
   std::atomic<int> num_strips = 1;
+  std::shared_ptr<const PlaceOfMap> place;
 
   PipelineSnapshot Snapshot(std::uint64_t since) const {
     PipelineSnapshot snapshot;
@@ -149,9 +151,36 @@ class GrowingRun {
     }
     snapshot.keyframe_poses = std::make_shared<const KeyframePoses>(num, std::move(poses));
     snapshot.model_poses = snapshot.keyframe_poses;
+    snapshot.place = place;
     return snapshot;
   }
 };
+
+// As soon as positions tell how large a unit of the model is.
+TEST_F(ViewInBrowser, MeasuresARunInMetres) {
+  PlaceOfMap place;
+  place.georeference.S_enu_map = Similarity(20, Pose());
+  place.georeference.scale_sigma = 0.01;
+  place.georeference.heading_sigma_rad = 0.01;
+  place.georeference.position_sigma_m = {3, 4, 5};
+  GrowingRun run;
+  run.place = std::make_shared<const PlaceOfMap>(place);
+  LiveView view(FreePort());
+  view.Begin([&run](std::uint64_t since) { return run.Snapshot(since); }, 100);
+  Browser browser(folder_, kWidth, kHeight);
+  browser.Open(view.url());
+  ASSERT_TRUE(browser.WaitFor(kHasAll)) << browser.errors();
+  const auto text_of = [&](const std::string& id) {
+    return browser.Evaluate("document.getElementById('" + id + "').textContent").get<std::string>();
+  };
+  for (const char* row : {"Scale± 1.0 %", "North± 0.57°", "Place± 5.0 m"}) {
+    EXPECT_THAT(text_of("numbers"), testing::HasSubstr(row));
+  }
+  browser.Evaluate("document.getElementById('measure').click()");
+  browser.Evaluate("mono3d.measure([0, 0, 0], [0, 0.5, 0])");
+  EXPECT_EQ(text_of("distance"), "10.00 m ± 0.10 m by the scale");
+  EXPECT_EQ(browser.errors(), "");
+}
 
 TEST_F(ViewInBrowser, ShowsAModelThatGrows) {
   GrowingRun run;

@@ -123,7 +123,10 @@ class ViewTool : public TemporaryFolderTest {
     WriteTrajectory(run_ / "trajectory.txt", {{0, Pose()}, {1, Pose()}, {2, Pose()}});
     WriteText("run/run.json", R"({"input": ")" + (folder_ / "flight").string() +
                                   R"(", "counts": {"frames": 3, "tracked": 3},
-                                         "maps": [{"axes": {"of": "level"},
+                                         "maps": [{"axes": {"of": "earth"},
+                                                   "georeference": {"scale_sigma": 0.01,
+                                                     "heading_sigma_deg": 0.5,
+                                                     "position_sigma_m": {"east": 3, "north": 4}},
                                                    "model_frames": {"first": 12, "first_s": 0.5,
                                                                     "last": 90, "last_s": 3}}]})");
     // The second one is not whole.
@@ -156,7 +159,11 @@ TEST_F(ViewTool, ShowsAFinishedRun) {
   EXPECT_EQ(changes["path"].size(), 3U);
   EXPECT_EQ(changes["camera"]["width"], 64);
   EXPECT_EQ(changes["status"]["counts"]["tracked"], 3);
-  // Level axes have z up, wherever the one camera has its top.
+  EXPECT_EQ(changes["status"]["earth"], nlohmann::json({{"metres_per_unit", 1},
+                                                        {"scale_sigma", 0.01},
+                                                        {"heading_sigma_deg", 0.5},
+                                                        {"position_sigma_m", 5.0}}));
+  // Axes of the earth have z up, wherever the one camera has its top.
   EXPECT_EQ(changes["up"], nlohmann::json({0.0, 0.0, 1.0}));
   ASSERT_EQ(changes["next_views"].size(), 1U);
   EXPECT_EQ(changes["next_views"][0]["reason"], "thin");

@@ -36,6 +36,12 @@ std::string FormatProgress(const PipelineProgress& progress, std::optional<std::
     text += std::string("  model ") + ToString(progress.health.state) + " (" +
             progress.health.reason + ")";
   }
+  if (progress.place) {
+    std::array<char, 64> scale{};
+    std::snprintf(scale.data(), scale.size(), "  on the earth, scale +- %.2g %%",
+                  100 * progress.place->georeference.scale_sigma);
+    text += scale.data();
+  }
   if (num_frames && fps > 0) {
     const double eta_s = static_cast<double>(*num_frames - counts.num_frames) / fps;
     text += "  ETA " + std::to_string(std::lround(std::ceil(eta_s))) + " s";

@@ -13,6 +13,7 @@
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/pipeline/georeferencing.h"
 
 namespace mono3d::tools {
 namespace {
@@ -174,16 +175,23 @@ void InterimWriter::Run() {
 void InterimWriter::Write() {
   PipelineSnapshot snapshot;
   if (state_) snapshot = state_();
-  if (!state_ || snapshot.num_surfels <= kMaxSurfelsBesideJournal) snapshot = snapshot_();
+  const bool has_model = !state_ || snapshot.num_surfels <= kMaxSurfelsBesideJournal;
+  if (has_model) snapshot = snapshot_();
   // What cannot be written now may be written next time; the end of the run says what could not.
   try {
     Reconstruction so_far;
     so_far.counts = snapshot.counts;
     MapReconstruction& map = so_far.maps.emplace_back(frames_.InMap(snapshot));
     if (map.trajectory.empty()) return;
-    if (snapshot.surfels.version != model_version_) map.model = ToPointCloud(snapshot.surfels);
+    // A model that is not written again stays where it was, and all the rest with it.
+    const std::shared_ptr<const PlaceOfMap> place = has_model ? snapshot.place : place_;
+    if (snapshot.surfels.version != model_version_ || place != place_) {
+      map.model = ToPointCloud(snapshot.surfels);
+    }
+    if (place && place->map_id == map.map_id) PlaceOnEarth(place->georeference, map);
     writer_.WriteInterim(map);
     model_version_ = snapshot.surfels.version;
+    place_ = place;
     writer_.WriteRecord(so_far, record_);
   } catch (const std::exception& error) {
     if (!has_warned_) Log(LogLevel::kWarning, "results so far: " + WordsOf(error));

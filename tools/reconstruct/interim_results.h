@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -43,7 +44,8 @@ class FramesSoFar {
 };
 
 // Writes trajectory.txt, keyframes.txt, model.ply and run.json as they are so far, in a thread of
-// its own, every few seconds of the video: what a run has that is killed. Beside a journal, from
+// its own, every few seconds of the video: what a run has that is killed. All in metres as soon as
+// the positions of the run tell them. Beside a journal, from
 // which the model can be made, only a small model: the copy that is written takes 90 bytes of
 // memory for each surfel, and would grow with the flight.
 class InterimWriter {
@@ -68,8 +70,10 @@ class InterimWriter {
   const FramesSoFar& frames_;
   RunRecord record_;
   TakeSnapshot snapshot_;
-  TakeSnapshot state_;               // may be empty
-  std::uint64_t model_version_ = 0;  // that was written
+  TakeSnapshot state_;  // may be empty
+  // That were written.
+  std::uint64_t model_version_ = 0;
+  std::shared_ptr<const PlaceOfMap> place_;
   bool has_warned_ = false;
 
   std::mutex mutex_;

@@ -20,6 +20,7 @@
 #include "mono3d/pipeline/images_of_run.h"
 #include "mono3d/pipeline/map_file.h"
 #include "reconstruct/footage.h"
+#include "reconstruct/position_watch.h"
 
 namespace mono3d::tools {
 namespace {
@@ -158,6 +159,9 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
     if (journal != nullptr) state = [&] { return pipeline.State(); };
     InterimWriter interim(
         run.writer, run.frames, run.record, [&] { return pipeline.Snapshot(); }, state);
+    PositionWatch new_positions(
+        options.positions ? PositionsToWatch(arguments.positions, options.is_live) : std::nullopt,
+        [&pipeline](const PositionTrack& track) { pipeline.GivePositions(track); });
     if (resumes && arguments.finishes) {
       run.record.end = RunEnd::kStopped;
     } else if (options.is_live) {
@@ -176,6 +180,10 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
       const bool is_stopped = run.record.end == RunEnd::kStopped;
       if (journal != nullptr && is_stopped && last_frame >= 0) journal->Save(last_frame, put);
       if (journal != nullptr) journal->Wait();
+    }
+    if (std::optional<PositionTrack> all = new_positions.End()) {
+      pipeline.GivePositions(*all);
+      place.positions = std::move(all);
     }
     NoteErrorOf(run.record, [&] { interim.End(); });
   }

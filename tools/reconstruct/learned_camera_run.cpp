@@ -83,18 +83,26 @@ ReconstructResult RunWhileLearningCamera(const ReconstructRun& run) {
     return CalibrateCamera(known, open, arguments.camera.calibration);
   };
   PipelineOptions options = arguments.pipeline;
-  options.positions = PositionsFor(run.place);
+  PlaceOfRun place = run.place;
+  options.positions = PositionsFor(place);
   SelfCalibratingPipeline pipeline(std::move(setup), options, arguments.self_calibration);
   RunView::Watch watch(run.view, pipeline, NumFrames(*source, arguments));
   {
     InterimWriter interim(run.writer, run.frames, run.record, [&] { return pipeline.Snapshot(); });
+    PositionWatch new_positions(
+        options.positions ? PositionsToWatch(arguments.positions, true) : std::nullopt,
+        [&pipeline](const PositionTrack& track) { pipeline.GivePositions(track); });
     PushFrames(std::move(source), PaceOf(arguments), pipeline, run.record);
+    if (std::optional<PositionTrack> all = new_positions.End()) {
+      pipeline.GivePositions(*all);
+      place.positions = std::move(all);
+    }
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
   ReconstructResult result{
       FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
   NoteErrorOf(run.record, [&] { watch.End(); });
-  ChooseAxes(arguments.written, {}, run.place, result.reconstruction);
+  ChooseAxes(arguments.written, {}, place, result.reconstruction);
   progress_line.reset();
   if (result.reconstruction.self_calibration) TellOfCamera(run, prior, result);
   WriteResult(run, result, pipeline.tracker());

@@ -28,6 +28,15 @@ std::optional<PositionTrack> FindBesideInput(const std::string& input) {
   }
 }
 
+// Nothing is there yet, or no whole entry.
+std::optional<PositionTrack> NoneYet(const fs::path& file) {
+  std::error_code error;
+  if (fs::exists(file, error) && fs::file_size(file, error) > 0) return std::nullopt;
+  PositionTrack track;
+  track.source = file.string();
+  return track;
+}
+
 std::string Format(const char* format, double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), format, value);
@@ -40,12 +49,18 @@ void AddPositionOptions(CLI::App& app, PositionArguments& arguments) {
   app.add_option("--positions", arguments.source,
                  "where the drone was: auto (default; EXIF of photographs, telemetry such as .SRT "
                  "beside a video or in its subtitles), none, or a file: .SRT, GPX, NMEA, CSV, "
-                 "geo.txt");
+                 "geo.txt; in a live run it may be written meanwhile");
 }
 
 std::optional<PositionTrack> FindPositions(const std::string& input,
-                                           const PositionArguments& arguments) {
+                                           const PositionArguments& arguments, bool is_live) {
   if (arguments.source == "none") return std::nullopt;
+  if (const auto file = PositionsToWatch(arguments, is_live)) {
+    if (std::optional<PositionTrack> none = NoneYet(*file)) {
+      std::printf("positions: none yet in %s\n", Printable(arguments.source).c_str());
+      return none;
+    }
+  }
   std::optional<PositionTrack> track =
       arguments.source == "auto" ? FindBesideInput(input) : ReadPositionFile(arguments.source);
   if (!track) return track;
@@ -59,6 +74,11 @@ std::optional<PositionTrack> FindPositions(const std::string& input,
   }
   std::printf("\n");
   return track;
+}
+
+std::optional<fs::path> PositionsToWatch(const PositionArguments& arguments, bool is_live) {
+  if (!is_live || arguments.source == "none" || arguments.source == "auto") return std::nullopt;
+  return arguments.source;
 }
 
 std::string GeoreferenceLine(const MapReconstruction& map) {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -49,6 +51,16 @@ double MemoryInUse_mb() {
   stream >> size_pages >> resident_pages;
   constexpr double kPage_mb = 4096.0 / (1 << 20);
   return resident_pages * kPage_mb;
+}
+
+// Of a model in the unit of its tracker.
+nlohmann::json PlaceNumbers(const Georeference& found) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Eigen::Vector3d& sigma_m = found.position_sigma_m;
+  return {{"metres_per_unit", found.S_enu_map.scale()},
+          {"scale_sigma", found.scale_sigma},
+          {"heading_sigma_deg", found.heading_sigma_rad / kDegree},
+          {"position_sigma_m", std::hypot(sigma_m.x(), sigma_m.y())}};
 }
 
 nlohmann::json ToJson(const PipelineCounts& counts) {
@@ -225,6 +237,9 @@ void LiveView::UpdateStatus(const PipelineSnapshot& snapshot, const char* phase)
   if (num_frames_) status["num_frames"] = *num_frames_;
   if (snapshot.pose && snapshot.pose->map_id == MapInView(snapshot)) {
     status["pose"] = PoseNumbers(snapshot.pose->T_world_cam);
+  }
+  if (snapshot.place && snapshot.place->map_id == MapInView(snapshot)) {
+    status["earth"] = PlaceNumbers(snapshot.place->georeference);
   }
   store_.SetStatus(std::move(status));
 }

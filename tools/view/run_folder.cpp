@@ -189,7 +189,25 @@ nlohmann::json RunFolder::Status(std::int64_t num_surfels) const {
     status["health"] = TextOf(record_[health], "state");
     status["health_reason"] = TextOf(record_[health], "reason");
   }
+  if (const nlohmann::json earth = PlaceOnEarth(); !earth.is_null()) status["earth"] = earth;
   return status;
+}
+
+// The model is in metres.
+nlohmann::json RunFolder::PlaceOnEarth() const {
+  const nlohmann::json::json_pointer of("/maps/0/axes/of"), where("/maps/0/georeference");
+  const bool is_on_earth = record_.contains(of) && record_[of] == ToString(AxesSource::kEarth) &&
+                           record_.contains(where) && record_[where].is_object();
+  if (!is_on_earth) return nullptr;
+  const nlohmann::json& found = record_[where];
+  nlohmann::json earth = {{"metres_per_unit", 1},
+                          {"scale_sigma", Number(found, "scale_sigma")},
+                          {"heading_sigma_deg", Number(found, "heading_sigma_deg")}};
+  if (const auto sigma = found.find("position_sigma_m");
+      sigma != found.end() && sigma->is_object()) {
+    earth["position_sigma_m"] = std::hypot(Number(*sigma, "east"), Number(*sigma, "north"));
+  }
+  return earth;
 }
 
 // Their time stamps only number them.

@@ -38,6 +38,7 @@ class RunFolder {
   };
   void ReadKeyframes();
   nlohmann::json Status(std::int64_t num_surfels) const;
+  nlohmann::json PlaceOnEarth() const;  // null where it is not known
   bool IsOfPhotos() const;
   // Where up is, as far as run.json tells of the axes.
   std::optional<Eigen::Vector3d> KnownUp() const;

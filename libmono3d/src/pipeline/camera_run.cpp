@@ -124,8 +124,8 @@ void CameraRun::OnFrame(const PipelineProgress& progress) {
   }
   TrackingResult tracking = progress.tracking;
   tracking.T_world_cam = moving.Of(tracking.map_id) * *tracking.T_world_cam;
-  observer_.on_frame(
-      {progress.counts, tracking, progress.num_surfels, progress.health, progress.frame_index});
+  observer_.on_frame({progress.counts, tracking, progress.num_surfels, progress.health,
+                      progress.frame_index, moving.Moved(progress.place)});
 }
 
 void CameraRun::OnDepthMap(const DepthMap& map, const FusionResult& fusion) {

@@ -58,7 +58,7 @@ Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector>
       worker_(std::move(worker)),
       on_keyframe_(std::move(on_keyframe)),
       is_live_(options.is_live) {
-  if (options.positions) positions_.emplace(*options.positions);
+  if (options.positions) positions_.emplace(*options.positions, is_live_);
 }
 
 TrackingResult Chain::Process(const Frame& frame) {
@@ -68,7 +68,7 @@ TrackingResult Chain::Process(const Frame& frame) {
   TakePoses(frame, tracking);
   try {
     Update();
-    GivePositionsIfDue(tracking);
+    FollowPositions(tracking);
     for (const Keyframe& keyframe : tracking.finalised_keyframes) Select(keyframe);
   } catch (...) {
     has_thrown_ = true;
@@ -113,6 +113,7 @@ PipelineSnapshot Chain::State() const {
   AddModelCounts(progress.counts, snapshot.counts);
   snapshot.num_surfels = progress.num_surfels;
   snapshot.health = progress.health;
+  if (positions_) snapshot.place = positions_->place();
   return snapshot;
 }
 
@@ -142,13 +143,15 @@ std::size_t Chain::NumKeyframesOf(int map_id) const {
       std::ranges::count(poses_->poses(), map_id, &KeyframePose::map_id));
 }
 
-// The tracker follows them with its next keyframe. Live, frames would wait meanwhile.
-void Chain::GivePositionsIfDue(const TrackingResult& tracking) {
-  if (!positions_ || is_live_ || !tracking.is_keyframe) return;
-  const std::size_t num_keyframes = NumKeyframesOf(tracking.map_id);
-  if (positions_->IsDue(tracking.map_id, num_keyframes)) {
-    positions_->Give(tracking.map_id, num_keyframes, *tracker_);
-  }
+void Chain::GivePositions(PositionTrack track) {
+  if (!positions_) throw UsageError("GivePositions without PipelineOptions::positions");
+  positions_->SetTrack(std::move(track));
+}
+
+// The tracker follows them with its next keyframe.
+void Chain::FollowPositions(const TrackingResult& tracking) {
+  if (!positions_ || !tracking.is_keyframe) return;
+  positions_->Give(tracking.map_id, NumKeyframesOf(tracking.map_id), *tracker_);
 }
 
 // Twice: how the clocks lie to each other is known better once the path has moved.
@@ -160,7 +163,7 @@ void Chain::FollowAllPositions() {
     for (const TrajectoryEntry& entry : tracker_->KeyframeTrajectory()) {
       map_ids.insert(entry.map_id);
     }
-    for (const int map_id : map_ids) positions_->Give(map_id, NumKeyframesOf(map_id), *tracker_);
+    for (const int map_id : map_ids) positions_->GiveNow(map_id, NumKeyframesOf(map_id), *tracker_);
     tracker_->WaitForMapping();
   }
 }

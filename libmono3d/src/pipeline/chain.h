@@ -35,6 +35,9 @@ class Chain {
   // As Pipeline::Finish.
   [[nodiscard]] Reconstruction Finish();
 
+  // As Pipeline::GivePositions. From any thread.
+  void GivePositions(PositionTrack track);
+
   // The worker has failed: Finish does not ask it for more.
   void Abandon() { has_thrown_ = true; }
 
@@ -52,7 +55,7 @@ class Chain {
  private:
   bool FeedBack();
   std::size_t NumKeyframesOf(int map_id) const;
-  void GivePositionsIfDue(const TrackingResult& tracking);
+  void FollowPositions(const TrackingResult& tracking);
   void FollowAllPositions();
   void TakePoses(const Frame& frame, const TrackingResult& tracking);
   void TakeLateResults();

@@ -14,6 +14,7 @@
 
 #include "mono3d/core/statistics.h"
 #include "mono3d/pipeline/world_axes.h"
+#include "pipeline/map_on_earth.h"
 
 namespace mono3d {
 namespace {
@@ -80,6 +81,50 @@ double HeightDifference(const std::vector<PositionedCamera>& cameras, const Geor
   return UpperMedianOrZero(std::move(differences));
 }
 
+// As FindPlaceOnEarth.
+GeoreferenceResult PlaceBy(const MapReconstruction& map, const PipelinePositions& positions,
+                           const PlacesOfMap& places) {
+  if (places.by_control.georeference) return places.by_control;
+  if (!positions.control) return places.by_positions;
+  GeoreferenceResult result = places.by_positions;
+  if (!result.georeference) {
+    if (positions.track.fixes.empty()) return places.by_control;
+    result.reason += "; " + places.by_control.reason;
+    return result;
+  }
+  result.georeference->why_no_control = places.by_control.reason;
+  result.georeference->control =
+      ControlResidualsOf(FramesOf(map), *positions.control, *result.georeference);
+  return result;
+}
+
+// As PositionsToFollow.
+std::optional<CameraPositions> FollowedBy(const MapReconstruction& map,
+                                          const PipelinePositions& positions,
+                                          const PlacesOfMap& places) {
+  const std::optional<Georeference>& by_positions = places.by_positions.georeference;
+  const std::optional<Georeference>& by_control = places.by_control.georeference;
+  if (!by_positions && !by_control) return std::nullopt;
+  CameraPositions told;
+  // Without positions, what any receiver does.
+  constexpr double kTypical_m = 1.5;
+  told.typical_horizontal_m = told.typical_vertical_m = kTypical_m;
+  if (by_positions) {
+    told =
+        CameraPositionsOf(places.cameras, positions.track, *by_positions, positions.georeference);
+  }
+  if (by_control) {
+    if (by_positions) {
+      const double higher_m = HeightDifference(places.cameras, *by_positions, *by_control);
+      for (CameraPosition& position : told.positions) position.p_m.z() -= higher_m;
+    }
+    told.S_metric_map = by_control->S_enu_map;
+    told.points = KnownPointsOf(FramesOf(map), *positions.control, *by_control);
+  }
+  told.map_id = map.map_id;
+  return told;
+}
+
 }  // namespace
 
 std::vector<PositionedCamera> PositionedCamerasOf(const MapReconstruction& map,
@@ -123,45 +168,17 @@ std::optional<UpDirection> UpOf(const MapReconstruction& map,
 
 GeoreferenceResult FindPlaceOnEarth(const MapReconstruction& map,
                                     const PipelinePositions& positions) {
-  PlacesOfMap places = FindPlaces(map, positions);
-  if (places.by_control.georeference) return std::move(places.by_control);
-  if (!positions.control) return std::move(places.by_positions);
-  GeoreferenceResult& result = places.by_positions;
-  if (!result.georeference) {
-    if (positions.track.fixes.empty()) return std::move(places.by_control);
-    result.reason += "; " + places.by_control.reason;
-    return std::move(result);
-  }
-  result.georeference->why_no_control = places.by_control.reason;
-  result.georeference->control =
-      ControlResidualsOf(FramesOf(map), *positions.control, *result.georeference);
-  return std::move(result);
+  return PlaceBy(map, positions, FindPlaces(map, positions));
 }
 
 std::optional<CameraPositions> PositionsToFollow(const MapReconstruction& map,
                                                  const PipelinePositions& positions) {
+  return FollowedBy(map, positions, FindPlaces(map, positions));
+}
+
+MapOnEarth FindMapOnEarth(const MapReconstruction& map, const PipelinePositions& positions) {
   const PlacesOfMap places = FindPlaces(map, positions);
-  const std::optional<Georeference>& by_positions = places.by_positions.georeference;
-  const std::optional<Georeference>& by_control = places.by_control.georeference;
-  if (!by_positions && !by_control) return std::nullopt;
-  CameraPositions told;
-  // Without positions, what any receiver does.
-  constexpr double kTypical_m = 1.5;
-  told.typical_horizontal_m = told.typical_vertical_m = kTypical_m;
-  if (by_positions) {
-    told =
-        CameraPositionsOf(places.cameras, positions.track, *by_positions, positions.georeference);
-  }
-  if (by_control) {
-    if (by_positions) {
-      const double higher_m = HeightDifference(places.cameras, *by_positions, *by_control);
-      for (CameraPosition& position : told.positions) position.p_m.z() -= higher_m;
-    }
-    told.S_metric_map = by_control->S_enu_map;
-    told.points = KnownPointsOf(FramesOf(map), *positions.control, *by_control);
-  }
-  told.map_id = map.map_id;
-  return told;
+  return {PlaceBy(map, positions, places), FollowedBy(map, positions, places)};
 }
 
 std::optional<CameraPositions> PositionsOfPhotos(const SparseModel& map,
@@ -183,10 +200,13 @@ std::optional<CameraPositions> PositionsOfPhotos(const SparseModel& map,
 void PlaceOnEarth(const PipelinePositions& positions, MapReconstruction& map) {
   GeoreferenceResult result = FindPlaceOnEarth(map, positions);
   map.why_no_georeference = std::move(result.reason);
-  if (!result.georeference) return;
+  if (result.georeference) PlaceOnEarth(*std::move(result.georeference), map);
+}
+
+void PlaceOnEarth(Georeference georeference, MapReconstruction& map) {
   map.why_no_georeference.clear();
-  MoveInto({result.georeference->S_enu_map, AxesSource::kEarth}, map);
-  map.georeference = std::move(result.georeference);
+  MoveInto({georeference.S_enu_map, AxesSource::kEarth}, map);
+  map.georeference = std::move(georeference);
 }
 
 }  // namespace mono3d

@@ -81,6 +81,8 @@ class Pipeline::Impl {
     return thread_->Push(WithOwnImage(std::move(frame)));
   }
 
+  void GivePositions(PositionTrack track) { chain_.GivePositions(std::move(track)); }
+
   PipelineSnapshot Snapshot(std::optional<std::uint64_t> since_version) {
     if (thread_) error_.ThrowIfNew();
     PipelineSnapshot snapshot = since_version ? chain_.Snapshot(*since_version) : chain_.State();
@@ -116,7 +118,7 @@ class Pipeline::Impl {
       const TrackingResult tracking = chain_.Process(frame);
       if (!on_frame_) return;
       const PipelineSnapshot now = chain_.State();
-      on_frame_({now.counts, tracking, now.num_surfels, now.health, frame.index});
+      on_frame_({now.counts, tracking, now.num_surfels, now.health, frame.index, now.place});
     });
   }
 
@@ -159,6 +161,8 @@ Reconstruction Pipeline::Run(FrameSource& source, const std::atomic<bool>* stop)
 void Pipeline::Start() { impl_->Start(); }
 
 PushResult Pipeline::Push(Frame frame) { return impl_->Push(std::move(frame)); }
+
+void Pipeline::GivePositions(PositionTrack track) { impl_->GivePositions(std::move(track)); }
 
 PipelineSnapshot Pipeline::Snapshot(std::uint64_t since_version) const {
   return impl_->Snapshot(since_version);

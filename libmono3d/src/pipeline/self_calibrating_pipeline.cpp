@@ -81,6 +81,7 @@ class SelfCalibratingPipeline::Impl {
   }
 
   PushResult Push(CapturedFrame frame);
+  void GivePositions(PositionTrack track);
   PipelineSnapshot Snapshot(std::uint64_t since_version);
   Reconstruction Stop();
   const Tracker& tracker() { return run_->pipeline().tracker(); }
@@ -144,7 +145,12 @@ std::shared_ptr<CameraRun> SelfCalibratingPipeline::Impl::MakeRun(const CameraMo
     latencies_.Tracked(progress.frame_index);
     if (on_frame) on_frame(progress);
   };
-  return std::make_shared<CameraRun>(camera, setup_.create_stages(), std::move(observer), options_);
+  PipelineOptions options;
+  {
+    const std::lock_guard lock(state_mutex_);
+    options = options_;
+  }
+  return std::make_shared<CameraRun>(camera, setup_.create_stages(), std::move(observer), options);
 }
 
 void SelfCalibratingPipeline::Impl::RequireNext(const CapturedFrame& frame) const {
@@ -175,6 +181,14 @@ PushResult SelfCalibratingPipeline::Impl::Push(CapturedFrame captured) {
   }
   pushed_.notify_all();
   return result;
+}
+
+// The second run begins with the latest ones.
+void SelfCalibratingPipeline::Impl::GivePositions(PositionTrack track) {
+  const std::lock_guard lock(state_mutex_);
+  if (!options_.positions) throw UsageError("GivePositions without PipelineOptions::positions");
+  options_.positions->track = track;
+  run_->pipeline().GivePositions(std::move(track));
 }
 
 // Again where the run was replaced meanwhile.
@@ -364,6 +378,7 @@ bool SelfCalibratingPipeline::Impl::ReplaceRun(const std::shared_ptr<CameraRun>&
   second->SetWorlds(worlds);
   is_buffering_ = false;
   const std::lock_guard lock(state_mutex_);
+  if (options_.positions) second->pipeline().GivePositions(options_.positions->track);
   last_before_ = run_->last_processed();
   online_before_ = run_->OnlineTrajectory();
   num_dropped_before_ = num_dropped_;
@@ -387,6 +402,10 @@ void SelfCalibratingPipeline::Start() { impl_->Start(); }
 
 PushResult SelfCalibratingPipeline::Push(CapturedFrame frame) {
   return impl_->Push(std::move(frame));
+}
+
+void SelfCalibratingPipeline::GivePositions(PositionTrack track) {
+  impl_->GivePositions(std::move(track));
 }
 
 PipelineSnapshot SelfCalibratingPipeline::Snapshot(std::uint64_t since_version) const {

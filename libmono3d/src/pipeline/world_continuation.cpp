@@ -90,6 +90,14 @@ KeyframePosesPtr WorldContinuation::Moved(const KeyframePosesPtr& poses) const {
   return std::make_shared<KeyframePoses>(poses->version() + last_version_, std::move(moved));
 }
 
+std::shared_ptr<const PlaceOfMap> WorldContinuation::Moved(
+    std::shared_ptr<const PlaceOfMap> place) const {
+  if (!place || IsIdentity()) return place;
+  PlaceOfMap moved = *place;
+  moved.georeference.S_enu_map = moved.georeference.S_enu_map * Of(moved.map_id).Inverse();
+  return std::make_shared<const PlaceOfMap>(std::move(moved));
+}
+
 void WorldContinuation::Move(PipelineSnapshot& snapshot) const {
   if (IsIdentity()) return;
   if (snapshot.pose) {
@@ -100,6 +108,7 @@ void WorldContinuation::Move(PipelineSnapshot& snapshot) const {
   for (SurfelAnchor& anchor : snapshot.surfels.anchors) {
     anchor.S_world_anchor = Of(snapshot.model_map_id) * anchor.S_world_anchor;
   }
+  snapshot.place = Moved(std::move(snapshot.place));
 }
 
 void WorldContinuation::Move(Reconstruction& reconstruction) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "mono3d/pipeline/reconstruction.h"
@@ -30,6 +31,7 @@ class WorldContinuation {
   int OldMapOf(int map_id) const;
 
   KeyframePosesPtr Moved(const KeyframePosesPtr& poses) const;  // null of null
+  std::shared_ptr<const PlaceOfMap> Moved(std::shared_ptr<const PlaceOfMap> place) const;
   void Move(PipelineSnapshot& snapshot) const;
   void Move(Reconstruction& reconstruction) const;
   // The online trajectories become what was known when the frames came: of frames before

@@ -20,7 +20,6 @@
 #include "tracking/optimisation/constraint_following.h"
 #include "tracking/optimisation/map_adjustment.h"
 #include "tracking/optimisation/map_constraints.h"
-#include "tracking/positions/position_following.h"
 #include "tracking/reason.h"
 #include "tracking/start/map_start.h"
 
@@ -117,6 +116,7 @@ TrackingResult MonocularTracker::UndoTurn(TrackingResult result) {
   const std::vector<Frame> frames = turn_.TakeBack(atlas_, frame_tracker_.refiner());
   Append(HandOverAll(), result.finalised_keyframes);
   frame_tracker_.refiner().Finish();
+  positions_.NoteMoved();
   atlas_.Leave();
   frame_tracker_.Reset();
   initialiser_ = MapInitialiser(options_.initialisation, options_.seed);
@@ -462,22 +462,24 @@ void MonocularTracker::AdjustWhatIsLeft(MappingLock& alone) {
 bool MonocularTracker::FollowNewPositions(std::size_t index, bool is_growing, MappingLock& lock) {
   if (turn_.IsPending()) return false;
   Map& map = atlas_.map(index);
-  std::optional<CameraPositions> positions = positions_.TakeDue(map.id());
-  if (!positions) return false;
+  if (!positions_.Has(map.id())) return false;
   const ScopedStageTimer timer(times_, "tracking/positions");
-  std::vector<TrajectoryEntry> frames = atlas_.Trajectory();
-  std::erase_if(frames, [&](const TrajectoryEntry& entry) { return entry.map_id != map.id(); });
+  const auto frames_of_map = [&] {
+    std::vector<TrajectoryEntry> frames = atlas_.Trajectory();
+    std::erase_if(frames, [&](const TrajectoryEntry& entry) { return entry.map_id != map.id(); });
+    return frames;
+  };
   const KeyframeId newest = atlas_.newest();
   const double scale_before = atlas_.map().keyframe(newest).scale;
   // Local adjustments reach so far back from the newest keyframe.
   const auto num_open = static_cast<std::size_t>(options_.mapping.num_adjusted_keyframes +
                                                  options_.mapping.num_fixed_keyframes);
-  const std::optional<PositionFit> fit =
-      tracking::FollowPositions(map, frames, is_growing ? num_open : 0, *positions, lock);
-  if (!fit) return false;
-  positions_.SetFit(*fit, positions->S_metric_map);
-  frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
-  return true;
+  const bool has_moved =
+      is_growing && lock.IsShared()
+          ? positions_.FollowInBackground(map, frames_of_map, num_open)
+          : positions_.Follow(map, frames_of_map, is_growing ? num_open : 0, lock);
+  if (has_moved) frame_tracker_.Rescale(atlas_.map().keyframe(newest).scale / scale_before);
+  return has_moved;
 }
 
 // Who does not share the map has adjusted it at once.

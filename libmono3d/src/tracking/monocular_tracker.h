@@ -17,7 +17,7 @@
 #include "tracking/mapping/local_mapper.h"
 #include "tracking/mapping_thread.h"
 #include "tracking/places/loop_closer.h"
-#include "tracking/positions/map_positions.h"
+#include "tracking/positions/position_follower.h"
 #include "tracking/start/map_initialiser.h"
 #include "tracking/turn_on_the_spot.h"
 
@@ -98,7 +98,7 @@ class MonocularTracker final : public Tracker {
   bool is_adjustment_left_ = false;
   bool is_publication_due_ = false;  // keyframes have come or moved since the last snapshot
   TurnOnTheSpot turn_;
-  MapPositions positions_;
+  PositionFollower positions_;
   bool may_return_ = true;                  // to a map that was left
   TrackingLock* lock_ = nullptr;            // while a frame is tracked live
   std::unique_ptr<MappingThread> mapping_;  // live only; ends first

@@ -236,6 +236,8 @@ function showStatus() {
       : phase === 'finished' ? 'All frames are in; the run writes its files' : 'Starting';
   $('why').textContent = isLost ? 'What there was remains in view. “mono3d-view” with the output folder shows the result.'
     : status.health_reason || (status.tracking && status.reason ? status.reason : '');
+  const {earth} = status;
+  measure.setScale(earth ? earth.metres_per_unit : null, earth ? earth.scale_sigma : 0);
   const rows = [
     ['Surfels', phase === 'file' ? status.surfels : surfels.numSurfels],
     ['Tracking', phase === 'file' ? undefined : status.tracking],
@@ -246,6 +248,9 @@ function showStatus() {
     ['Depth maps', counts.depth_maps],
     ['in the model', counts.fused],
     ['Bundles dropped', counts.dropped_bundles],
+    ['Scale', earth && `± ${(100 * earth.scale_sigma).toPrecision(2)} %`],
+    ['North', earth && `± ${earth.heading_sigma_deg.toPrecision(2)}°`],
+    ['Place', earth?.position_sigma_m ? `± ${earth.position_sigma_m.toPrecision(2)} m` : undefined],
     ['Memory', status.memory_mb ? `${Math.round(status.memory_mb)} MB` : undefined],
   ];
   $('numbers').replaceChildren(...rows.filter(([, value]) => value !== undefined && value !== '').flatMap(([name, value]) => {
@@ -453,6 +458,7 @@ window.mono3d = {
     eye: [...camera.position], firstPictureMs, wholePictureMs,
   }),
   blocks: () => [...surfels.blocks.values()].map(({info, loaded}) => ({id: info.id, surfels: info.surfels, loaded})),
+  measure: (...ends) => { for (const end of ends) measure.add(new THREE.Vector3(...end)); },
   lookFrom: (pose, lens) => {
     const {position, quaternion} = fromPose(pose);
     controls.isTouched = true;

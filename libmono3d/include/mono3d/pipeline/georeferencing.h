@@ -52,5 +52,7 @@ std::optional<CameraPositions> PositionsOfPhotos(const SparseModel& map,
 // determines that, nothing moves, and map.why_no_georeference says why. Maps of one run come into
 // one frame.
 void PlaceOnEarth(const PipelinePositions& positions, MapReconstruction& map);
+// The same by a georeference that is known.
+void PlaceOnEarth(Georeference georeference, MapReconstruction& map);
 
 }  // namespace mono3d

@@ -24,10 +24,11 @@ namespace MONO3D_EXPORT mono3d {
 
 struct PipelineProgress {
   const PipelineCounts& counts;
-  const TrackingResult& tracking;  // of the latest frame
-  std::int64_t num_surfels = 0;    // in the current model
-  const ModelHealth& health;       // of the current model
-  std::int64_t frame_index = 0;    // of the latest frame
+  const TrackingResult& tracking;                // of the latest frame
+  std::int64_t num_surfels = 0;                  // in the current model
+  const ModelHealth& health;                     // of the current model
+  std::int64_t frame_index = 0;                  // of the latest frame
+  std::shared_ptr<const PlaceOfMap> place = {};  // see PipelineSnapshot
 };
 
 // Called from within Process and Finish; what they throw comes out there. Where the models are made
@@ -53,8 +54,8 @@ struct PushResult {
 //   Process, Process, ..., Finish     Start; Push, Push, ...; Stop
 //   or Run
 //
-// Snapshot may be called at any time by any thread, Push by any thread, in the order of time. All
-// other calls come from one thread at a time.
+// Snapshot and GivePositions may be called at any time by any thread, Push by any thread, in the
+// order of time. All other calls come from one thread at a time.
 class Pipeline {
  public:
   // Of the options, those of the stages have been given to CreateStages.
@@ -100,6 +101,11 @@ class Pipeline {
   // that is invalid, of another camera than the first or not after the one before, which is then
   // left out; and what one of the threads has thrown, after which no more frames are tracked.
   PushResult Push(Frame frame);
+
+  // All positions that there are so far, in place of those of PipelineOptions::positions: the drone
+  // writes while it flies. Used with one of the next keyframes. From any thread, before Finish or
+  // Stop. Throws UsageError where the options have no positions.
+  void GivePositions(PositionTrack track);
 
   // What there is by now. Nothing waits for it, and it waits for nothing but to copy values. Each
   // call asks for surfels: for half a minute they are published, in the thread that makes the

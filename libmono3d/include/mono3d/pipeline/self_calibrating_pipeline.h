@@ -77,6 +77,7 @@ class SelfCalibratingPipeline {
   // the prior's camera.
   void Start();
   PushResult Push(CapturedFrame frame);
+  void GivePositions(PositionTrack track);
 
   // As Pipeline::Snapshot, also across an adoption: versions go on, and the chunks that are in use
   // then have other numbers.

@@ -4,18 +4,26 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "mono3d/core/export.h"
 #include "mono3d/fusion/surfel_changes.h"
 #include "mono3d/fusion/surfel_map.h"
+#include "mono3d/geo/georeference.h"
 #include "mono3d/geometry/point_cloud.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/reconstruction.h"
 #include "mono3d/tracking/tracker.h"
 
 namespace MONO3D_EXPORT mono3d {
+
+// Where a map is on the earth, by the positions that there were at some moment.
+struct PlaceOfMap {
+  int map_id = 0;
+  Georeference georeference;
+};
 
 // What there is at one moment.
 struct PipelineSnapshot {
@@ -36,6 +44,10 @@ struct PipelineSnapshot {
   SurfelChanges surfels;
   int model_map_id = 0;
   KeyframePosesPtr model_poses;  // null where nothing was published yet
+  // The latest one that was found, live every few seconds, else each time that the map has
+  // grown by half; null where there are no positions, or they do not tell it yet. The map may have
+  // been corrected a little since.
+  std::shared_ptr<const PlaceOfMap> place;
 };
 
 // The surfels that have changed in the world, without those of less confidence. Those of a snapshot

@@ -58,9 +58,9 @@ struct PipelineOptions {
   // views of a depth map are chosen among all of them, in Finish. Not with is_live. Not among the
   // listed options either.
   bool are_photos = false;
-  // The maps follow them (Tracker::FollowPositions): in the order of the frames while they grow and
-  // in Finish, live and photographs in Finish. Their frames and units stay: see PlaceOnEarth. Not
-  // among the listed options either.
+  // The maps follow them (Tracker::FollowPositions) while they grow and in Finish, photographs in
+  // Finish. Their frames and units stay: see PlaceOnEarth. They may come while the run goes on
+  // (Pipeline::GivePositions): then a track without fixes. Not among the listed options either.
   std::optional<PipelinePositions> positions;
   LiveOptions live;
   TrackerOptions tracking;

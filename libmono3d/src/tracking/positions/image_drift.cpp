@@ -67,31 +67,42 @@ double ByResiduals(const PathSigma& sigma) {
 
 }  // namespace
 
-std::optional<PathDrift> ImageDrift(const Map& map, const std::vector<KeyframeId>& keyframes) {
+std::vector<BundleAdjustmentProblem> StretchesOf(const Map& map,
+                                                 const std::vector<KeyframeId>& keyframes) {
   // Points are seen by some ten keyframes: many times that is long enough for the random walk to
   // be most of what either end is off by. More stretches than these tell nothing new.
   constexpr std::size_t kLongest = 96;
   constexpr std::size_t kShortest = 9;
   constexpr std::size_t kMostStretches = 5;
-  if (keyframes.size() < kShortest) return std::nullopt;
+  std::vector<BundleAdjustmentProblem> stretches;
+  if (keyframes.size() < kShortest) return stretches;
   const std::size_t length = std::min(kLongest, keyframes.size());
-  const std::size_t third = length / 3;
-  std::vector<std::size_t> before(third);
-  std::iota(before.begin(), before.end(), 0);
-  std::vector<std::size_t> after(third);
-  std::iota(after.begin(), after.end(), length - third);
-  const auto steps = static_cast<double>(length - third);  // between the middles of both
-  // The means of a random walk over two windows differ by less than its values in their middles.
-  const double steps_of_means = steps - static_cast<double>(third) / 3;
   const std::size_t num = std::min(kMostStretches, keyframes.size() / length);
-  std::vector<double> rotations_rad;
-  std::vector<double> log_scales;
   for (std::size_t i = 0; i < num; ++i) {
     const std::size_t first =
         num == 1 ? (keyframes.size() - length) / 2 : i * (keyframes.size() - length) / (num - 1);
-    const PathSigma sigma = RelativePathSigma(
-        ProblemOf(map, std::span(keyframes).subspan(first, length)), before, after);
-    if (!std::isfinite(sigma.rotation_rad) || !std::isfinite(sigma.log_scale)) continue;
+    stretches.push_back(ProblemOf(map, std::span(keyframes).subspan(first, length)));
+  }
+  return stretches;
+}
+
+std::optional<PathDrift> ImageDrift(std::span<const BundleAdjustmentProblem> stretches) {
+  // Where points leave a stretch open, it tells nothing of the others.
+  constexpr double kOpen = 1;
+  std::vector<double> rotations_rad;
+  std::vector<double> log_scales;
+  for (const BundleAdjustmentProblem& stretch : stretches) {
+    const std::size_t length = stretch.T_cam_world.size();
+    const std::size_t third = length / 3;
+    std::vector<std::size_t> before(third);
+    std::iota(before.begin(), before.end(), 0);
+    std::vector<std::size_t> after(third);
+    std::iota(after.begin(), after.end(), length - third);
+    const auto steps = static_cast<double>(length - third);  // between the middles of both
+    // The means of a random walk over two windows differ by less than its values in their middles.
+    const double steps_of_means = steps - static_cast<double>(third) / 3;
+    const PathSigma sigma = RelativePathSigma(stretch, before, after);
+    if (!(sigma.rotation_rad < kOpen) || !(sigma.log_scale < kOpen)) continue;
     rotations_rad.push_back(ByResiduals(sigma) * sigma.rotation_rad / std::sqrt(steps));
     log_scales.push_back(ByResiduals(sigma) * sigma.log_scale / std::sqrt(steps_of_means));
   }

@@ -18,6 +18,7 @@ namespace mono3d::tracking {
 class MapPositions {
  public:
   void Set(const CameraPositions& positions) { positions_[positions.map_id] = {positions, true}; }
+  bool Has(int map_id) const { return positions_.contains(map_id); }
   // All of the map was adjusted without them.
   void SetDue(int map_id) {
     const auto found = positions_.find(map_id);

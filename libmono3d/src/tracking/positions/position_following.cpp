@@ -17,7 +17,6 @@
 #include "tracking/optimisation/keyframe_graph.h"
 #include "tracking/optimisation/map_constraints.h"
 #include "tracking/positions/image_drift.h"
-#include "tracking/positions/path_fit.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -135,7 +134,7 @@ class MapPath {
     const double typical = std::max(kMinSharedOfEdge, UpperMedianOrZero(std::move(num_shared)));
     const double edge_sigma = PointSigma(map_, keyframes_) * EdgeSigma(map_.camera()) *
                               std::sqrt(kMinSharedOfEdge / typical);
-    path_.drift = ImageDrift(map_, keyframes_).value_or(PathDrift{edge_sigma, edge_sigma});
+    path_.drift = PathDrift{edge_sigma, edge_sigma};
     path_.shift = edge_sigma * TypicalDepth(map_, keyframes_);  // what that is at a typical depth
   }
 
@@ -250,13 +249,21 @@ double RmsMoved(const std::vector<Similarity>& before, const std::vector<Similar
 
 // Takes the poses over into the map: the world becomes that in which the first node stays. Returns
 // S_metric_map.
-Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
-                   const std::vector<Similarity>& S_metric_kf, KeyframeId num_keyframes,
-                   std::size_t num_open, Map& map) {
+Similarity MoveMap(const PathOfMap& of_map, Map& map) {
+  std::vector<KeyframeId> keyframes;  // that are still there
+  std::vector<Similarity> S_metric_kf;
+  std::size_t num_moved = 0;
+  const std::size_t num_settled =
+      of_map.keyframes.size() - std::min(of_map.num_open, of_map.keyframes.size() - 1);
+  for (std::size_t i = 0; i < of_map.keyframes.size(); ++i) {
+    if (i > 0 && !map.keyframe(of_map.keyframes[i]).alive) continue;
+    keyframes.push_back(of_map.keyframes[i]);
+    S_metric_kf.push_back(of_map.path.S_metric_kf[i]);
+    if (i < num_settled) num_moved = keyframes.size();
+  }
   const Similarity S_world_metric =
       Similarity(1, map.T_cam_world(keyframes.front()).Inverse()) * S_metric_kf.front().Inverse();
   std::vector<std::pair<KeyframeId, Similarity>> S_cam_world;
-  const std::size_t num_moved = keyframes.size() - std::min(num_open, keyframes.size() - 1);
   for (std::size_t i = 0; i < num_moved; ++i) {
     S_cam_world.emplace_back(keyframes[i], (S_world_metric * S_metric_kf[i]).Inverse());
   }
@@ -264,7 +271,7 @@ Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
   const auto [leader, S_leader_world] = S_cam_world.back();
   std::vector<KeyframeId> led(keyframes.begin() + static_cast<std::ptrdiff_t>(num_moved),
                               keyframes.end());
-  for (KeyframeId id = num_keyframes; id < map.keyframes().size(); ++id) {
+  for (KeyframeId id = of_map.num_keyframes; id < map.keyframes().size(); ++id) {
     if (map.keyframe(id).alive) led.push_back(id);
   }
   for (const KeyframeId id : led) {
@@ -287,23 +294,31 @@ Similarity MoveMap(const std::vector<KeyframeId>& keyframes,
 
 }  // namespace
 
-std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
-                                           std::size_t num_open, CameraPositions& positions,
-                                           MappingLock& lock) {
+std::optional<PathOfMap> FindPath(const Map& map, std::span<const TrajectoryEntry> frames,
+                                  std::size_t num_open, const CameraPositions& positions) {
   constexpr std::size_t kFewest = 3;
-  MapPath of_map(map, frames, positions);
-  PositionedPath& path = of_map.path();
+  MapPath found(map, frames, positions);
+  PositionedPath& path = found.path();
   if (path.S_metric_kf.size() < kFewest || path.positions.size() < kFewest) return std::nullopt;
-  const std::vector<Similarity> before = path.S_metric_kf;
-  const KeyframeId num_keyframes = map.keyframes().size();
-  PathFit fit;
-  {
-    const ScopedUnlock away(lock);
-    fit = FitPath(path);
-  }
-  if (!fit.is_found) return std::nullopt;
-  positions.S_metric_map =
-      MoveMap(of_map.keyframes(), path.S_metric_kf, num_keyframes, num_open, map);
+  PathOfMap of_map{found.keyframes(),
+                   map.keyframes().size(),
+                   num_open,
+                   path.S_metric_kf,
+                   StretchesOf(map, found.keyframes()),
+                   {}};
+  of_map.path = std::move(path);
+  return of_map;
+}
+
+PathFit FitPath(PathOfMap& of_map) {
+  of_map.path.drift = ImageDrift(of_map.stretches).value_or(of_map.path.drift);
+  return FitPath(of_map.path);
+}
+
+PositionFit MoveOntoPath(const PathOfMap& of_map, const PathFit& fit, Map& map,
+                         CameraPositions& positions) {
+  const PositionedPath& path = of_map.path;
+  positions.S_metric_map = MoveMap(of_map, map);
   PositionFit result;
   result.map_id = map.id();
   for (std::size_t i = 0; i < path.positions.size(); ++i) {
@@ -317,8 +332,22 @@ std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryE
   result.horizontal = fit.noise.horizontal;
   if (path.has_vertical) result.vertical = fit.noise.vertical;
   result.drift = fit.noise.drift;
-  result.rms_moved_m = RmsMoved(before, path.S_metric_kf);
+  result.rms_moved_m = RmsMoved(of_map.S_metric_kf, path.S_metric_kf);
   return result;
+}
+
+std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
+                                           std::size_t num_open, CameraPositions& positions,
+                                           MappingLock& lock) {
+  std::optional<PathOfMap> of_map = FindPath(map, frames, num_open, positions);
+  if (!of_map) return std::nullopt;
+  PathFit fit;
+  {
+    const ScopedUnlock away(lock);
+    fit = FitPath(*of_map);
+  }
+  if (!fit.is_found) return std::nullopt;
+  return MoveOntoPath(*of_map, fit, map, positions);
 }
 
 }  // namespace mono3d::tracking

@@ -6,10 +6,13 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "mono3d/image/camera_positions.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "tracking/map/map.h"
+#include "tracking/optimisation/bundle_adjustment_problem.h"
+#include "tracking/positions/path_fit.h"
 #include "tracking/priority_mutex.h"
 
 namespace mono3d::tracking {
@@ -27,5 +30,22 @@ namespace mono3d::tracking {
 std::optional<PositionFit> FollowPositions(Map& map, std::span<const TrajectoryEntry> frames,
                                            std::size_t num_open, CameraPositions& positions,
                                            MappingLock& lock);
+
+// The same in three steps, of which the second one takes the time and does without the map:
+// FindPath, FitPath, MoveOntoPath. Meanwhile its `num_open` newest keyframes may move, keyframes be
+// added and given up, and nothing else.
+struct PathOfMap {
+  std::vector<KeyframeId> keyframes;  // of each node
+  KeyframeId num_keyframes = 0;       // of the map, living or not
+  std::size_t num_open = 0;
+  std::vector<Similarity> S_metric_kf;             // before it was fitted
+  std::vector<BundleAdjustmentProblem> stretches;  // see ImageDrift
+  PositionedPath path;                             // its drift is guessed at before it is fitted
+};
+std::optional<PathOfMap> FindPath(const Map& map, std::span<const TrajectoryEntry> frames,
+                                  std::size_t num_open, const CameraPositions& positions);
+PathFit FitPath(PathOfMap& of_map);
+PositionFit MoveOntoPath(const PathOfMap& of_map, const PathFit& fit, Map& map,
+                         CameraPositions& positions);
 
 }  // namespace mono3d::tracking
