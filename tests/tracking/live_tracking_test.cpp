@@ -6,14 +6,18 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <set>
+#include <thread>
 #include <vector>
 
 #include "mono3d/core/error.h"
+#include "mono3d/core/timing.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/tracking/tracker.h"
 #include "tracking/mapping_thread.h"
@@ -199,6 +203,36 @@ TEST(MappingThread, MapsKeyframesInOrderThenAdjustsUntilItIsDone) {
   thread.Wait(lock);
   EXPECT_THAT(mapped, ElementsAre(1U, 2U, 3U));
   EXPECT_EQ(num_adjustments, 2);
+}
+
+// Of a large map an adjustment comes to no end between two keyframes: it must not take all the
+// time that they leave.
+TEST(MappingThread, RestsAfterAnAdjustmentThatWasInterrupted) {
+  constexpr double kCpu_ms = 20;
+  std::atomic<int> num_adjustments = 0;
+  std::atomic<bool> is_done = false;
+  MappingThread* self = nullptr;
+  MappingThread thread(
+      {.map_keyframe = [&](KeyframeId, MappingLock&) { self->RequestAdjustment(); },
+       .adjust_all =
+           [&](MappingLock&) {
+             ++num_adjustments;
+             const double start_ms = ThreadCpuMs();
+             while (ThreadCpuMs() < start_ms + kCpu_ms) continue;
+             return is_done.load();
+           }});
+  self = &thread;
+  {
+    TrackingLock lock(thread.mutex());
+    thread.Add(1);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_LE(num_adjustments, 3);  // one every 200 ms
+  // Whoever waits for all of it does not wait for that.
+  is_done = true;
+  TrackingLock lock(thread.mutex());
+  thread.Wait(lock);
+  EXPECT_LE(num_adjustments, 5);
 }
 
 TEST(MappingThread, HandsOnWhatItsWorkThrows) {

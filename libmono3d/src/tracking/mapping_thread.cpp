@@ -3,13 +3,19 @@
 
 #include "tracking/mapping_thread.h"
 
+#include <chrono>
 #include <utility>
+
+#include "mono3d/core/timing.h"
 
 namespace mono3d::tracking {
 namespace {
 
 // More keyframes than this never wait: tracking would go on over ground without points.
 constexpr std::size_t kMaxWaiting = 2;
+// Of one core, of adjustments that are interrupted.
+constexpr double kMaxShareOfInterrupted = 0.1;
+constexpr auto kRestPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -39,9 +45,12 @@ void MappingThread::WaitForRoom(TrackingLock& lock) {
 }
 
 void MappingThread::Wait(TrackingLock& lock) {
+  ++num_waiting_for_all_;  // then nothing rests
+  changed_.notify_all();
   changed_.wait(lock, [&] {
     return (waiting_.empty() && !is_busy_ && !is_adjustment_due_) || error_ != nullptr;
   });
+  --num_waiting_for_all_;
   Rethrow();
 }
 
@@ -66,13 +75,23 @@ void MappingThread::Rethrow() {
   if (error_ != nullptr) std::rethrow_exception(error_);
 }
 
+bool MappingThread::HasWork() const {
+  if (error_ != nullptr || is_paused_) return false;
+  if (!waiting_.empty()) return true;
+  return is_adjustment_due_ &&
+         (num_waiting_for_all_ > 0 || WallClockMs() >= adjustment_rests_until_ms_);
+}
+
 void MappingThread::Run() {
   MappingLock lock(mutex_, is_interrupted_);
   while (true) {
-    changed_.wait(lock, [&] {
-      return is_ending_ ||
-             (error_ == nullptr && !is_paused_ && (!waiting_.empty() || is_adjustment_due_));
-    });
+    while (!is_ending_ && !HasWork()) {
+      if (is_adjustment_due_) {
+        changed_.wait_for(lock, kRestPollInterval);
+      } else {
+        changed_.wait(lock);
+      }
+    }
     if (is_ending_) return;
     is_busy_ = true;
     try {
@@ -95,7 +114,10 @@ void MappingThread::RunNext(MappingLock& lock) {
     return;
   }
   is_interrupted_ = is_ending_;
+  const double start_ms = ThreadCpuMs();
   is_adjustment_due_ = !work_.adjust_all(lock);
+  if (!is_adjustment_due_) return;
+  adjustment_rests_until_ms_ = WallClockMs() + (ThreadCpuMs() - start_ms) / kMaxShareOfInterrupted;
 }
 
 }  // namespace mono3d::tracking
