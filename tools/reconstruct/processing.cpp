@@ -4,11 +4,13 @@
 #include "reconstruct/processing.h"
 
 #include <exception>
+#include <future>
 #include <optional>
 #include <utility>
 
 #include "common/tool.h"
 #include "mono3d/core/log.h"
+#include "mono3d/core/thread_priority.h"
 #include "mono3d/io/paced_source.h"
 
 namespace mono3d::tools {
@@ -75,7 +77,7 @@ void NoteFailure(const std::string& reason, RunRecord& record) {
 
 void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, RunRecord& record,
                    const std::function<void(std::int64_t, double)>& after_frame) {
-  ProcessAll(record, [&] {
+  const auto next_frame = [&] {
     std::optional<Frame> frame;
     {
       const ScopedStageTimer timer(&times, "io/read");
@@ -87,6 +89,14 @@ void ProcessFrames(FrameSource& source, Pipeline& pipeline, StageTimes& times, R
     pipeline.Process(*std::move(frame));
     after_frame(index, timestamp_s);
     return true;
+  };
+  // A bundle's frames are tracked long before the model of the one before is made. At a lower
+  // priority that fills the gaps that making models leaves, and takes no core from it.
+  NoteErrorOf(record, [&] {
+    std::async(std::launch::async, [&] {
+      LowerThreadPriority(ThreadPriority::kTenth);
+      ProcessAll(record, next_frame);
+    }).get();
   });
   NoteImagesLeftOut(source, record);
 }

@@ -13,8 +13,8 @@
 #include <thread>
 #include <utility>
 
-#include "core/thread_priority.h"
 #include "mono3d/core/log.h"
+#include "mono3d/core/thread_priority.h"
 #include "mono3d/core/timing.h"
 
 namespace mono3d {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "core/thread_priority.h"
+#include "mono3d/core/thread_priority.h"
 
 #ifdef __linux__
 #include <sys/resource.h>

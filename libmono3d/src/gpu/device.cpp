@@ -7,12 +7,12 @@
 #include <limits>
 #include <utility>
 
-#include "core/thread_priority.h"
 #include "gpu/address_space.h"
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
 #include "gpu/host_memory.h"
 #include "gpu/staging.h"
+#include "mono3d/core/thread_priority.h"
 
 namespace mono3d {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "core/thread_priority.h"
+#include "mono3d/core/thread_priority.h"
 
 namespace mono3d {
 

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <utility>
 
-#include "core/thread_priority.h"
 #include "mono3d/core/error.h"
+#include "mono3d/core/thread_priority.h"
 #include "pipeline/clock.h"
 
 namespace mono3d {

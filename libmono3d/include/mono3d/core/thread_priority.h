@@ -3,7 +3,9 @@
 
 #pragma once
 
-namespace mono3d {
+#include "mono3d/core/export.h"
+
+namespace MONO3D_EXPORT mono3d {
 
 // How much of a core a thread gets that others want as well.
 enum class ThreadPriority {
