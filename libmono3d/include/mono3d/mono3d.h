@@ -15,6 +15,7 @@
 #include "mono3d/core/printable.h"
 #include "mono3d/core/state_folder.h"
 #include "mono3d/core/statistics.h"
+#include "mono3d/core/thread_priority.h"
 #include "mono3d/core/timing.h"
 #include "mono3d/core/version.h"
 #include "mono3d/depth/depth_estimator.h"
