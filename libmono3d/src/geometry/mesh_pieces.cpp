@@ -3,28 +3,19 @@
 
 #include "geometry/mesh_pieces.h"
 
-#include <algorithm>
-#include <numeric>
+#include "core/disjoint_sets.h"
 
 namespace mono3d {
 
-// Union-find.
 std::vector<std::uint32_t> FindPieces(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets<std::uint32_t> pieces(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    for (const std::uint32_t other : {b, c}) {
-      const std::uint32_t one = root(a);
-      const std::uint32_t two = root(other);
-      parent[std::max(one, two)] = std::min(one, two);
-    }
+    pieces.Join(a, b);
+    pieces.Join(a, c);
   }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-  return parent;
+  std::vector<std::uint32_t> piece_of(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < piece_of.size(); ++v) piece_of[v] = pieces.Find(v);
+  return piece_of;
 }
 
 std::vector<std::size_t> CountTrianglesOfPieces(const TriangleMesh& mesh,

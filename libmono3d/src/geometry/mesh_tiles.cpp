@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "geometry/mesh_pieces.h"
 #include "geometry/surfel_grid.h"
 #include "geometry/surfel_marcher.h"
@@ -172,9 +173,9 @@ class PiecesOfParts {
     for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
       if (is_on_border[v] == 0) continue;
       const auto [entry, is_new] =
-          shared.try_emplace(piece[v], static_cast<std::uint32_t>(parent_.size()));
+          shared.try_emplace(piece[v], static_cast<std::uint32_t>(pieces_.size()));
       if (is_new) {
-        parent_.push_back(entry->second);
+        (void)pieces_.Add();
         total_.push_back(num_triangles[piece[v]]);
       }
       const auto [met, is_first] = piece_at_.try_emplace(KeyOf(mesh.vertices[v]), entry->second);
@@ -192,8 +193,9 @@ class PiecesOfParts {
 
   // Of those kept, what belongs to a piece that is large enough.
   TriangleMesh TakeRest() {
-    return PiecesOf(rest_, piece_of_rest_,
-                    [&](std::uint32_t number) { return total_[RootOf(number)] >= min_triangles_; });
+    return PiecesOf(rest_, piece_of_rest_, [&](std::uint32_t number) {
+      return total_[pieces_.Find(number)] >= min_triangles_;
+    });
   }
 
  private:
@@ -227,22 +229,17 @@ class PiecesOfParts {
     }
   }
 
-  std::uint32_t RootOf(std::uint32_t number) {
-    while (parent_[number] != number) number = parent_[number] = parent_[parent_[number]];
-    return number;
-  }
-
   void Join(std::uint32_t a, std::uint32_t b) {
-    a = RootOf(a);
-    b = RootOf(b);
+    a = pieces_.Find(a);
+    b = pieces_.Find(b);
     if (a == b) return;
-    parent_[b] = a;
-    total_[a] += total_[b];
+    const std::size_t sum = total_[a] + total_[b];
+    total_[pieces_.Join(a, b)] = sum;
   }
 
   std::size_t min_triangles_;
-  std::vector<std::uint32_t> parent_;  // union-find
-  std::vector<std::size_t> total_;     // triangles, at the roots
+  DisjointSets<std::uint32_t> pieces_;
+  std::vector<std::size_t> total_;  // triangles of each set, at its leader
   std::unordered_map<Key, std::uint32_t, GridIndexHash> piece_at_;
   TriangleMesh rest_;                         // undecided
   std::vector<std::uint32_t> piece_of_rest_;  // of each vertex

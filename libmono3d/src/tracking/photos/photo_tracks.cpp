@@ -5,32 +5,12 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
+
+#include "core/disjoint_sets.h"
 
 namespace mono3d::tracking {
 namespace {
-
-// Union-find over numbers 0 to n - 1, with path halving.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t Find(std::size_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
-  // The smaller number leads, so that the sets do not depend on the order of the calls.
-  void Join(std::size_t a, std::size_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 void DropPhotosTwice(PhotoTrack& track) {
   std::map<std::size_t, int> times;
@@ -45,7 +25,7 @@ std::vector<PhotoTrack> JoinPhotoMatches(const std::vector<PhotoFeatures>& photo
                                          std::span<const PhotoPair> pairs) {
   std::vector<std::size_t> first(photos.size() + 1, 0);  // number of each photo's first feature
   for (std::size_t i = 0; i < photos.size(); ++i) first[i + 1] = first[i] + photos[i].size();
-  DisjointSets sets(first.back());
+  DisjointSets<std::size_t> sets(first.back());
   for (const PhotoPair& pair : pairs) {
     for (const FeatureMatch& match : pair.matches) {
       sets.Join(first[pair.a] + match.feature_a, first[pair.b] + match.feature_b);
