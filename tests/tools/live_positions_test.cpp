@@ -61,6 +61,7 @@ TEST_F(LivePositionsRun, TakesAFileThatIsWrittenMeanwhile) {
   EXPECT_THAT(result.output, HasSubstr("positions: none yet in gps.txt"));
   EXPECT_THAT(result.output, HasSubstr("on the earth: scale +- "));
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
+  EXPECT_EQ(record["options"]["tracking.mode"], "live");
   const nlohmann::json& map = record["maps"][0];
   EXPECT_EQ(map["axes"]["of"], "earth");
   EXPECT_GT(map["georeference"]["fixes_used"], 10);

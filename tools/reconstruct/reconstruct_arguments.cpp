@@ -35,8 +35,10 @@ void RequireSameCamera(ReconstructArguments& arguments) {
 }
 
 void PrepareForLive(ReconstructArguments& arguments) {
-  if (!IsLiveInput(arguments.input)) return;
-  arguments.pipeline.is_live = true;
+  const bool is_live_input = IsLiveInput(arguments.input);
+  arguments.pipeline.is_live = arguments.pipeline.is_live || is_live_input;
+  if (arguments.pipeline.is_live) arguments.pipeline.tracking.mode = "live";  // in run.json too
+  if (!is_live_input) return;
   // There is nothing beside it, and nothing to go back to.
   if (arguments.positions.source == "auto") arguments.positions.source = "none";
   arguments.written.images = ImagePlacing::kNone;

@@ -56,7 +56,7 @@ std::vector<OptionField> ListAll(ReconstructArguments& arguments);
 // A saved map has the camera of its run.
 void RequireSameCamera(ReconstructArguments& arguments);
 
-// What a camera that sends now means for the other arguments.
+// What --live, or a camera that sends now, means for the other arguments.
 void PrepareForLive(ReconstructArguments& arguments);
 
 // Live, no image is waited for and none is dear: the tracker takes what it has time for.
