@@ -8,10 +8,12 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "image/state_archive.h"
 #include "mono3d/geometry/geodetic.h"
 
 namespace mono3d {
@@ -129,6 +131,23 @@ TEST(PositionFeed, TakesPositionsThatCome) {
   ASSERT_NE(feed.place(), nullptr);
   EXPECT_EQ(feed.place()->map_id, 1);
   EXPECT_NEAR(feed.place()->georeference.S_enu_map.scale() / kUnitOfMap_m, 1, 1e-4);
+}
+
+TEST(PositionFeed, FindsThePlaceAgainInARunThatGoesOn) {
+  PositionFeed before(OncePerSecond(0), false);
+  ToldTracker tracker;
+  before.Give(1, 40, tracker);
+  ASSERT_NE(before.place(), nullptr);
+  StateWriter writer("positions", 1, SavedImages::kByIndex);
+  before.ExchangeState(writer);
+  const std::string state = writer.TakeState();
+  PositionFeed after(OncePerSecond(0), false);
+  StateReader reader(state, "positions", 1, "here", {});
+  after.ExchangeState(reader);
+  after.Give(1, 41, tracker);
+  EXPECT_EQ(tracker.told.size(), 1U) << "it was told when the run did not go on, either";
+  ASSERT_NE(after.place(), nullptr);
+  EXPECT_NEAR(after.place()->georeference.S_enu_map.scale() / kUnitOfMap_m, 1, 1e-4);
 }
 
 // Live, a thread of its own finds the place, also between the times that the map follows.

@@ -64,10 +64,16 @@ void PositionFeed::Give(int map_id, std::size_t num_keyframes, Tracker& tracker)
     GiveInBackground(map_id, num_keyframes, tracker);
   } else if (IsDue(map_id, num_keyframes)) {
     GiveNow(map_id, num_keyframes, tracker);
+  } else if (!has_looked_ && !due_at_.empty()) {
+    // A run that goes on knew the place; nothing is to be followed before it was.
+    has_looked_ = true;
+    const PipelinePositions positions = Positions();
+    NotePlace(map_id, FindPlaceOnEarth(MapSoFar(map_id, positions.track, tracker), positions));
   }
 }
 
 void PositionFeed::GiveNow(int map_id, std::size_t num_keyframes, Tracker& tracker) {
+  has_looked_ = true;
   due_at_[map_id] = num_keyframes + num_keyframes / 2;
   const PipelinePositions positions = Positions();
   MapOnEarth found = FindMapOnEarth(MapSoFar(map_id, positions.track, tracker), positions);

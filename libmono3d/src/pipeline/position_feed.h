@@ -58,6 +58,7 @@ class PositionFeed {
   std::shared_ptr<const PlaceOfMap> place_;
   bool is_live_;
   std::map<int, std::size_t> due_at_;  // keyframes of each map
+  bool has_looked_ = false;            // not since the run was restored
 
   struct Task {
     MapReconstruction map;  // its trajectories
