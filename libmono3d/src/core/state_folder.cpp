@@ -127,7 +127,11 @@ StateFolder::Parts StateFolder::ReadManifest(const std::filesystem::path& path,
     reader.Text(entry.first);
     Exchange(reader, entry.second);
   });
-  if (!reader.IsAtEnd() || generation == 0) reader.Refuse("contradicts itself");
+  // Larger numbers than any run comes to: the next ones must not begin anew at 0.
+  constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 62U;
+  if (!reader.IsAtEnd() || generation == 0 || generation > kMaxNumber || next_file > kMaxNumber) {
+    reader.Refuse("contradicts itself");
+  }
   return {list.begin(), list.end()};
 }
 
