@@ -32,6 +32,8 @@ std::optional<PositionTrack> FindBesideInput(const std::string& input) {
 std::optional<PositionTrack> NoneYet(const fs::path& file) {
   std::error_code error;
   if (fs::exists(file, error) && fs::file_size(file, error) > 0) return std::nullopt;
+  // Where there is no folder, none will come.
+  if (!fs::is_directory(fs::absolute(file, error).parent_path(), error)) return std::nullopt;
   PositionTrack track;
   track.source = file.string();
   return track;

@@ -31,7 +31,9 @@ PlacesOfMap FindPlaces(const MapReconstruction& map, const PipelinePositions& po
   PlacesOfMap places;
   places.cameras = PositionedCamerasOf(map, track.clock);
   const std::optional<UpDirection> up = UpOf(map, places.cameras, track, positions.turn_deg);
-  if (!track.fixes.empty()) {
+  if (track.fixes.empty()) {
+    places.by_positions.reason = "no positions have come";
+  } else {
     places.by_positions = EstimateGeoreference(places.cameras, track, up, positions.georeference);
   }
   if (!positions.control) return places;
