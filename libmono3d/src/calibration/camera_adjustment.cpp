@@ -180,6 +180,16 @@ CameraAdjustment ResultOf(const CameraProblem& problem, std::size_t camera,
   return result;
 }
 
+// Is what was found of a readout time none? Where the images would be explained as well without it,
+// but for a hundredth of the variance of their residuals, it is taken for what the model leaves out
+// in all of them alike: straight down and on at even speed it only stretches the ground.
+bool IsNoReadout(const CameraProblem& problem, Parameter readout, const CameraCovariance& known) {
+  const double found_s = problem.parameters()[readout];
+  const double by_chance_s2 = kChi2At99.front() * known.clustered(readout, readout);
+  return std::abs(found_s) < kLeastReadout_s ||
+         found_s * found_s < by_chance_s2 + known.hidden[readout];
+}
+
 // Of photos: what cannot be told apart from what the model leaves out.
 ParameterFlags NotOfPhotos(std::size_t num_photos) {
   ParameterFlags held = ParameterFlags::Constant(num_photos < kMinImages);
@@ -250,8 +260,7 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   const ParameterMatrix covariance = UncertaintyOf(problem, 0, known, is_determined);
   ParameterFlags is_held = ToHold(problem, 0, covariance, is_determined);
   for (const Parameter readout : {kReadoutByRows, kReadoutByColumns}) {
-    const bool is_none =
-        problem.prior()[readout] == 0 && std::abs(problem.parameters()[readout]) < kLeastReadout_s;
+    const bool is_none = problem.prior()[readout] == 0 && IsNoReadout(problem, readout, known);
     if (is_none && !problem.is_fixed()[readout]) is_held[readout] = true;
   }
   if (is_held.any()) {
