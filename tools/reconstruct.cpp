@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/camera_choice.h"
@@ -16,6 +17,7 @@
 #include "common/progress.h"
 #include "common/summary.h"
 #include "common/tool.h"
+#include "common/warnings.h"
 #include "export/run_products.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -28,6 +30,7 @@
 #include "reconstruct/learned_camera_run.h"
 #include "reconstruct/output_folder.h"
 #include "reconstruct/output_options.h"
+#include "reconstruct/placed_together.h"
 #include "reconstruct/positions.h"
 #include "reconstruct/presets.h"
 #include "reconstruct/processing.h"
@@ -69,10 +72,15 @@ void WriteReport(const ReconstructRun& run, const Reconstruction& reconstruction
   }
 }
 
-int ReconstructInto(OutputFolder& output, ReconstructArguments& arguments,
-                    const std::shared_ptr<Device>& device, const CameraModel& prior_camera,
-                    std::optional<GroundControl> control, RunRecord& record) {
+// `instead_of`: of an earlier run of the same images; the new one takes its place where it is
+// better, and is removed where not.
+RunOutcome ReconstructInto(OutputFolder& output, ReconstructArguments& arguments,
+                           const std::shared_ptr<Device>& device, const CameraModel& prior_camera,
+                           std::optional<GroundControl> control, RunRecord& record,
+                           const RunOutcome* instead_of) {
   const double start_ms = WallClockMs();
+  std::optional<HeldWarnings> held;
+  if (instead_of != nullptr) held.emplace();
   const DepthFileOptions depth_files = DepthFilesOf(arguments.written, arguments.pipeline.is_live);
   std::optional<RunJournal> journal;
   if (arguments.resumes) journal.emplace(output.of_run(), record);
@@ -119,13 +127,19 @@ int ReconstructInto(OutputFolder& output, ReconstructArguments& arguments,
   if (arguments.live) record.live_input = arguments.live->Report();
   record.stages = times.Snapshot();
   record.wall_s = earlier.wall_s + 1e-3 * (WallClockMs() - start_ms);
+  if (instead_of != nullptr) record.wall_s += instead_of->wall_s;
   record.cpu_s = earlier.cpu_s + 1e-3 * ProcessCpuMs();
   NoteErrorOf(record, [&] { writer.WriteRecord(result.reconstruction, record); });
   const std::string why_no_model = WhyNoModel(result.reconstruction);
+  const RunOutcome outcome = OutcomeOf(result.reconstruction, record, why_no_model);
+  if (instead_of != nullptr && !outcome.IsBetterThan(*instead_of)) {
+    output.Discard();
+    return outcome;
+  }
+  if (held) held->LetGo();
   WriteReport(run, result.reconstruction, why_no_model, output.of_run());
-  const bool is_whole = record.end == RunEnd::kFinished && why_no_model.empty();
   if (journal && record.end == RunEnd::kFinished) journal->Remove();
-  if (is_whole) output.TakePlaceOfEarlier();
+  if (outcome.is_whole) output.TakePlaceOfEarlier();
   PrintSummary(result.reconstruction, record, output.of_run() / "model.ply");
   if (record.live_input) TellOfLiveInput(*record.live_input);
   for (const MapReconstruction& map : result.reconstruction.maps) {
@@ -139,9 +153,55 @@ int ReconstructInto(OutputFolder& output, ReconstructArguments& arguments,
                 static_cast<long long>(journal->last_frame()));
   }
   if (record.end == RunEnd::kFailed) throw Error(record.error);
-  if (!why_no_model.empty()) throw Error(why_no_model);
-  if (const std::string kept = output.Keep(); !kept.empty()) std::printf("%s\n", kept.c_str());
-  return WriteRunProducts(is_whole ? arguments.products : "", output.of_run());
+  return outcome;
+}
+
+struct MadeRun {
+  RunOutcome outcome;
+  std::string folder;
+  std::string kept;  // what became of an earlier one, if there was any
+};
+
+MadeRun MakeRunInFolder(ReconstructArguments& arguments, const std::shared_ptr<Device>& device,
+                        const CameraModel& camera, const std::optional<GroundControl>& control,
+                        RunRecord record, const RunOutcome* instead_of) {
+  OutputFolder output(arguments.output, arguments.resumes);
+  MadeRun made;
+  KeepingOnFailure(output, [&] {
+    made.outcome = ReconstructInto(output, arguments, device, camera, control, record, instead_of);
+    made.kept = output.Keep();
+  });
+  made.folder = output.of_run().string();
+  return made;
+}
+
+// Once more, of images that could not be followed from one to the next. Says on stdout what came of
+// it; what goes wrong in it costs nothing of the result that is there.
+void PlaceTogether(ReconstructArguments& arguments, const std::shared_ptr<Device>& device,
+                   const CameraModel& camera, const std::optional<GroundControl>& control,
+                   const RunRecord& record, MadeRun& tracked) {
+  std::printf("%s\n", PlacedTogetherLine(tracked.outcome).c_str());
+  std::fflush(stdout);
+  arguments.footage = Footage::kSparseVideo;
+  arguments.resumes = false;
+  try {
+    const MadeRun together =
+        MakeRunInFolder(arguments, device, camera, control, record, &tracked.outcome);
+    if (together.outcome.IsBetterThan(tracked.outcome)) {
+      std::error_code ignored;
+      if (!tracked.outcome.is_whole && tracked.folder != together.folder) {
+        std::filesystem::remove_all(tracked.folder, ignored);
+      }
+      tracked = together;
+    } else {
+      std::printf("placed together, %zu images are in one map: the result of before stays\n",
+                  together.outcome.num_in_model);
+    }
+  } catch (const Error& error) {
+    Log(LogLevel::kWarning, std::string("placed together, the images make no model, the result of "
+                                        "before stays: ") +
+                                error.what());
+  }
 }
 
 // Says on stdout which device it is, where there are others.
@@ -197,10 +257,17 @@ int Reconstruct(ReconstructArguments& arguments, const DeviceOptions& device_opt
   record.device = Info(*device);
   record.options = ListAll(arguments);
   if (arguments.source.stride == kStrideByMotion) record.num_passed_over_images = 0;
-  OutputFolder output(arguments.output, arguments.resumes);
-  return KeepingOnFailure(output, [&] {
-    return ReconstructInto(output, arguments, device, camera, std::move(control), record);
-  });
+  const std::string folder_of_surfels = arguments.pipeline.fusion.storage.folder;
+  MadeRun made = MakeRunInFolder(arguments, device, camera, control, record, nullptr);
+  if (MayBePlacedTogether(arguments, made.outcome)) {
+    arguments.pipeline.fusion.storage.folder = folder_of_surfels;
+    PlaceTogether(arguments, device, camera, control, record, made);
+  }
+  if (!made.outcome.why_no_model.empty()) {
+    throw Error(made.outcome.why_no_model + (made.kept.empty() ? "" : "; " + made.kept));
+  }
+  if (!made.kept.empty()) std::printf("%s\n", made.kept.c_str());
+  return WriteRunProducts(made.outcome.is_whole ? arguments.products : "", made.folder);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ using testing::Not;
 const std::filesystem::path kFlight = MONO3D_EXAMPLE;
 
 // No map starts with so many points.
-const std::string kNoModel = " --max-frames 3 --tracking.initialisation.min_points 100000";
+const std::string kNoModel = " --video --max-frames 3 --tracking.initialisation.min_points 100000";
 
 class KeptResults : public TemporaryFolderTest {
  protected:

@@ -438,7 +438,7 @@ TEST_F(ExampleRun, ReadsOptionsFromAConfigFile) {
             "[tracking.features]\nnum_levels = 7\n"
             "[tracking.initialisation]\nmin_points = 100000\n");
   const CommandResult result = RunCommand(
-      Command(folder_ / "out", " --config " + (folder_ / "options.txt").string()), folder_);
+      Command(folder_ / "out", " --video --config " + (folder_ / "options.txt").string()), folder_);
   EXPECT_EQ(result.exit_status, 1) << "no map starts with so many points";
   const auto record = nlohmann::json::parse(std::ifstream(folder_ / "out/run.json"));
   EXPECT_EQ(record["counts"]["frames"], 3);

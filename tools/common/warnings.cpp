@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
+#include <utility>
+
+#include "mono3d/core/log.h"
 
 namespace mono3d::tools {
 namespace {
@@ -14,6 +18,7 @@ constexpr std::size_t kMaxNoted = 100;
 struct WarningList {
   std::mutex mutex;
   std::vector<NotedWarning> warnings;
+  std::optional<std::vector<std::string>> held;  // while there are HeldWarnings
 };
 
 WarningList& Noted() {
@@ -26,6 +31,10 @@ WarningList& Noted() {
 bool NoteWarning(std::string_view message) {
   WarningList& list = Noted();
   const std::lock_guard lock(list.mutex);
+  if (list.held) {
+    list.held->emplace_back(message);
+    return false;
+  }
   const auto known = std::ranges::find(list.warnings, message, &NotedWarning::message);
   if (known != list.warnings.end()) {
     ++known->times;
@@ -39,6 +48,30 @@ std::vector<NotedWarning> NotedWarnings() {
   WarningList& list = Noted();
   const std::lock_guard lock(list.mutex);
   return list.warnings;
+}
+
+HeldWarnings::HeldWarnings() {
+  WarningList& list = Noted();
+  const std::lock_guard lock(list.mutex);
+  list.held.emplace();
+}
+
+HeldWarnings::~HeldWarnings() {
+  WarningList& list = Noted();
+  const std::lock_guard lock(list.mutex);
+  list.held.reset();
+}
+
+void HeldWarnings::LetGo() {
+  WarningList& list = Noted();
+  std::optional<std::vector<std::string>> held;
+  {
+    const std::lock_guard lock(list.mutex);
+    held = std::exchange(list.held, std::nullopt);
+  }
+  for (const std::string& message : held.value_or(std::vector<std::string>())) {
+    Log(LogLevel::kWarning, message);
+  }
 }
 
 }  // namespace mono3d::tools

@@ -16,10 +16,24 @@ struct NotedWarning {
   std::int64_t times = 0;
 };
 
-// Notes one of this process; true the first time. Any thread.
+// Notes one of this process; true the first time, unless it is held back (HeldWarnings). Any
+// thread.
 bool NoteWarning(std::string_view message);
 
 // In the order in which they first came; the first 100 different ones.
 std::vector<NotedWarning> NotedWarnings();
+
+// While there is one, warnings are neither said nor noted, for what they are of may come to
+// nothing. One at a time.
+class HeldWarnings {
+ public:
+  HeldWarnings();
+  ~HeldWarnings();  // drops what was not let go
+  HeldWarnings(const HeldWarnings&) = delete;
+  HeldWarnings& operator=(const HeldWarnings&) = delete;
+
+  // Says and notes them; nothing is held from now on.
+  void LetGo();
+};
 
 }  // namespace mono3d::tools

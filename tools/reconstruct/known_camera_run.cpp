@@ -37,6 +37,7 @@ Footage FindFootage(const ReconstructArguments& arguments, StageTimes& times) {
   if (unlike != nullptr || arguments.photos != 0) {
     return arguments.photos > 0 ? Footage::kPhotographs : Footage::kVideo;
   }
+  if (arguments.footage) return *arguments.footage;
   const ScopedStageTimer timer(&times, "footage");
   return FootageOf(arguments.input, arguments.camera, arguments.source);
 }

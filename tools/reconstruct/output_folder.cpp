@@ -84,13 +84,19 @@ std::string OutputFolder::Keep() {
   return earlier;
 }
 
-int KeepingOnFailure(OutputFolder& output, const std::function<int()>& body) {
+void OutputFolder::Discard() {
+  if (of_run_ == folder_) return;
+  std::error_code ignored;
+  std::filesystem::remove_all(of_run_, ignored);
+}
+
+void KeepingOnFailure(OutputFolder& output, const std::function<void()>& body) {
   const auto with_place = [&](const std::string& what) {
     const std::string kept = output.Keep();
     return kept.empty() ? what : what + "; " + kept;
   };
   try {
-    return body();
+    body();
   } catch (const UsageError&) {
     throw;
   } catch (const Error& error) {

@@ -35,6 +35,9 @@ class OutputFolder {
   // earlier one. A run of no files is removed.
   std::string Keep();
 
+  // Removes the run, where an earlier one lies in the folder.
+  void Discard();
+
  private:
   std::filesystem::path folder_;
   std::filesystem::path of_run_;  // folder_, or below it
@@ -42,6 +45,6 @@ class OutputFolder {
 };
 
 // Runs `body`. What it throws comes out with what Keep says behind.
-int KeepingOnFailure(OutputFolder& output, const std::function<int()>& body);
+void KeepingOnFailure(OutputFolder& output, const std::function<void()>& body);
 
 }  // namespace mono3d::tools

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/io/live_input.h"
+#include "mono3d/pipeline/footage.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/self_calibrating_pipeline.h"
 #include "reconstruct/ground_control.h"
@@ -28,9 +30,10 @@ struct ReconstructArguments {
   std::string input;
   CameraArguments camera;
   std::string output;
-  std::string map;       // to go on in; empty: none
-  std::string save_map;  // empty: not saved
-  int photos = 0;        // 1: photographs in any order; -1: a video; 0: to be found out
+  std::string map;                 // to go on in; empty: none
+  std::string save_map;            // empty: not saved
+  int photos = 0;                  // 1: photographs in any order; -1: a video; 0: to be found out
+  std::optional<Footage> footage;  // where that has been found out
   FrameSourceOptions source;
   WorkingSize size;
   LiveInputOptions live_input;

@@ -16,6 +16,7 @@ void RunView::AddOptions(CLI::App& app) {
 
 void RunView::Open() {
   if (!is_asked_for_) return;
+  live_.reset();  // of an earlier attempt, at the same address
   live_ = std::make_unique<LiveView>(arguments_);
   std::printf("view: %s\n", live_->url().c_str());
   std::fflush(stdout);

@@ -19,8 +19,6 @@ namespace {
 // building 0.27, of a strip from the air 0.12, and in another order less.
 constexpr double kMinContinuityOfSparseVideo = 0.38;
 constexpr double kMinContinuityOfVideo = 0.7;
-// Time grows with the square of their number.
-constexpr std::int64_t kMaxNumPhotos = 400;
 constexpr std::int64_t kMaxNumPairs = 10;
 
 std::optional<double> ContinuityAt(const PairOpener& open, std::int64_t start) {
@@ -38,7 +36,7 @@ std::optional<double> ContinuityAt(const PairOpener& open, std::int64_t start) {
 }  // namespace
 
 Footage JudgeFootage(std::int64_t num_images, const PairOpener& open) {
-  if (num_images < 3 || num_images > kMaxNumPhotos) return Footage::kVideo;
+  if (num_images < 3 || num_images > kMostImagesPlacedTogether) return Footage::kVideo;
   const std::int64_t num_pairs = std::min(kMaxNumPairs, num_images - 1);
   std::int64_t num_video = 0;
   std::int64_t num_sparse = 0;

@@ -12,6 +12,9 @@
 
 namespace MONO3D_EXPORT mono3d {
 
+// More are not placed together: the time grows with the square of their number.
+inline constexpr std::int64_t kMostImagesPlacedTogether = 400;
+
 // Opens two neighbouring images, from the image `start` on.
 using PairOpener = std::function<std::unique_ptr<FrameSource>(int start)>;
 
@@ -24,7 +27,7 @@ enum class Footage {
 
 // By ten pairs of neighbours, spread over all, and what most of them have in common: ContinuityOf
 // below 0.38 of photographs, below 0.7 of a sparse video. kVideo where the images cannot be read or
-// show too little, and of fewer than three or more than 400.
+// show too little, and of fewer than three or more than kMostImagesPlacedTogether.
 Footage JudgeFootage(std::int64_t num_images, const PairOpener& open);
 
 }  // namespace mono3d
