@@ -124,6 +124,9 @@ RunOutcome ReconstructInto(OutputFolder& output, ReconstructArguments& arguments
       start_ms};
   const ReconstructResult result = MakeRun(run);
   failures.NoteIn(record);
+  if (record.are_photos || record.is_sparse_video) {
+    arguments.pipeline.fusion.registration.moves = false;  // as it was; in run.json too
+  }
   if (arguments.live) record.live_input = arguments.live->Report();
   record.stages = times.Snapshot();
   record.wall_s = earlier.wall_s + 1e-3 * (WallClockMs() - start_ms);

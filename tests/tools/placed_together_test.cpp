@@ -76,6 +76,7 @@ TEST_F(PlacedTogether, AreAllInTheModelWhereTrackingBroke) {
   ASSERT_EQ(tracked.exit_status, 0) << tracked.errors;
   EXPECT_THAT(tracked.output, Not(HasSubstr("placed together")));
   EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), kNumBefore);
+  EXPECT_EQ(Record()["options"]["fusion.registration.moves"], true);
 
   const CommandResult result = Reconstruct();
   ASSERT_EQ(result.exit_status, 0) << result.errors;
@@ -84,6 +85,7 @@ TEST_F(PlacedTogether, AreAllInTheModelWhereTrackingBroke) {
   EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), kNumBefore + kNumBehind);
   EXPECT_EQ(Record()["sparse_video"], true);
   EXPECT_EQ(Record()["end"], "finished");
+  EXPECT_EQ(Record()["options"]["fusion.registration.moves"], false) << "of images placed together";
   EXPECT_GT(ReadPly(Run() / "model.ply").size(), 0U);
   for (const auto& entry : std::filesystem::directory_iterator(Run())) {
     EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("unfinished")));
