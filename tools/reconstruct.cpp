@@ -196,6 +196,8 @@ void PlaceTogether(ReconstructArguments& arguments, const std::shared_ptr<Device
         std::filesystem::remove_all(tracked.folder, ignored);
       }
       tracked = together;
+    } else if (StopRequested()) {
+      std::printf("stopped: the result of before stays\n");
     } else {
       std::printf("placed together, %zu images are in one map: the result of before stays\n",
                   together.outcome.num_in_model);
