@@ -75,6 +75,8 @@ TEST_F(PlacedTogether, AreAllInTheModelWhereTrackingBroke) {
   const CommandResult tracked = Reconstruct(" --video");
   ASSERT_EQ(tracked.exit_status, 0) << tracked.errors;
   EXPECT_THAT(tracked.output, Not(HasSubstr("placed together")));
+  EXPECT_THAT(tracked.output, HasSubstr("images without a pose 8, most frequent reason: "));
+  EXPECT_THAT(tracked.output, HasSubstr("too little of the scene seen so far was found again"));
   EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), kNumBefore);
   EXPECT_EQ(Record()["options"]["fusion.registration.moves"], true);
 

@@ -41,7 +41,7 @@ constexpr std::array kKnownReasons = {
                 "more overlap; leave out what repeats itself, such as facades from too close"},
     KnownReason{"no third photo", "two photographs match, but no third one does",
                 "at least three photographs must show the same"},
-    KnownReason{"scene points found again",
+    KnownReason{"points found again",
                 "too little of the scene seen so far was found again: fast motion, blur, something "
                 "in the way, or images in the wrong order",
                 "take more images a second (a smaller --stride), or a shorter exposure"},

@@ -77,6 +77,13 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("%s without a pose %lld: %s\n", images, static_cast<long long>(times),
                 reason.c_str());
   }
+  constexpr double kFewTracked = 0.9;
+  if (!are_placed_together && !counts.untracked_frames.empty() &&
+      static_cast<double>(num_tracked) < kFewTracked * static_cast<double>(counts.num_frames)) {
+    std::printf("images without a pose %lld, most frequent reason: %s\n",
+                static_cast<long long>(counts.num_frames) - static_cast<long long>(num_tracked),
+                WithAdvice(MostFrequent(counts.untracked_frames)).c_str());
+  }
   if (result.maps.size() > 1 && are_placed_together) {
     std::printf("the %s make %zu maps that have nothing in common, the largest one is the model\n",
                 images, result.maps.size());
