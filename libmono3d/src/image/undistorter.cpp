@@ -162,14 +162,19 @@ bool LiesWithin(const cv::Mat& map, double max) {
   return cv::checkRange(map, true, nullptr, -kMaxOutside_px, max + kMaxOutside_px);
 }
 
-// Where the distortion folds back, a line of sight has two pixels.
+bool AreAllAbove0(const cv::Mat& steps) {
+  return cv::checkRange(steps, true, nullptr, std::numeric_limits<float>::min(),
+                        std::numeric_limits<float>::max());
+}
+
+// Where the distortion folds back, a line of sight has two pixels. A single column or row does not.
 bool Grows(const cv::Mat& map_x, const cv::Mat& map_y) {
-  const cv::Mat step_x = map_x.colRange(1, map_x.cols) - map_x.colRange(0, map_x.cols - 1);
-  const cv::Mat step_y = map_y.rowRange(1, map_y.rows) - map_y.rowRange(0, map_y.rows - 1);
-  const double smallest = std::numeric_limits<float>::min();
-  const double largest = std::numeric_limits<float>::max();
-  return cv::checkRange(step_x, true, nullptr, smallest, largest) &&
-         cv::checkRange(step_y, true, nullptr, smallest, largest);
+  if (map_x.cols > 1 &&
+      !AreAllAbove0(map_x.colRange(1, map_x.cols) - map_x.colRange(0, map_x.cols - 1))) {
+    return false;
+  }
+  return map_y.rows == 1 ||
+         AreAllAbove0(map_y.rowRange(1, map_y.rows) - map_y.rowRange(0, map_y.rows - 1));
 }
 
 }  // namespace

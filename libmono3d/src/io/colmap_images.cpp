@@ -31,7 +31,14 @@ Pose ParseColmapPose(const std::vector<std::string_view>& words, const std::stri
   const Eigen::Quaterniond rotation(v[0], v[1], v[2], v[3]);
   RequireUnitLength(rotation, where);
   const Pose T_cam_world(rotation, Eigen::Vector3d(v[4], v[5], v[6]));
-  return T_cam_world.Inverse();
+  const Pose T_world_cam = T_cam_world.Inverse();
+  if (!T_world_cam.translation().allFinite()) {
+    throw Error(ErrorParts{.what = "the camera of an image is too far away",
+                           .where = where,
+                           .expected = "a position below 1e300",
+                           .found = ToText(T_cam_world.translation().lpNorm<Eigen::Infinity>())});
+  }
+  return T_world_cam;
 }
 
 // The line behind each image: triples X Y POINT3D_ID, or nothing.
