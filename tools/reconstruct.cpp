@@ -324,8 +324,10 @@ int main(int argc, char** argv) {
   tool.app().add_flag("--journal,!--no-journal", arguments.with_journal,
                       "keep the state of the run in journal/ of the output folder, every 4 s of "
                       "video, until the run is whole (default)");
-  tool.app().add_flag("--photos,!--video", arguments.photos,
-                      "the images are photographs in any order, or a video; else it is found out");
+  tool.app().add_flag(
+      "--photos,!--video", arguments.photos,
+      "the images are photographs in any order, or a video; else it is found out, and "
+      "up to 400 images that cannot be followed are placed together");
   tool.app().add_flag("--live", arguments.pipeline.is_live,
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted; a camera "
