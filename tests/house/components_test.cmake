@@ -11,7 +11,8 @@ set(faults)
 
 # install(<folder> <arguments of cmake --install>): sets <folder>_files, below STAGE_DIR/<folder>.
 function(install_to folder)
-  execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${STAGE_DIR}/${folder} ${ARGN}
+  # Without debugging symbols: the programs are installed twice, 600 MB each time with them.
+  execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${STAGE_DIR}/${folder} --strip ${ARGN}
     RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "cannot install ${folder}:\n${out}")
