@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/image_noise.h"
+#include "image/image_noise.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "depth/min_response.h"
 #include "mono3d/depth/depth_estimator.h"
 #include "reference/depth/dog_reference.h"
 

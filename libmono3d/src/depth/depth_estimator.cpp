@@ -15,11 +15,11 @@
 #include "depth/contradictions.h"
 #include "depth/grey_images.h"
 #include "depth/hierarchy.h"
-#include "depth/image_noise.h"
 #include "depth/inference.h"
 #include "depth/inference_tiles.h"
 #include "depth/kernels.h"
 #include "depth/map_storage.h"
+#include "depth/min_response.h"
 #include "depth/planar_regions.h"
 #include "depth/refiner.h"
 #include "depth/side_agreement.h"
@@ -28,6 +28,7 @@
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
 #include "gpu/recorder.h"
+#include "image/image_noise.h"
 
 namespace mono3d {
 namespace {

@@ -5,8 +5,6 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "mono3d/depth/depth_estimator.h"
-
 namespace mono3d {
 
 // Standard deviations of the noise of an image in grey levels, from a kernel that is zero on planes
@@ -19,9 +17,5 @@ struct ImageNoise {
 
 // `grey` is CV_8UC1.
 ImageNoise MeasureNoise(const cv::Mat& grey);
-
-// The mean DoG response above which a window has texture: options.min_response for images with a
-// noise of one grey level or less, and in proportion to the noise between one and five grey levels.
-double MinResponse(const DogOptions& options, const ImageNoise& noise);
 
 }  // namespace mono3d

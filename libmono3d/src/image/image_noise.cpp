@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "depth/image_noise.h"
+#include "image/image_noise.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +21,6 @@ constexpr double kMedianOfNormal = 0.6745;
 constexpr double kMeanOfNormal = 0.7979;  // sqrt(2 / pi)
 constexpr int kBlock_px = 16;             // the mean of 16x16 values has an error of 5 %
 constexpr double kFlatShare = 0.05;
-// Grey levels. Cameras have less; what measures as more is fine texture all over the image.
-constexpr double kMaxNoise = 5;
 
 double MedianMagnitude(const cv::Mat& response) {
   std::vector<double> magnitudes;
@@ -54,10 +52,6 @@ ImageNoise MeasureNoise(const cv::Mat& grey) {
   cv::filter2D(grey, response, CV_16S, kernel);
   return {std::max(MedianMagnitude(response) / (kMedianOfNormal * kGain), kRounding),
           std::max(FlatMagnitude(response) / (kMeanOfNormal * kGain), kRounding)};
-}
-
-double MinResponse(const DogOptions& options, const ImageNoise& noise) {
-  return options.min_response * std::clamp(noise.flat, 1.0, kMaxNoise);
 }
 
 }  // namespace mono3d
