@@ -125,6 +125,32 @@ TEST(PhotoFeatures, AreWhereTheStructuresAre) {
   }
 }
 
+// At a seventh of the light, with the noise that comes with it.
+TEST(PhotoFeatures, OfADarkPictureAreThoseOfTheBrightOne) {
+  const cv::Mat& bright = Houses().frames[0].bgr;
+  cv::Mat noise(bright.size(), CV_32FC3);
+  cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 0.6);
+  cv::Mat dark;
+  bright.convertTo(dark, CV_32FC3, 1. / 7);
+  dark += noise;
+  dark.convertTo(dark, CV_8UC3);
+  const PhotoFeatures of_bright = ExtractPhotoFeatures(bright, 1000, 1000);
+  const PhotoFeatures of_dark = ExtractPhotoFeatures(dark, 1000, 1000);
+  const auto matches = MatchPhotoFeatures(of_bright, of_dark, 1000);
+  EXPECT_GT(static_cast<double>(matches.size()), 0.6 * static_cast<double>(of_bright.size()))
+      << of_bright.size() << ", " << of_dark.size() << " in the dark";
+}
+
+TEST(PhotoFeatures, AreNotMadeOfNoise) {
+  for (const double sigma : {0.3, 1.0, 3.0}) {
+    cv::Mat noise(200, 300, CV_32FC3, cv::Scalar::all(20));
+    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 20, sigma);
+    cv::Mat bgr;
+    noise.convertTo(bgr, CV_8UC3);
+    EXPECT_LT(ExtractPhotoFeatures(bgr, 1000, 1000).size(), 10U) << sigma;
+  }
+}
+
 // Root mean square distance from the truth after alignment.
 double ErrorOfFrames(const Placed& placed, const Sequence& sequence) {
   std::vector<Eigen::Vector3d> found;

@@ -9,6 +9,7 @@
 
 #include "image/state_archive.h"
 #include "mono3d/core/log.h"
+#include "tracking/held_scale.h"
 #include "tracking/map/depth_uncertainty.h"
 #include "tracking/map/map_checks.h"
 #include "tracking/optimisation/map_adjustment.h"
@@ -22,9 +23,6 @@ constexpr double kMany = 0.1;
 constexpr double kFew = 0.1;
 // and beyond so many those of known depth are the minority, and no longer hold the scale alone.
 constexpr double kMost = 0.5;
-// Of the scale after a turn against that before it. With more, parts that see the same place from
-// before and after lie apart by more than the model's registration bridges.
-constexpr double kMaxScaleSigma = 0.05;
 
 // Of the points that a keyframe sees, the share that keyframes before `start` see as well.
 double ShareSeenBefore(const Map& map, KeyframeId keyframe, KeyframeId start) {
@@ -36,13 +34,6 @@ double ShareSeenBefore(const Map& map, KeyframeId keyframe, KeyframeId start) {
     num_before += map.point(*point).observations.front().keyframe < start ? 1 : 0;
   }
   return num_points > 0 ? static_cast<double>(num_before) / num_points : 0;
-}
-
-std::string PercentText(double share) {
-  constexpr double kKnown = 1000;  // beyond, nothing is
-  if (!(share < kKnown)) return "unknown";
-  return std::to_string(std::lround(1000 * share) / 10) + "." +
-         std::to_string(std::lround(1000 * share) % 10) + " %";
 }
 
 }  // namespace

@@ -10,12 +10,20 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/clamped_int.h"
+#include "image/image_noise.h"
 
 namespace mono3d::tracking {
 namespace {
 
 // Half of the usual one: walls in the shade have corners too, and the best are kept of too many.
+// OpenCV's unit: a third of 255 grey levels.
 constexpr double kSiftContrast = 0.02;
+// An image that uses fewer grey levels than half of those that there are is taken as too dark, or
+// as hazy: its structures have less contrast by as much.
+constexpr double kUsualRange = 128;
+// White noise of one grey level has an extremum of more than this, 0.34 grey levels, at one of some
+// 10^5 pixels.
+constexpr double kContrastOfNoise = 0.004;
 // OpenCV's SIFT looks for features in the doubled image, and does not take into account that pixel
 // x of it is at x / 2 - 1 / 4.
 constexpr double kSiftShift_px = 0.25;
@@ -34,6 +42,20 @@ cv::Mat ShrunkGrey(const cv::Mat& bgr, int max_side_px) {
                       std::max(1, static_cast<int>(std::lround(scale * grey.rows)))),
              0, 0, cv::INTER_AREA);
   return small;
+}
+
+// Grey levels from the darkest to the brightest hundredth.
+double RangeOf(const cv::Mat& grey) {
+  cv::Mat sorted = grey.clone().reshape(1, 1);
+  cv::sort(sorted, sorted, cv::SORT_EVERY_ROW | cv::SORT_ASCENDING);
+  const int hundredth = sorted.cols / 100;
+  return sorted.at<std::uint8_t>(sorted.cols - 1 - hundredth) - sorted.at<std::uint8_t>(hundredth);
+}
+
+double ContrastOfFeatures(const cv::Mat& grey) {
+  const double of_range = kSiftContrast * std::min(1.0, RangeOf(grey) / kUsualRange);
+  const double of_noise = kContrastOfNoise * MeasureNoise(grey).flat;
+  return std::min(std::max(of_range, of_noise), kSiftContrast);
 }
 
 // The largest first; SIFT's own order where they are alike.
@@ -69,7 +91,7 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
   const cv::Mat grey = ShrunkGrey(bgr, max_side_px);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  cv::SIFT::create(num_features, 3, kSiftContrast)
+  cv::SIFT::create(num_features, 3, ContrastOfFeatures(grey))
       ->detectAndCompute(grey, cv::noArray(), keypoints, descriptors);
   PhotoFeatures features;
   if (keypoints.empty()) return features;

@@ -29,7 +29,8 @@ struct PhotoFeatures {
 };
 
 // SIFT (Lowe 2004), about `num_features` of it, with the Hellinger kernel (Arandjelovic and
-// Zisserman 2012), on an image whose longer side has no more than `max_side_px` pixels.
+// Zisserman 2012), on an image whose longer side has no more than `max_side_px` pixels. A dark
+// image has those of a bright one, as far as noise allows.
 PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max_side_px);
 // Of the frame's content, with the pixels of the whole frame.
 PhotoFeatures ExtractPhotoFeatures(const Frame& frame, int num_features, int max_side_px);

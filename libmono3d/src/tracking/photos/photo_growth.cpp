@@ -16,9 +16,6 @@
 namespace mono3d::tracking {
 namespace {
 
-// While photos come: the next adjustment moves all again.
-constexpr double kGrowingMinGain = 1e-3;
-constexpr double kFinalMinGain = 1e-5;
 // Photos that are placed before the next adjustment: an equal share of those that were there, and
 // of the candidates those that show nearly as much as the best.
 constexpr double kMaxNewShare = 0.25;
@@ -146,13 +143,18 @@ class PhotoGrowth {
     scene_.Normalise(start.a);
     Settle(kGrowingMinGain);
     while (PlaceNext()) Settle(kGrowingMinGain);
+    Finish();
+    return static_cast<int>(scene_.posed().size());
+  }
+
+  void Finish() {
+    failed_at_.assign(scene_.num_photos(), 0);
     Complete();
     if (has_shutter_) {
       if (FollowShutters()) Complete();
     } else if (!times_.empty()) {
       scene_.FollowShutters(times_);  // moves nothing, but who calibrates asks how they moved
     }
-    return static_cast<int>(scene_.posed().size());
   }
 
  private:
@@ -279,6 +281,11 @@ int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
   scene.Clear();
   if (!starts.empty()) reason = "no third photo shows what two others show";
   return 0;
+}
+
+void CompletePhotoMap(PhotoScene& scene, const std::vector<char>& is_free,
+                      std::span<const PhotoTime> times, const PhotoMapperOptions& options) {
+  PhotoGrowth(scene, is_free, times, options).Finish();
 }
 
 }  // namespace mono3d::tracking

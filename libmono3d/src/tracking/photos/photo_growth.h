@@ -19,4 +19,14 @@ int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
                  const std::vector<char>& is_free, std::span<const PhotoTime> times,
                  const PhotoMapperOptions& options, std::string& reason);
 
+// Goes on with what `scene` holds: adjusts it, takes photos out that do not fit and places free
+// ones that do.
+void CompletePhotoMap(PhotoScene& scene, const std::vector<char>& is_free,
+                      std::span<const PhotoTime> times, const PhotoMapperOptions& options);
+
+// Poses and points are adjusted: while photos come, since the next adjustment moves all again; in
+// the end.
+inline constexpr double kGrowingMinGain = 1e-3;
+inline constexpr double kFinalMinGain = 1e-5;
+
 }  // namespace mono3d::tracking

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tracking/photos/photo_growth.h"
+#include "tracking/photos/photo_joining.h"
 #include "tracking/photos/photo_scene.h"
 #include "tracking/reason.h"
 
@@ -126,10 +127,16 @@ PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<
   scene.SetTolerance(tolerance);
   std::vector<char> is_free(photos.size(), 1);
   std::string reason;
+  std::vector<PlacedScene> placed;
   while (GrowPhotoMap(scene, pairs, is_free, times, options, reason) > 0) {
+    placed.push_back(scene.Placed());
+    for (const std::size_t photo : scene.posed()) is_free[photo] = 0;
+  }
+  JoinPhotoMaps(scene, placed, is_free, times, options);
+  for (const PlacedScene& map : placed) {
+    scene.Place(map);
     scene.Normalise(scene.posed().front());
     result.maps.push_back(ToPhotoMap(scene));
-    for (const std::size_t photo : scene.posed()) is_free[photo] = 0;
   }
   std::ranges::stable_sort(result.maps, [](const PhotoMap& l, const PhotoMap& r) {
     return l.photos.size() > r.photos.size();

@@ -27,8 +27,6 @@ constexpr double kMaxP3pErrorShare = 0.005;
 // Of the points that a photo should show, so many agree with its pose by chance.
 constexpr double kMinP3pShare = 0.2;
 
-double MaxP3pError_px(const CameraModel& camera) { return kMaxP3pErrorShare * camera.width; }
-
 cv::UsacParams P3pParams(double threshold_px, int seed) {
   cv::UsacParams params;
   params.confidence = 0.9999;
@@ -46,7 +44,8 @@ cv::UsacParams P3pParams(double threshold_px, int seed) {
 
 // Nothing where too few agree on one.
 std::optional<Pose> SolveP3p(const CameraModel& camera,
-                             const std::vector<PointMeasurement>& measurements, int seed) {
+                             const std::vector<PointMeasurement>& measurements, double max_error_px,
+                             int seed) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const PointMeasurement& measurement : measurements) {
@@ -59,7 +58,7 @@ std::optional<Pose> SolveP3p(const CameraModel& camera,
   cv::Mat translation;
   cv::Mat inliers;
   const bool is_found = cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation, translation,
-                                           inliers, P3pParams(MaxP3pError_px(camera), seed));
+                                           inliers, P3pParams(max_error_px, seed));
   if (!is_found || rotation.total() != 3 || translation.total() != 3) return std::nullopt;
   Eigen::Vector3d omega;
   Eigen::Vector3d t;
@@ -87,6 +86,40 @@ PhotoScene::PhotoScene(const CameraModel& camera, const std::vector<PhotoFeature
     for (std::size_t i = 0; i < observations.size(); ++i) {
       seen_[observations[i].photo].push_back({track, i});
     }
+  }
+}
+
+double PhotoScene::MaxPoseError_px() const { return kMaxP3pErrorShare * camera_.width; }
+
+void PlacedScene::Transform(const Similarity& S_new_world) {
+  for (Photo& photo : photos) {
+    photo.T_cam_world = (S_new_world * photo.T_cam_world.Inverse()).Inverse();
+    photo.shutter.Rescale(S_new_world.scale());
+  }
+  for (Point& point : points) point.p_world = S_new_world * point.p_world;
+}
+
+PlacedScene PhotoScene::Placed() const {
+  PlacedScene placed;
+  for (const std::size_t photo : posed_) {
+    placed.photos.push_back({photo, *T_cam_world_[photo], shutters_[photo], moved_[photo]});
+  }
+  for (std::size_t track = 0; track < tracks_.size(); ++track) {
+    if (tracks_[track].p_world) placed.points.push_back({track, *tracks_[track].p_world});
+  }
+  return placed;
+}
+
+void PhotoScene::Place(const PlacedScene& placed) {
+  Clear();
+  for (const PlacedScene::Photo& photo : placed.photos) {
+    SetPose(photo.photo, photo.T_cam_world);
+    shutters_[photo.photo] = photo.shutter;
+    moved_[photo.photo] = photo.moved;
+  }
+  for (const PlacedScene::Point& point : placed.points) {
+    tracks_[point.track].p_world = point.p_world;
+    MarkFitting(tracks_[point.track]);
   }
 }
 
@@ -189,7 +222,7 @@ std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int
   if (static_cast<int>(measurements.size()) < std::max(min_inliers, kMinPoseInliers)) {
     return std::nullopt;
   }
-  const std::optional<Pose> start = SolveP3p(camera_, measurements, seed);
+  const std::optional<Pose> start = SolveP3p(camera_, measurements, MaxPoseError_px(), seed);
   if (!start) return std::nullopt;
   // Of those alone that agree with it. Where a building repeats itself, a fifth of the points is
   // off by a window or two, all alike, and together they would pull the pose away from the others.
@@ -198,7 +231,7 @@ std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int
     const Eigen::Vector3d p_cam = *start * measurement.p_world;
     if (p_cam.z() <= 0) continue;
     const double error_px = (camera_.Project(p_cam) - measurement.pixel).norm();
-    if (error_px <= MaxP3pError_px(camera_)) near.push_back(measurement);
+    if (error_px <= MaxPoseError_px()) near.push_back(measurement);
   }
   const PoseEstimate estimate = OptimisePose(camera_, *start, near);
   if (estimate.num_inliers < min_inliers ||

@@ -12,6 +12,7 @@
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/rolling_shutter.h"
+#include "mono3d/geometry/similarity.h"
 #include "tracking/photos/photo_tracks.h"
 
 namespace mono3d::tracking {
@@ -20,6 +21,25 @@ namespace mono3d::tracking {
 struct PhotoTime {
   double timestamp_s = 0;
   CameraModel sensor;  // as Frame has it
+};
+
+// Poses and points that a scene has found, to be taken up again.
+struct PlacedScene {
+  struct Photo {
+    std::size_t photo = 0;
+    Pose T_cam_world;
+    ShutterMotion shutter;
+    std::vector<Eigen::Vector2d> moved;  // see PhotoScene::moved_
+  };
+  struct Point {
+    std::size_t track = 0;
+    Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  };
+  std::vector<Photo> photos;  // in the order in which they got their poses
+  std::vector<Point> points;
+
+  // The same after a change of the world's frame and unit: S_new_world.
+  void Transform(const Similarity& S_new_world);
 };
 
 // Photos, what they show of each other, and what is known so far of where both are. All pixels are
@@ -43,11 +63,22 @@ class PhotoScene {
     return (moved.empty() ? photos_[observation.photo].pixels : moved)[observation.feature];
   }
 
+  // Standard deviation of a feature, in x and in y.
+  double Sigma_px(const PhotoObservation& observation) const {
+    return tolerance_ * photos_[observation.photo].sigma_px[observation.feature];
+  }
+
   // Forgets all poses and points.
   void Clear();
+  PlacedScene Placed() const;
+  // In place of what there is.
+  void Place(const PlacedScene& placed);
   // Multiplies the standard deviations of all features: poses and a camera that are not right yet
   // make larger errors than the features.
   void SetTolerance(double tolerance) { tolerance_ = tolerance; }
+  double tolerance() const { return tolerance_; }
+  // Errors of a pose that was found by P3P, px: those of a camera that is not known exactly.
+  double MaxPoseError_px() const;
   void SetPose(std::size_t photo, const Pose& T_cam_world);
   // Takes how each photo with a pose moved from the photos with a pose that were taken before and
   // after it, and where it shows its points from the middle line of its shutter. `times`: of each
@@ -83,9 +114,6 @@ class PhotoScene {
 
   const PhotoObservation& At(const Seen& seen) const {
     return tracks_[seen.track].observations[seen.observation];
-  }
-  double Sigma_px(const PhotoObservation& observation) const {
-    return tolerance_ * photos_[observation.photo].sigma_px[observation.feature];
   }
   bool Fits(const PhotoObservation& observation, const Eigen::Vector3d& p_world) const;
   // Marks the observations; false, and no point, where they are too few or see it from one place.
