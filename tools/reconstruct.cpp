@@ -182,10 +182,17 @@ MadeRun MakeRunInFolder(ReconstructArguments& arguments, const std::shared_ptr<D
 // it; what goes wrong in it costs nothing of the result that is there.
 void PlaceTogether(ReconstructArguments& arguments, const std::shared_ptr<Device>& device,
                    const CameraModel& camera, const std::optional<GroundControl>& control,
-                   const RunRecord& record, MadeRun& tracked) {
-  std::printf("%s\n", PlacedTogetherLine(tracked.outcome).c_str());
+                   RunRecord record, MadeRun& tracked) {
+  const int stride = StrideOfPlacing(arguments, tracked.outcome);
+  std::printf("%s\n", PlacedTogetherLine(tracked.outcome, stride).c_str());
   std::fflush(stdout);
   arguments.footage = Footage::kSparseVideo;
+  if (stride > 1) {
+    FrameSourceOptions& source = arguments.source;
+    source.stride *= stride;
+    source.max_frames = (source.max_frames + stride - 1) / stride;
+    record.options = ListAll(arguments);
+  }
   arguments.resumes = false;
   try {
     const MadeRun together =

@@ -47,12 +47,16 @@ class PlacedTogether : public testing::Test {
   std::filesystem::path Images() const { return folder_ / "images"; }
   std::filesystem::path Run() const { return folder_ / "run"; }
 
-  void Copy(int from, int to) {
+  // Each so many times, as a camera takes images that hardly moves.
+  void Copy(int from, int to, int times = 1) {
     const std::vector<std::string> images = ListImages(kShippedFlight);
     for (int i = 0; i < static_cast<int>(images.size()); i += kEach) {
       if (i < from || i > to) continue;
       const std::filesystem::path image = images[static_cast<std::size_t>(i)];
-      std::filesystem::copy_file(image, Images() / image.filename());
+      for (int k = 0; k < times; ++k) {
+        std::filesystem::copy_file(image, Images() / (image.stem().string() + std::to_string(k) +
+                                                      image.extension().string()));
+      }
     }
   }
 
@@ -92,6 +96,21 @@ TEST_F(PlacedTogether, AreAllInTheModelWhereTrackingBroke) {
   for (const auto& entry : std::filesystem::directory_iterator(Run())) {
     EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("unfinished")));
   }
+}
+
+TEST_F(PlacedTogether, AreSomeOfManyThatShowNothingNew) {
+  constexpr std::size_t kTimes = 8;
+  Copy(0, kGapFrom, kTimes);
+  Copy(kGapTo, kGapTo + 3 * kEach, kTimes);
+  const CommandResult result = Reconstruct();
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  const std::size_t stride = Record()["options"]["stride"];
+  EXPECT_GE(stride, 2U);
+  EXPECT_LE(stride, kTimes / 2);
+  EXPECT_THAT(result.output, HasSubstr("images could be followed from one to the next: one of " +
+                                       std::to_string(stride) + " is placed together now"));
+  const std::size_t num_images = kTimes * (kNumBefore + 3);
+  EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), (num_images + stride - 1) / stride);
 }
 
 TEST_F(PlacedTogether, LeaveTheResultWhereTheyAreNoBetter) {

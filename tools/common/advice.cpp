@@ -17,6 +17,9 @@ struct KnownReason {
 };
 
 // The first one that fits is taken.
+// What the tracker says of each frame from there on.
+constexpr std::string_view kTrackLost = "points found again";
+
 constexpr std::array kKnownReasons = {
     KnownReason{"too little parallax: the motion is a rotation",
                 "the camera only turned, and did not move sideways",
@@ -41,7 +44,7 @@ constexpr std::array kKnownReasons = {
                 "more overlap; leave out what repeats itself, such as facades from too close"},
     KnownReason{"no third photo", "two photographs match, but no third one does",
                 "at least three photographs must show the same"},
-    KnownReason{"points found again",
+    KnownReason{kTrackLost,
                 "too little of the scene seen so far was found again: fast motion, blur, something "
                 "in the way, or images in the wrong order",
                 "take more images a second (a smaller --stride), or a shorter exposure"},
@@ -117,6 +120,12 @@ Advice AdviceOf(std::string_view reason) {
   });
   if (known == kKnownReasons.end()) return {};
   return {std::string(known->cause), std::string(known->remedy)};
+}
+
+bool WasTrackLost(const PipelineCounts& counts) {
+  return std::ranges::any_of(counts.untracked_frames, [](const auto& reason) {
+    return reason.first.find(kTrackLost) != std::string::npos;
+  });
 }
 
 std::vector<Advice> AllAdvice() {

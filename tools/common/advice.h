@@ -22,6 +22,10 @@ struct Advice {
 // nothing better than the reason can be said.
 Advice AdviceOf(std::string_view reason);
 
+// Did the scene go out of sight, so that tracking began anew? A map also ends without that, where a
+// turn on the spot leaves the scale open.
+bool WasTrackLost(const PipelineCounts& counts);
+
 // Of every reason that AdviceOf knows: the guide lists them.
 std::vector<Advice> AllAdvice();
 

@@ -88,7 +88,9 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("the %s make %zu maps that have nothing in common, the largest one is the model\n",
                 images, result.maps.size());
   } else if (result.maps.size() > 1) {
-    std::printf("tracking was lost and started again: %zu maps, the longest one is the model\n",
+    std::printf("%s: %zu maps, the longest one is the model\n",
+                WasTrackLost(counts) ? "tracking was lost and started again"
+                                     : "the scale did not come through a turn on the spot",
                 result.maps.size());
   }
   std::printf("time %.1f s (processor %.1f s), peak memory %lld MB\n", record.wall_s, record.cpu_s,

@@ -17,13 +17,19 @@ namespace mono3d::tools {
 struct RunOutcome {
   bool is_whole = false;  // it came to its end, with a model
   std::string why_no_model;
-  bool was_tracked = false;  // from one image to the next
+  bool was_tracked = false;     // from one image to the next
+  bool was_track_lost = false;  // on the way
   std::int64_t num_images = 0;
-  std::size_t num_in_model = 0;  // images with a pose in the map of the model
+  std::size_t num_in_model = 0;    // images with a pose in the map of the model
+  std::int64_t num_posed = 0;      // images with a pose in any map
+  double images_per_keyframe = 0;  // of those that were followed; 0: there is no keyframe
   double wall_s = 0;
 
+  // More of its images are in the model.
   bool IsBetterThan(const RunOutcome& other) const {
-    return is_whole && num_in_model > other.num_in_model;
+    return is_whole &&
+           static_cast<double>(num_in_model) * static_cast<double>(other.num_images) >
+               static_cast<double>(other.num_in_model) * static_cast<double>(num_images);
   }
 };
 
@@ -33,10 +39,16 @@ RunOutcome OutcomeOf(const Reconstruction& reconstruction, const RunRecord& reco
 // Images of a recording that could not be followed from one to the next, so that more than a tenth
 // of them is not in the model: matched with those that look most alike, whenever they were taken,
 // they may still make one. Not where they are too many for that, --video says that they are to be
-// followed, or the run goes on in an earlier map.
+// followed, or the run goes on in an earlier map; nor where all were followed, and are in several
+// maps because the camera turned on the spot: nobody would say that their common scale is a guess.
 bool MayBePlacedTogether(const ReconstructArguments& arguments, const RunOutcome& tracked);
 
+// Which images are placed: every one, or, of the images of a video that show next to nothing new,
+// every so many. Neighbours in time look most alike, and images that are matched with such alone
+// leave no map: there are two for each keyframe that following them has made.
+int StrideOfPlacing(const ReconstructArguments& arguments, const RunOutcome& tracked);
+
 // What is done then, and why.
-std::string PlacedTogetherLine(const RunOutcome& tracked);
+std::string PlacedTogetherLine(const RunOutcome& tracked, int stride);
 
 }  // namespace mono3d::tools
