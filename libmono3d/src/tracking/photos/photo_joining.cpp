@@ -45,11 +45,41 @@ struct MapLookUp {
 // Where a photo of one map shows a point of the other.
 struct CrossSight {
   Eigen::Vector3d p_other;
+  Eigen::Matrix3d covariance;  // of the point, in su squared of its own map
   const Pose* T_cam_world;
   Eigen::Vector2d pixel;
   double sigma_px;
   bool is_of_added;  // the point
 };
+
+// px per su, of a camera without distortion.
+Eigen::Matrix<double, 2, 3> ProjectionJacobian(const CameraModel& camera,
+                                               const Eigen::Vector3d& p_cam) {
+  const double inverse_z = 1 / p_cam.z();
+  Eigen::Matrix<double, 2, 3> jacobian;
+  jacobian << camera.fx * inverse_z, 0, -camera.fx * p_cam.x() * inverse_z * inverse_z,  //
+      0, camera.fy * inverse_z, -camera.fy * p_cam.y() * inverse_z * inverse_z;
+  return jacobian;
+}
+
+// Of a point by the photos of its map that agree on it, poses as they are.
+Eigen::Matrix3d CovarianceOf(const PhotoScene& scene, const PhotoTrack& track, const MapLookUp& map,
+                             const Eigen::Vector3d& p_world) {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const PhotoObservation& seen : track.observations) {
+    const std::optional<Pose>& T_cam_world = map.T_cam_world[seen.photo];
+    if (!T_cam_world) continue;
+    const Eigen::Vector3d p_cam = *T_cam_world * p_world;
+    if (!(p_cam.z() > 0)) continue;
+    const double sigma_px = scene.Sigma_px(seen);
+    const double error_px = (scene.camera().Project(p_cam) - scene.Pixel(seen)).norm();
+    if (error_px > std::sqrt(kChi2TwoDof) * sigma_px) continue;
+    const Eigen::Matrix<double, 2, 3> jacobian =
+        ProjectionJacobian(scene.camera(), p_cam) * T_cam_world->rotation().toRotationMatrix();
+    information += jacobian.transpose() * jacobian / (sigma_px * sigma_px);
+  }
+  return information.inverse();
+}
 
 // What two maps know of each other, in the order of the tracks.
 class CommonGround {
@@ -64,10 +94,13 @@ class CommonGround {
       for (const PhotoObservation& seen : scene.tracks()[i].observations) {
         const std::optional<Pose>& T_cam_map = map.T_cam_world[seen.photo];
         const std::optional<Pose>& T_cam_added = added.T_cam_world[seen.photo];
-        if (T_cam_map && p_added)
-          sights.push_back({*p_added, &*T_cam_map, scene.Pixel(seen), scene.Sigma_px(seen), true});
+        if (T_cam_map && p_added) {
+          sights.push_back({*p_added, CovarianceOf(scene, scene.tracks()[i], added, *p_added),
+                            &*T_cam_map, scene.Pixel(seen), scene.Sigma_px(seen), true});
+        }
         if (T_cam_added && p_map) {
-          sights.push_back({*p_map, &*T_cam_added, scene.Pixel(seen), scene.Sigma_px(seen), false});
+          sights.push_back({*p_map, CovarianceOf(scene, scene.tracks()[i], map, *p_map),
+                            &*T_cam_added, scene.Pixel(seen), scene.Sigma_px(seen), false});
         }
       }
       if (sights.empty()) continue;
@@ -116,6 +149,19 @@ class CommonGround {
       }
     }
     return near;
+  }
+
+  // Inverse covariance of that error: of the pixel, and of the point along its ray.
+  Eigen::Matrix2d Weight(const CrossSight& sight, const Similarity& S_map_added,
+                         const Similarity& S_added_map) const {
+    const Similarity& S = sight.is_of_added ? S_map_added : S_added_map;
+    const Eigen::Matrix<double, 2, 3> projected =
+        S.scale() * ProjectionJacobian(camera_, *sight.T_cam_world * (S * sight.p_other)) *
+        (sight.T_cam_world->rotation() * S.pose().rotation()).toRotationMatrix();
+    const Eigen::Matrix2d covariance =
+        projected * sight.covariance * projected.transpose() +
+        sight.sigma_px * sight.sigma_px * Eigen::Matrix2d::Identity();
+    return covariance.inverse();
   }
 
   // Nothing where the point is behind the camera.
@@ -267,10 +313,10 @@ class SimilarityFit {
         if (!plus || !minus) return false;
         jacobian.col(i) = (*plus - *minus) / (2 * kDifference);
       }
-      const double weight = 1 / (sight.sigma_px * sight.sigma_px);
-      information_ += weight * jacobian.transpose() * jacobian;
-      gradient_ += weight * jacobian.transpose() * *residual;
-      chi2_ += weight * residual->squaredNorm();
+      const Eigen::Matrix2d weight = common_.Weight(sight, changed[0], inverse[0]);
+      information_ += jacobian.transpose() * weight * jacobian;
+      gradient_ += jacobian.transpose() * weight * *residual;
+      chi2_ += residual->dot(weight * *residual);
     }
     return true;
   }
