@@ -16,10 +16,10 @@ struct KnownReason {
   std::string_view remedy;
 };
 
-// The first one that fits is taken.
-// What the tracker says of each frame from there on.
+// What the tracker says of each frame for as long as its track is lost.
 constexpr std::string_view kTrackLost = "points found again";
 
+// The first one that fits is taken.
 constexpr std::array kKnownReasons = {
     KnownReason{"too little parallax: the motion is a rotation",
                 "the camera only turned, and did not move sideways",

@@ -25,10 +25,10 @@ namespace {
 // Of the tracks in which one map shows points of the other, so many agree with a wrong similarity
 // by chance: that of P3P.
 constexpr double kMinJoinShare = 0.2;
-// Photos of the larger map with a pose in the other that make hypotheses in pairs.
+// Photos of the larger map with a pose in the other that make hypotheses.
 constexpr std::size_t kMaxCommonPhotos = 16;
 constexpr int kNumPointSamples = 1000;
-// Of the photos of the smaller map that a join may lose: the joint adjustment may find one wrong.
+// Of the photos of either map that a join may lose: the joint adjustment may find one wrong.
 constexpr double kMaxLostShare = 0.1;
 
 // The world of one map, by tracks and photos.
@@ -151,7 +151,7 @@ class CommonGround {
     return near;
   }
 
-  // Inverse covariance of that error: of the pixel, and of the point along its ray.
+  // Inverse covariance of Error_px: of the pixel and of the point.
   Eigen::Matrix2d Weight(const CrossSight& sight, const Similarity& S_map_added,
                          const Similarity& S_added_map) const {
     const Similarity& S = sight.is_of_added ? S_map_added : S_added_map;
@@ -239,9 +239,9 @@ struct FittedSimilarity {
   double scale_sigma = 0;  // relative standard deviation; infinite where nothing tells the scale
 };
 
-// Gauss-Newton over rotation, translation and scale, by what the pixels say; the points are taken
-// as they are. Changes are about the middle of the points, so that they depend little on each
-// other.
+// Gauss-Newton over rotation, translation and scale, by what the pixels say and how well each map
+// knows its points; the shape of each map is taken as it is. Changes are about the middle of the
+// points, so that they depend little on each other.
 class SimilarityFit {
  public:
   SimilarityFit(const CommonGround& common, const Similarity& start)
