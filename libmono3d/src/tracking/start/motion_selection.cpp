@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "tracking/alignment/patch_alignment.h"
@@ -14,6 +13,7 @@
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/pose_optimisation.h"
+#include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -204,26 +204,6 @@ Adjusted Adjust(BundleAdjustmentProblem problem, const std::vector<CommonPoint>&
     adjusted.start.p_a.push_back(p_a);
   }
   return adjusted;
-}
-
-double Sum(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0);
-}
-
-// Is one model better than another beyond chance? The difference of their errors is a sum over
-// independent points, so its standard deviation is known from their scatter (Vuong 1989).
-bool IsClearlyBetter(const std::vector<double>& better, const std::vector<double>& worse) {
-  constexpr double kMinSigmas = 3.5;  // by chance one time in 4000
-  // Errors that are no noise, as of the calibration, may favour a wrong motion by a little.
-  constexpr double kMaxCostShare = 0.9;
-  if (!(Sum(better) < kMaxCostShare * Sum(worse))) return false;
-  const auto count = static_cast<double>(better.size());
-  const double mean = (Sum(worse) - Sum(better)) / count;
-  double variance = 0;
-  for (std::size_t i = 0; i < better.size(); ++i) {
-    variance += std::pow(worse[i] - better[i] - mean, 2) / count;
-  }
-  return mean * std::sqrt(count) > kMinSigmas * std::sqrt(variance);
 }
 
 // Where the motion is along the normal of the plane the two motions are one, and the adjustment

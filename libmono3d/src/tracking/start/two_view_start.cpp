@@ -6,8 +6,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iomanip>
 #include <numbers>
+#include <span>
 #include <sstream>
 
 #include "mono3d/geometry/fundamental.h"
@@ -15,6 +17,7 @@
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/geometry/two_view_ransac.h"
 #include "tracking/reason.h"
+#include "tracking/start/essential_fitting.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -23,8 +26,8 @@ namespace {
 constexpr double kPlanarShare = 0.45;
 // A motion wins if no other one has more than this share of its points.
 constexpr double kClearPointsShare = 0.75;
-// px^2: twice the standard deviation of a key point.
-constexpr double kMaxSquaredError = 4;
+constexpr double kCornerSigma_px = 1;
+constexpr double kMaxSquaredError = 4 * kCornerSigma_px * kCornerSigma_px;
 
 struct StartCandidate {
   TwoViewStart start;
@@ -36,21 +39,6 @@ std::string TooLittleParallax(double found_deg, double needed_deg) {
   text << std::setprecision(2) << "too little parallax: " << found_deg << " degrees, " << needed_deg
        << " needed";
   return text.str();
-}
-
-std::vector<Pose> Motions(const TwoViewModel& model, bool is_planar, const CameraModel& camera) {
-  const Eigen::Matrix3d K = camera.Matrix();
-  std::vector<Pose> motions;
-  if (is_planar) {
-    for (const PlaneMotion& motion : DecomposeHomography(K.inverse() * model.matrix * K)) {
-      motions.push_back(motion.T_b_a);
-    }
-  } else {
-    for (const Pose& motion : DecomposeEssential(K.transpose() * model.matrix * K)) {
-      motions.push_back(motion);
-    }
-  }
-  return motions;
 }
 
 // Triangulates the inliers under one motion and keeps those that fit.
@@ -89,30 +77,92 @@ struct Shared {
   int num_explained = 0;  // pairs, by the model that explains most
 };
 
-// The motions that one model leaves open.
-StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
+// Those of the four motions of an essential matrix that have the points before both cameras.
+std::vector<StartCandidate> MotionsInFront(const Eigen::Matrix3d& essential, const Shared& shared,
+                                           const TwoViewModel& model) {
   std::vector<StartCandidate> candidates;
-  for (const Pose& T_b_a : Motions(model, is_planar, shared.camera)) {
+  for (const Pose& T_b_a : DecomposeEssential(essential)) {
     candidates.push_back(Test(T_b_a, shared.pairs, shared.matches, model, shared.camera));
   }
-  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
-    return l.start.p_a.size() > r.start.p_a.size();
+  std::ranges::stable_sort(candidates, std::ranges::greater(), [](const StartCandidate& candidate) {
+    return candidate.start.p_a.size();
   });
-  const StartCandidate& best = candidates[0];
-  const auto num_points = static_cast<int>(best.start.p_a.size());
+  const double least = kClearPointsShare * static_cast<double>(candidates.front().start.p_a.size());
+  std::erase_if(candidates, [&](const StartCandidate& candidate) {
+    return static_cast<double>(candidate.start.p_a.size()) < least;
+  });
+  return candidates;
+}
+
+std::size_t NumPoints(const StartCandidate& candidate) { return candidate.start.p_a.size(); }
+
+// The motions that a homography leaves open.
+std::vector<StartCandidate> MotionsOverPlane(const Shared& shared, const TwoViewModel& model) {
+  const Eigen::Matrix3d K = shared.camera.Matrix();
+  std::vector<StartCandidate> candidates;
+  for (const PlaneMotion& motion : DecomposeHomography(K.inverse() * model.matrix * K)) {
+    candidates.push_back(Test(motion.T_b_a, shared.pairs, shared.matches, model, shared.camera));
+  }
+  std::ranges::stable_sort(candidates, std::ranges::greater(), NumPoints);
+  return candidates;
+}
+
+// The motions that the inliers of a fundamental matrix leave open, the best first.
+std::vector<StartCandidate> MotionsOverRelief(const Shared& shared, const TwoViewModel& model) {
+  const Eigen::Matrix3d K = shared.camera.Matrix();
+  // All four have the same epipolar lines.
+  const Pose guess = DecomposeEssential(K.transpose() * model.matrix * K).front();
+  std::vector<PointPair> inliers;
+  for (std::size_t i = 0; i < shared.pairs.size(); ++i) {
+    if (model.is_inlier[i] != 0) inliers.push_back(shared.pairs[i]);
+  }
+  std::vector<StartCandidate> candidates;
+  for (const EpipolarFit& fit :
+       FitEssentials(std::span(&guess, 1), inliers, shared.camera, kCornerSigma_px)) {
+    for (StartCandidate& candidate : MotionsInFront(fit.essential, shared, model)) {
+      candidates.push_back(std::move(candidate));
+    }
+  }
+  return candidates;
+}
+
+StartAttempt FromCandidates(const Shared& shared, std::vector<StartCandidate> candidates,
+                            bool is_planar) {
+  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
+  const std::size_t most = NumPoints(*std::ranges::max_element(candidates, {}, NumPoints));
   const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
-  if (num_points < needed) return {{}, NeededText(num_points, "points triangulated", needed)};
-  if (best.parallax_deg < shared.options.min_parallax_deg) {
-    return {{}, TooLittleParallax(best.parallax_deg, shared.options.min_parallax_deg), num_points};
+  if (static_cast<int>(most) < needed) {
+    return {{}, NeededText(static_cast<int>(most), "points triangulated", needed)};
+  }
+  // Far points without parallax lie behind the cameras by chance, so where there is relief the
+  // right motion may have fewer points than a wrong one.
+  const double least =
+      is_planar ? kClearPointsShare * static_cast<double>(most) : static_cast<double>(needed);
+  std::erase_if(candidates, [&](const StartCandidate& candidate) {
+    return static_cast<double>(NumPoints(candidate)) < least;
+  });
+  // One that explains the pairs without parallax may be right.
+  const StartCandidate& nearest =
+      is_planar ? candidates.front()
+                : *std::ranges::min_element(candidates, {}, &StartCandidate::parallax_deg);
+  if (nearest.parallax_deg < shared.options.min_parallax_deg) {
+    return {{},
+            TooLittleParallax(nearest.parallax_deg, shared.options.min_parallax_deg),
+            static_cast<int>(NumPoints(nearest))};
   }
   StartAttempt attempt;
   for (StartCandidate& candidate : candidates) {
-    if (static_cast<double>(candidate.start.p_a.size()) < kClearPointsShare * num_points) break;
     candidate.start.is_planar = is_planar;
     attempt.candidates.push_back(std::move(candidate.start));
   }
   return attempt;
+}
+
+// The motions that one model leaves open.
+StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
+  return FromCandidates(
+      shared, is_planar ? MotionsOverPlane(shared, model) : MotionsOverRelief(shared, model),
+      is_planar);
 }
 
 }  // namespace
