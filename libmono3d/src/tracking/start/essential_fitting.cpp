@@ -73,7 +73,7 @@ Eigen::ArrayXd Losses(const Eigen::VectorXd& distances) {
 // The least loss that is reached from `motion` downhill (Levenberg-Marquardt).
 Motion Descend(Motion motion, const std::vector<Rays>& rays, double sigma) {
   constexpr int kMaxSteps = 30;
-  constexpr double kMinGain = 1e-4;  // of the loss: no direction moves by a hundredth of its sigma
+  constexpr double kMinGain = 1e-4;  // of the loss: a step of .02 standard deviations
   constexpr double kDelta = 1e-6;    // rad, of the derivatives
   constexpr double kMaxDamping = 1e4;
   Eigen::VectorXd distances = SampsonDistances(motion, rays, sigma);

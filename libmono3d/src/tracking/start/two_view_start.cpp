@@ -27,6 +27,7 @@ constexpr double kPlanarShare = 0.45;
 // A motion wins if no other one has more than this share of its points.
 constexpr double kClearPointsShare = 0.75;
 constexpr double kCornerSigma_px = 1;
+// px^2: twice that.
 constexpr double kMaxSquaredError = 4 * kCornerSigma_px * kCornerSigma_px;
 
 struct StartCandidate {
@@ -77,6 +78,8 @@ struct Shared {
   int num_explained = 0;  // pairs, by the model that explains most
 };
 
+std::size_t NumPoints(const StartCandidate& candidate) { return candidate.start.p_a.size(); }
+
 // Those of the four motions of an essential matrix that have the points before both cameras.
 std::vector<StartCandidate> MotionsInFront(const Eigen::Matrix3d& essential, const Shared& shared,
                                            const TwoViewModel& model) {
@@ -84,17 +87,13 @@ std::vector<StartCandidate> MotionsInFront(const Eigen::Matrix3d& essential, con
   for (const Pose& T_b_a : DecomposeEssential(essential)) {
     candidates.push_back(Test(T_b_a, shared.pairs, shared.matches, model, shared.camera));
   }
-  std::ranges::stable_sort(candidates, std::ranges::greater(), [](const StartCandidate& candidate) {
-    return candidate.start.p_a.size();
-  });
-  const double least = kClearPointsShare * static_cast<double>(candidates.front().start.p_a.size());
+  std::ranges::stable_sort(candidates, std::ranges::greater(), NumPoints);
+  const double least = kClearPointsShare * static_cast<double>(NumPoints(candidates.front()));
   std::erase_if(candidates, [&](const StartCandidate& candidate) {
-    return static_cast<double>(candidate.start.p_a.size()) < least;
+    return static_cast<double>(NumPoints(candidate)) < least;
   });
   return candidates;
 }
-
-std::size_t NumPoints(const StartCandidate& candidate) { return candidate.start.p_a.size(); }
 
 // The motions that a homography leaves open.
 std::vector<StartCandidate> MotionsOverPlane(const Shared& shared, const TwoViewModel& model) {
