@@ -130,6 +130,10 @@ std::vector<Eigen::Vector3d> DirectionsAllAround() {
   return directions;
 }
 
+double SigmaOfRays(double sigma_px, const CameraModel& camera) {
+  return sigma_px / std::sqrt(camera.fx * camera.fy);
+}
+
 std::vector<Rays> RaysOf(std::span<const PointPair> pairs, const CameraModel& camera) {
   std::vector<Rays> rays;
   rays.reserve(pairs.size());
@@ -159,7 +163,7 @@ std::vector<EpipolarFit> FitEssentials(std::span<const Pose> guesses,
                                        std::span<const PointPair> pairs, const CameraModel& camera,
                                        double sigma_px) {
   if (pairs.size() < 8) return {};
-  const double sigma = sigma_px / std::sqrt(camera.fx * camera.fy);
+  const double sigma = SigmaOfRays(sigma_px, camera);
   const std::vector<Rays> rays = RaysOf(pairs, camera);
   const std::vector<Rays> some = Some(rays);
   std::vector<Motion> starts;
@@ -193,6 +197,14 @@ std::vector<EpipolarFit> FitEssentials(std::span<const Pose> guesses,
     return IsClearlyBetter(best.losses, fit.losses);
   });
   return fits;
+}
+
+std::vector<double> EpipolarLosses(const Pose& T_b_a, std::span<const PointPair> pairs,
+                                   const CameraModel& camera, double sigma_px) {
+  const Motion motion{T_b_a.rotation(), T_b_a.translation().normalized()};
+  const Eigen::ArrayXd losses =
+      Losses(SampsonDistances(motion, RaysOf(pairs, camera), SigmaOfRays(sigma_px, camera)));
+  return {losses.begin(), losses.end()};
 }
 
 }  // namespace mono3d::tracking

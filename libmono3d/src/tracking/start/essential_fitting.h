@@ -31,4 +31,8 @@ std::vector<EpipolarFit> FitEssentials(std::span<const Pose> guesses,
                                        std::span<const PointPair> pairs, const CameraModel& camera,
                                        double sigma_px);
 
+// What one motion leaves of each pair, in the same measure. Its translation is not zero.
+std::vector<double> EpipolarLosses(const Pose& T_b_a, std::span<const PointPair> pairs,
+                                   const CameraModel& camera, double sigma_px);
+
 }  // namespace mono3d::tracking

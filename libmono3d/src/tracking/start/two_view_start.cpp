@@ -18,6 +18,7 @@
 #include "mono3d/geometry/two_view_ransac.h"
 #include "tracking/reason.h"
 #include "tracking/start/essential_fitting.h"
+#include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -106,18 +107,28 @@ std::vector<StartCandidate> MotionsOverPlane(const Shared& shared, const TwoView
   return candidates;
 }
 
-// The motions that the inliers of a fundamental matrix leave open, the best first.
-std::vector<StartCandidate> MotionsOverRelief(const Shared& shared, const TwoViewModel& model) {
-  const Eigen::Matrix3d K = shared.camera.Matrix();
-  // All four have the same epipolar lines.
-  const Pose guess = DecomposeEssential(K.transpose() * model.matrix * K).front();
+std::vector<PointPair> Inliers(const Shared& shared, const TwoViewModel& model) {
   std::vector<PointPair> inliers;
   for (std::size_t i = 0; i < shared.pairs.size(); ++i) {
     if (model.is_inlier[i] != 0) inliers.push_back(shared.pairs[i]);
   }
+  return inliers;
+}
+
+// The essential matrices that the inliers of a fundamental matrix leave open, the best first.
+std::vector<EpipolarFit> FitEssentialsTo(const Shared& shared, const TwoViewModel& model) {
+  const Eigen::Matrix3d K = shared.camera.Matrix();
+  // All four have the same epipolar lines.
+  const Pose guess = DecomposeEssential(K.transpose() * model.matrix * K).front();
+  return FitEssentials(std::span(&guess, 1), Inliers(shared, model), shared.camera,
+                       kCornerSigma_px);
+}
+
+// And the motions of these.
+std::vector<StartCandidate> MotionsOverRelief(const Shared& shared, const TwoViewModel& model,
+                                              const std::vector<EpipolarFit>& fits) {
   std::vector<StartCandidate> candidates;
-  for (const EpipolarFit& fit :
-       FitEssentials(std::span(&guess, 1), inliers, shared.camera, kCornerSigma_px)) {
+  for (const EpipolarFit& fit : fits) {
     for (StartCandidate& candidate : MotionsInFront(fit.essential, shared, model)) {
       candidates.push_back(std::move(candidate));
     }
@@ -157,11 +168,16 @@ StartAttempt FromCandidates(const Shared& shared, std::vector<StartCandidate> ca
   return attempt;
 }
 
-// The motions that one model leaves open.
-StartAttempt StartFromModel(const Shared& shared, const TwoViewModel& model, bool is_planar) {
-  return FromCandidates(
-      shared, is_planar ? MotionsOverPlane(shared, model) : MotionsOverRelief(shared, model),
-      is_planar);
+// A homography also fits where what is near is little beside what is far away. Its motions are then
+// none that the views allow: what is near shows another one clearly better.
+bool IsRefutedByRelief(const StartAttempt& over_plane, const Shared& shared,
+                       const TwoViewModel& model, const std::vector<EpipolarFit>& fits) {
+  if (fits.empty()) return false;
+  const std::vector<PointPair> inliers = Inliers(shared, model);
+  return std::ranges::all_of(over_plane.candidates, [&](const TwoViewStart& candidate) {
+    return IsClearlyBetter(fits.front().losses, EpipolarLosses(candidate.T_b_a, inliers,
+                                                               shared.camera, kCornerSigma_px));
+  });
 }
 
 }  // namespace
@@ -185,20 +201,26 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   const double score_F = F ? F->score : 0;
   const Shared shared{pairs, matches, camera, options,
                       std::max(H ? H->num_inliers : 0, F ? F->num_inliers : 0)};
-  if (score_H > kPlanarShare * (score_H + score_F)) return StartFromModel(shared, *H, true);
-  StartAttempt attempt = StartFromModel(shared, *F, false);
-  if (!H) return attempt;
-  StartAttempt over_plane = StartFromModel(shared, *H, true);
-  if (!attempt.candidates.empty()) {
-    // Of views that have hardly moved, noise and a wrong camera choose the epipoles; a turn and a
-    // shift against each other then look like parallax. One that does without it must fit worse.
-    const auto num_points = static_cast<double>(attempt.candidates[0].p_a.size());
-    const bool is_refuted = over_plane.num_without_parallax <= kClearPointsShare * num_points;
-    return is_refuted ? attempt : over_plane;
+  StartAttempt over_plane;
+  if (H) over_plane = FromCandidates(shared, MotionsOverPlane(shared, *H), true);
+  const bool is_planar = score_H > kPlanarShare * (score_H + score_F);
+  if (!F || (is_planar && over_plane.candidates.empty())) return over_plane;
+  const std::vector<EpipolarFit> fits = FitEssentialsTo(shared, *F);
+  if (IsRefutedByRelief(over_plane, shared, *F, fits)) {
+    over_plane.candidates.clear();
+  } else if (is_planar) {
+    return over_plane;
   }
-  // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
-  // that of no motion.
-  return over_plane.candidates.empty() ? attempt : over_plane;
+  StartAttempt attempt = FromCandidates(shared, MotionsOverRelief(shared, *F, fits), false);
+  if (attempt.candidates.empty()) {
+    // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
+    // that of no motion.
+    return over_plane.candidates.empty() ? attempt : over_plane;
+  }
+  // Of views that have hardly moved, noise and a wrong camera choose the epipoles; a turn and a
+  // shift against each other then look like parallax. One that does without it must fit worse.
+  const auto num_points = static_cast<double>(attempt.candidates[0].p_a.size());
+  return over_plane.num_without_parallax <= kClearPointsShare * num_points ? attempt : over_plane;
 }
 
 }  // namespace mono3d::tracking
