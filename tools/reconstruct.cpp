@@ -98,6 +98,9 @@ RunOutcome ReconstructInto(OutputFolder& output, ReconstructArguments& arguments
   if (!journal && arguments.with_journal) journal.emplace(output.of_run(), record);
   SurfelStorageOptions& surfels = arguments.pipeline.fusion.storage;
   if (surfels.folder.empty()) surfels.folder = output.of_run().string();
+  if (!arguments.source.hidden.empty()) {
+    WriteMask(output.of_run().string(), arguments.source.hidden);
+  }
   StageTimes times;
   FramesSoFar frames;
   WriteFailures failures;
@@ -257,6 +260,8 @@ int Reconstruct(ReconstructArguments& arguments, const DeviceOptions& device_opt
   if (arguments.map.empty() && !arguments.live) {
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
+  arguments.source.hidden = FindHidden(arguments.input, arguments.mask, camera, arguments.source,
+                                       arguments.pipeline.is_live);
   if (!arguments.live) RequireOtherFolder(arguments.input, arguments.output);
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   DeviceOptions own_device_options = device_options;
@@ -345,6 +350,7 @@ int main(int argc, char** argv) {
   arguments.view.AddOptions(tool.app());
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.size));
+  tool.AddOptions(mono3d::ListOptions(arguments.mask));
   tool.AddOptions(mono3d::ListOptions(arguments.mesh), "mesh.");
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
   tool.AddOptions(mono3d::ListOptions(arguments.pipeline));

@@ -293,6 +293,29 @@ TEST_F(FrameSourceTest, GivesFramesFreeOfDistortion) {
   }
 }
 
+TEST_F(FrameSourceTest, FillsWhatDoesNotShowTheScene) {
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar::all(100));
+  image({16, 8, 12, 6}).setTo(cv::Scalar::all(255));
+  cv::imwrite(folder_ / "a.png", image);
+  FrameSourceOptions options;
+  options.hidden = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(0));
+  options.hidden({16, 8, 12, 6}).setTo(255);
+  cv::Mat as_taken;
+  options.on_image = [&](std::int64_t, const cv::Mat& bgr) { as_taken = bgr.clone(); };
+  const cv::Mat flat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(100));
+  EXPECT_EQ(cv::norm(ReadAll(options).at(0).bgr, flat, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(as_taken, image, cv::NORM_INF), 0) << "as taken it is left";
+  options.resize = "32x24";
+  EXPECT_EQ(cv::norm(ReadAll(options).at(0).bgr, flat({0, 0, 32, 24}), cv::NORM_INF), 0);
+  // A mask made of a smaller copy does as well, one of another shape does not.
+  cv::resize(options.hidden, options.hidden, {32, 24}, 0, 0, cv::INTER_NEAREST);
+  EXPECT_EQ(cv::norm(ReadAll(options).at(0).bgr, flat({0, 0, 32, 24}), cv::NORM_INF), 0);
+  options.hidden = cv::Mat(kWidth, kHeight, CV_8UC1, cv::Scalar(0));
+  EXPECT_THAT([&] { ReadAll(options); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("mask has another shape"), HasSubstr("64x48"),
+                                         HasSubstr("48x64"))));
+}
+
 TEST_F(FrameSourceTest, RefusesBadOptions) {
   WriteImages(1);
   const std::pair<FrameSourceOptions, const char*> cases[] = {

@@ -13,6 +13,7 @@ std::vector<OptionField> ListAll(ReconstructArguments& arguments) {
   OptionVisitor visitor;
   arguments.source.Visit(visitor);
   arguments.size.Visit(visitor);
+  arguments.mask.Visit(visitor);
   visitor.Group("calibration", arguments.camera.calibration);
   arguments.pipeline.Visit(visitor);
   visitor.Group("live.calibration", arguments.self_calibration);

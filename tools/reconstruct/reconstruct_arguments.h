@@ -20,6 +20,7 @@
 #include "reconstruct/output_options.h"
 #include "reconstruct/positions.h"
 #include "reconstruct/run_view.h"
+#include "reconstruct/scene_mask.h"
 #include "reconstruct/working_size.h"
 
 namespace mono3d::tools {
@@ -35,6 +36,7 @@ struct ReconstructArguments {
   int photos = 0;                  // 1: photographs in any order; -1: a video; 0: to be found out
   std::optional<Footage> footage;  // where that has been found out
   FrameSourceOptions source;
+  MaskArguments mask;
   WorkingSize size;
   LiveInputOptions live_input;
   std::shared_ptr<LiveInput> live;  // where `input` sends images now; else null

@@ -58,6 +58,7 @@
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/image/sparse_model.h"
+#include "mono3d/image/static_parts.h"
 #include "mono3d/image/undistorter.h"
 #include "mono3d/io/any_trajectory_file.h"
 #include "mono3d/io/camera_file.h"

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "image/hidden_parts.h"
 #include "io/image_list.h"
 #include "io/image_source.h"
 #include "io/motion_stride.h"
@@ -83,6 +84,7 @@ class PreparedFrames : public FrameSource {
         on_image_(options.on_image),
         undistorter_(CameraOfImages(calibration, options)) {
     if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, options);
+    if (!options.hidden.empty()) hidden_ = HiddenParts(AtSizeOfImages(options.hidden));
   }
 
   std::optional<Frame> Next() override {
@@ -94,7 +96,7 @@ class PreparedFrames : public FrameSource {
       NoteFitting();
       if (on_image_) on_image_(image->index, image->bgr);
       return Frame{image->index, image->timestamp_s,
-                   image->name,  undistorter_.Undistort(Resize(image->bgr)),
+                   image->name,  undistorter_.Undistort(hidden_.Fill(Resize(image->bgr))),
                    camera(),     sensor_};
     }
     if (first_other_size_ && !has_fitting_) throw Error(*first_other_size_);
@@ -143,6 +145,19 @@ class PreparedFrames : public FrameSource {
     if (has_fitting_) NoteFitting();
   }
 
+  // Pixels of which a part is hidden are hidden.
+  cv::Mat AtSizeOfImages(const cv::Mat& mask) const {
+    if (mask.type() != CV_8UC1 || !HaveSameShape(mask.size(), calibration_)) {
+      throw Error(ErrorParts{.what = "the mask has another shape than the images",
+                             .where = "frame source",
+                             .expected = SizeText(calibration_.width, calibration_.height),
+                             .found = SizeText(mask.cols, mask.rows)});
+    }
+    cv::Mat hidden;
+    cv::resize(mask != 0, hidden, {camera().width, camera().height}, 0, 0, cv::INTER_AREA);
+    return hidden;
+  }
+
   cv::Mat Resize(const cv::Mat& bgr) const {
     const cv::Size target(camera().width, camera().height);
     if (bgr.size() == target) return bgr;
@@ -163,6 +178,7 @@ class PreparedFrames : public FrameSource {
   bool is_resizing_;
   std::function<void(std::int64_t, const cv::Mat&)> on_image_;
   Undistorter undistorter_;
+  HiddenParts hidden_;
   CameraModel sensor_;  // where it has a rolling shutter
 };
 

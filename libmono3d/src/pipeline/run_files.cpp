@@ -44,13 +44,13 @@ bool IsNameOfMap(std::string_view name, std::string_view stem, std::string_view 
 
 bool IsRunFile(std::string_view name) {
   const auto is_text = [&](const char* stem) { return IsNameOfMap(name, stem, ".txt"); };
-  // Report, overview and next views are written by mono3d-reconstruct, the others, which tell of
-  // this model, by mono3d-evaluate.
+  // Report, overview, mask and next views are written by mono3d-reconstruct, the others, which tell
+  // of this model, by mono3d-evaluate.
   return name == "run.json" || name == "report.html" || name == "overview.png" ||
-         name == "next_views.json" || name == "next_views.kml" || name == "evaluation.json" ||
-         name == "model_errors.ply" || name == kCameraName || IsNameOfCamera(name) ||
-         IsNameOfMap(name, "model", ".ply") || IsNameOfMap(name, "mesh", ".ply") ||
-         std::ranges::any_of(kTrajectoryNames, is_text);
+         name == "mask.png" || name == "next_views.json" || name == "next_views.kml" ||
+         name == "evaluation.json" || name == "model_errors.ply" || name == kCameraName ||
+         IsNameOfCamera(name) || IsNameOfMap(name, "model", ".ply") ||
+         IsNameOfMap(name, "mesh", ".ply") || std::ranges::any_of(kTrajectoryNames, is_text);
 }
 
 bool IsDepthFile(std::string_view name) {

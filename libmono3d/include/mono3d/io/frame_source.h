@@ -38,6 +38,10 @@ struct FrameSourceOptions {
   // Without `resize`: larger images are made smaller, so that their longer side has so many pixels,
   // and the intrinsics with them; 0: no limit. Not among the listed options.
   int max_side_px = 0;
+  // CV_8UC1 of the shape of the images, not 0 where they do not show the scene (StaticPartsDetector
+  // finds such parts): filled with what is around, so that nothing is found there. Empty: none. Of
+  // images of several cameras it is passed over. Not among the listed options.
+  cv::Mat hidden = {};
   // Called with each image that is taken and its index, before anything is done to it, by the
   // thread that reads: of a video, some frames before Next gives it. May be empty.
   std::function<void(std::int64_t, const cv::Mat&)> on_image = {};
