@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "common/photo_cameras.h"
+#include "common/warnings.h"
 #include "mono3d/core/error.h"
 #include "mono3d/image/static_parts.h"
 #include "mono3d/io/depth_map_files.h"
@@ -27,12 +28,12 @@ constexpr std::int64_t kNumImages = 40;
 // To be decoded of a video, at most: half a minute of most.
 constexpr std::int64_t kMaxVideoImages = 900;
 
-cv::Mat FindStatic(const std::string& input, CameraModel camera, const FrameSourceOptions& source) {
+cv::Mat FindStaticOf(const std::string& input, CameraModel camera,
+                     const FrameSourceOptions& source) {
   camera.distortion = {};
   camera.lens = LensModel::kBrown;
   camera.shutter = {};
   FrameSourceOptions part = source;
-  part.resize.clear();
   part.max_side_px = 0;
   part.stride = std::max(1, source.stride);
   std::int64_t num_images =
@@ -47,6 +48,17 @@ cv::Mat FindStatic(const std::string& input, CameraModel camera, const FrameSour
   const std::unique_ptr<FrameSource> frames = OpenFrameSource(input, camera, part);
   while (const std::optional<Frame> frame = frames->Next()) detector.Add(frame->bgr);
   return detector.Find();
+}
+
+// What is wrong with the images, the run itself says.
+cv::Mat FindStatic(const std::string& input, const CameraModel& camera,
+                   const FrameSourceOptions& source) {
+  const HeldWarnings held;
+  try {
+    return FindStaticOf(input, camera, source);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 cv::Mat ReadMask(const std::string& file, const CameraModel& camera) {
