@@ -3,9 +3,9 @@
 
 #include "image/hidden_parts.h"
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "mono3d/core/error.h"
 

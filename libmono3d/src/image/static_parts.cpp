@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <vector>
 
 #include "mono3d/core/error.h"
@@ -19,8 +18,9 @@ namespace {
 constexpr int kLongerSide_px = 640;
 constexpr int kWindow_px = 5;  // of the structure tensor
 // A corner that moves by more than its size between any two of n images keeps 1 / n of its strength
-// in their mean, more where it comes back: at 40 images of eleven recordings the hundredth that
-// keeps most kept .08 to .44, and what was drawn into them .93 and more.
+// in their mean, more where it comes back: of 40 neighbouring images of twelve recordings the
+// hundredth that keeps most kept .08 to .42 (of 14 to 20, up to .82), and what was drawn into such
+// images .93 and more.
 constexpr int kMinImages = 25;
 constexpr float kStays = 0.8F;
 // Beside it: what changes now and then, such as digits, and what one sees through.
