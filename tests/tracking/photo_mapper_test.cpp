@@ -274,21 +274,38 @@ TEST(PhotoMapper, ReportsPhotosOfSomethingElse) {
   EXPECT_THAT(placed.late, SizeIs(frames.size()));
 }
 
+enum class Matches { kByLooks, kAlongEpipolarLines };
+
 // How many of the photos hang together by so many features of each.
-std::size_t NumHeldBy(const std::vector<Frame>& frames, const PhotoMapperOptions& options) {
+std::size_t NumHeldBy(const std::vector<Frame>& frames, const PhotoMapperOptions& options,
+                      Matches matches) {
   std::vector<PhotoFeatures> features;
   for (const Frame& frame : frames) {
     features.push_back(ExtractPhotoFeatures(frame, options.num_features, options.max_side_px));
   }
-  const PhotoMaps maps =
-      MapPhotos(features, MatchPhotos(features, options), frames.front().camera, options);
+  std::vector<PhotoPair> pairs = MatchPhotos(features, options);
+  if (matches == Matches::kAlongEpipolarLines) {
+    pairs = MatchAlongEpipolarLines(features, std::move(pairs), options);
+  }
+  const PhotoMaps maps = MapPhotos(features, pairs, frames.front().camera, options);
   return maps.maps.empty() ? 0 : maps.maps.front().photos.size();
+}
+
+TEST(PhotoMapper, TakesMoreMatchesWherePhotosDoNotHangTogether) {
+  PhotoMapperOptions options;
+  options.num_features = 150;
+  ASSERT_LT(NumHeldBy(Houses().frames, options, Matches::kByLooks), Houses().frames.size());
+  EXPECT_EQ(NumHeldBy(Houses().frames, options, Matches::kAlongEpipolarLines),
+            Houses().frames.size());
+  EXPECT_THAT(Place(Shuffled(Houses().frames, 5), options).T_world_cam,
+              SizeIs(Houses().frames.size()));
 }
 
 TEST(PhotoMapper, TakesMoreFeaturesWherePhotosDoNotHangTogether) {
   PhotoMapperOptions options;
-  options.num_features = 150;
-  ASSERT_LT(NumHeldBy(Houses().frames, options), Houses().frames.size());
+  options.num_features = 110;
+  ASSERT_LT(NumHeldBy(Houses().frames, options, Matches::kAlongEpipolarLines),
+            Houses().frames.size());
   EXPECT_THAT(Place(Shuffled(Houses().frames, 5), options).T_world_cam,
               SizeIs(Houses().frames.size()));
 }

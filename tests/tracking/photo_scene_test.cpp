@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <numbers>
+#include <optional>
 #include <random>
 #include <vector>
+
+#include "tracking/photos/mirrored_pose.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -82,6 +86,96 @@ TEST(PhotoScene, FindsNoPoseByChance) {
   scene.SetPose(1, wall.T_cam_world[1]);
   scene.Triangulate();
   EXPECT_FALSE(scene.FindPose(2, 30, 1));
+}
+
+// A board 2 su wide, lit up by two photos close by, and seen from the side by a third from afar:
+// 35 px wide, all at hardly one distance.
+class Board {
+ public:
+  Board(double relief_su, unsigned seed) : photos_(3), pairs_{{0, 1, {}}, {1, 2, {}}} {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::normal_distribution<double> noise_px(0, 0.4);
+    const auto turned = [](double angle_rad) {
+      return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Vector3d::UnitY()));
+    };
+    for (const double x_su : {-1.5, 1.5}) {
+      T_cam_world_.push_back(Pose(Eigen::Quaterniond::Identity(), Vector3d(-x_su, 0, 6)));
+    }
+    T_cam_world_.push_back(Pose(turned(0.5), Vector3d(0, 0, 36)));
+    for (std::size_t i = 0; i < 200; ++i) {
+      const Vector3d p_world(uniform(random), uniform(random), relief_su * uniform(random));
+      for (std::size_t photo = 0; photo < 3; ++photo) {
+        PhotoFeatures& features = photos_[photo];
+        features.pixels.push_back(kWallCamera.Project(T_cam_world_[photo] * p_world) +
+                                  Vector2d(noise_px(random), noise_px(random)));
+        features.sigma_px.push_back(0.5);
+        features.colours.push_back({});
+      }
+      for (PhotoPair& pair : pairs_) pair.matches.push_back({i, i});
+    }
+  }
+
+  // Degrees by which the pose of the third photo is off; nothing where none was found.
+  std::optional<double> Error_deg() const {
+    PhotoScene scene(kWallCamera, photos_, pairs_, 1);
+    scene.SetPose(0, T_cam_world_[0]);
+    scene.SetPose(1, T_cam_world_[1]);
+    scene.Triangulate();
+    const std::optional<Pose> found = scene.FindPose(2, 30, 1);
+    if (!found) return std::nullopt;
+    return 180 / std::numbers::pi * found->rotation().angularDistance(T_cam_world_[2].rotation());
+  }
+
+ private:
+  std::vector<Pose> T_cam_world_;
+  std::vector<PhotoFeatures> photos_;
+  std::vector<PhotoPair> pairs_;
+};
+
+TEST(PhotoScene, FindsNoPoseWhereABoardFarAwayLeavesTwoOpen) {
+  int num_found = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const std::optional<double> error_deg = Board(0, seed).Error_deg();
+    if (!error_deg) continue;
+    ++num_found;
+    EXPECT_LT(*error_deg, 20) << seed;  // 57 degrees apart
+  }
+  EXPECT_LT(num_found, 10);
+}
+
+TEST(PhotoScene, FindsThePoseWhereReliefLeavesOneOpen) {
+  int num_found = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const std::optional<double> error_deg = Board(0.5, seed).Error_deg();
+    if (!error_deg) continue;
+    ++num_found;
+    EXPECT_LT(*error_deg, 10) << seed;
+  }
+  EXPECT_EQ(num_found, 20);
+}
+
+TEST(MirroredPose, ShowsAPlaneFarAwayNearlyAlike) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Vector3d> p_world;
+  for (int i = 0; i < 50; ++i) p_world.emplace_back(uniform(random), uniform(random), 0);
+  const double lean_rad = 0.4;
+  const Pose pose(Eigen::Quaterniond(Eigen::AngleAxisd(lean_rad, Vector3d::UnitY())),
+                  Vector3d(3, 2, 100));
+  const Pose mirrored = MirroredPose(pose, p_world);
+  EXPECT_NEAR(mirrored.rotation().angularDistance(pose.rotation()), 2 * lean_rad, 0.1);
+  for (const Vector3d& p : p_world) {
+    EXPECT_LT((kWallCamera.Project(mirrored * p) - kWallCamera.Project(pose * p)).norm(), 0.1);
+  }
+  EXPECT_LT(MirroredPose(mirrored, p_world).rotation().angularDistance(pose.rotation()), 1e-6);
+}
+
+TEST(MirroredPose, OfAPlaneStraightAheadIsTheSame) {
+  const std::vector<Vector3d> p_world{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const Pose pose(Eigen::Quaterniond::Identity(), Vector3d(0, 0, 10));
+  const Pose mirrored = MirroredPose(pose, p_world);
+  for (const Vector3d& p : p_world) EXPECT_LT((mirrored * p - pose * p).norm(), 1e-9);
 }
 
 }  // namespace

@@ -8,9 +8,12 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "mono3d/geometry/triangulation.h"
+#include "tracking/optimisation/chi2.h"
+#include "tracking/start/model_comparison.h"
 #include "tracking/start/two_view_start.h"
 
 namespace mono3d::tracking {
@@ -123,6 +126,23 @@ int NumFittingInAll(const PhotoScene& scene) {
   return sum;
 }
 
+constexpr std::size_t kMinPhotos = 3;
+
+struct GrownMap {
+  const PhotoStart* start;
+  std::vector<std::size_t> photos;
+  int num_fitting;
+  std::vector<double> losses;  // as PhotoScene::Losses has them
+};
+
+// Whether the first of the maps that grew from the motions of two photos shows more than the others
+// beyond chance.
+bool IsClear(const std::vector<GrownMap>& motions) {
+  return std::all_of(motions.begin() + 1, motions.end(), [&](const GrownMap& other) {
+    return IsClearlyBetterOfInliers(motions.front().losses, other.losses, kChi2TwoDof);
+  });
+}
+
 // One map of the free photos that grows.
 class PhotoGrowth {
  public:
@@ -145,6 +165,11 @@ class PhotoGrowth {
     while (PlaceNext()) Settle(kGrowingMinGain);
     Finish();
     return static_cast<int>(scene_.posed().size());
+  }
+
+  GrownMap Grow(const PhotoStart& start) {
+    GrowFrom(start);
+    return {&start, scene_.posed(), NumFittingInAll(scene_), scene_.Losses(is_free_)};
   }
 
   void Finish() {
@@ -255,29 +280,35 @@ class PhotoGrowth {
 int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
                  const std::vector<char>& is_free, std::span<const PhotoTime> times,
                  const PhotoMapperOptions& options, std::string& reason) {
-  constexpr int kMinPhotos = 3;
   const std::vector<PhotoStart> starts = FindPhotoStarts(scene, pairs, is_free, options, reason);
   const auto num_free = std::ranges::count(is_free, 1);
   PhotoGrowth growth(scene, is_free, times, options);
   std::vector<char> is_placed(scene.num_photos(), 0);  // from a start before
-  std::optional<std::size_t> best;
+  std::set<std::pair<std::size_t, std::size_t>> is_tried;
+  const PhotoStart* best = nullptr;
   int most = 0;
   int num_tried = 0;
   for (std::size_t i = 0; i < starts.size() && num_tried < options.max_starts; ++i) {
     const PhotoStart& start = starts[i];
-    if (start.is_clear && is_placed[start.a] != 0 && is_placed[start.b] != 0) continue;
+    if (is_placed[start.a] != 0 && is_placed[start.b] != 0) continue;
+    if (!is_tried.emplace(start.a, start.b).second) continue;
     ++num_tried;
-    const int num_placed = growth.GrowFrom(start);
-    if (num_placed < kMinPhotos) continue;
-    if (start.is_clear && 2 * num_placed > num_free) return num_placed;
-    for (const std::size_t photo : scene.posed()) is_placed[photo] = 1;
-    // Also of motions that two photos cannot tell apart: what more of the others agree with.
-    const int num_fitting = NumFittingInAll(scene);
-    if (num_fitting <= most) continue;
-    most = num_fitting;
-    best = i;
+    std::vector<GrownMap> motions;  // that the two photos leave open
+    for (const PhotoStart& motion : std::span(starts).subspan(i)) {
+      if (motion.a == start.a && motion.b == start.b) motions.push_back(growth.Grow(motion));
+    }
+    std::ranges::stable_sort(motions, {}, [](const GrownMap& map) { return Sum(map.losses); });
+    const GrownMap& map = motions.front();
+    if (map.photos.size() < kMinPhotos || !IsClear(motions)) continue;
+    if (start.is_clear && 2 * std::ssize(map.photos) > num_free) {
+      return static_cast<int>(map.photos.size());
+    }
+    for (const std::size_t photo : map.photos) is_placed[photo] = 1;
+    if (map.num_fitting <= most) continue;
+    most = map.num_fitting;
+    best = map.start;
   }
-  if (best) return growth.GrowFrom(starts[*best]);
+  if (best != nullptr) return growth.GrowFrom(*best);
   scene.Clear();
   if (!starts.empty()) reason = "no third photo shows what two others show";
   return 0;

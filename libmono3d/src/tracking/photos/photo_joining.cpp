@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <random>
 #include <set>
@@ -17,7 +19,9 @@
 #include "mono3d/geometry/similarity.h"
 #include "tracking/held_scale.h"
 #include "tracking/optimisation/chi2.h"
+#include "tracking/photos/mirrored_pose.h"
 #include "tracking/photos/photo_growth.h"
+#include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -44,6 +48,7 @@ struct MapLookUp {
 
 // Where a photo of one map shows a point of the other.
 struct CrossSight {
+  std::size_t photo;
   Eigen::Vector3d p_other;
   Eigen::Matrix3d covariance;  // of the point, in su squared of its own map
   const Pose* T_cam_world;
@@ -95,11 +100,12 @@ class CommonGround {
         const std::optional<Pose>& T_cam_map = map.T_cam_world[seen.photo];
         const std::optional<Pose>& T_cam_added = added.T_cam_world[seen.photo];
         if (T_cam_map && p_added) {
-          sights.push_back({*p_added, CovarianceOf(scene, scene.tracks()[i], added, *p_added),
-                            &*T_cam_map, scene.Pixel(seen), scene.Sigma_px(seen), true});
+          sights.push_back({seen.photo, *p_added,
+                            CovarianceOf(scene, scene.tracks()[i], added, *p_added), &*T_cam_map,
+                            scene.Pixel(seen), scene.Sigma_px(seen), true});
         }
         if (T_cam_added && p_map) {
-          sights.push_back({*p_map, CovarianceOf(scene, scene.tracks()[i], map, *p_map),
+          sights.push_back({seen.photo, *p_map, CovarianceOf(scene, scene.tracks()[i], map, *p_map),
                             &*T_cam_added, scene.Pixel(seen), scene.Sigma_px(seen), false});
         }
       }
@@ -149,6 +155,24 @@ class CommonGround {
       }
     }
     return near;
+  }
+
+  // Of each sight, as far as it may be one of its point.
+  std::vector<double> Losses(const Similarity& S_map_added) const {
+    const Similarity S_added_map = S_map_added.Inverse();
+    std::vector<double> losses;
+    for (const std::vector<CrossSight>& track : tracks_) {
+      for (const CrossSight& sight : track) {
+        const auto error_px = Error_px(sight, S_map_added, S_added_map);
+        double loss = kChi2TwoDof;
+        if (error_px) {
+          const Eigen::Matrix2d weight = Weight(sight, S_map_added, S_added_map);
+          loss = std::min(loss, error_px->dot(weight * *error_px));
+        }
+        losses.push_back(loss);
+      }
+    }
+    return losses;
   }
 
   // Inverse covariance of Error_px: of the pixel and of the point.
@@ -330,6 +354,50 @@ class SimilarityFit {
   double chi2_ = 0;
 };
 
+// What a photo of one map shows of the other, most of it first.
+std::vector<std::vector<CrossSight>> ByPhoto(const std::vector<CrossSight>& sights) {
+  std::map<std::size_t, std::vector<CrossSight>> of_photo;
+  for (const CrossSight& sight : sights) of_photo[sight.photo].push_back(sight);
+  std::vector<std::vector<CrossSight>> by_photo;
+  for (auto& [photo, seen] : of_photo) by_photo.push_back(std::move(seen));
+  std::ranges::stable_sort(by_photo, std::greater(), &std::vector<CrossSight>::size);
+  return by_photo;
+}
+
+// The other similarity with which the photo shows nearly the same, if that is a plane: a start.
+Similarity MirroredSimilarity(const std::vector<CrossSight>& of_photo,
+                              const Similarity& S_map_added) {
+  const bool is_of_added = of_photo.front().is_of_added;
+  const Similarity S_world_other = is_of_added ? S_map_added : S_map_added.Inverse();
+  std::vector<Eigen::Vector3d> p_world;
+  for (const CrossSight& sight : of_photo) p_world.push_back(S_world_other * sight.p_other);
+  const Pose& T_cam_world = *of_photo.front().T_cam_world;
+  const Pose turn = T_cam_world.Inverse() * MirroredPose(T_cam_world, p_world);
+  const Similarity mirrored = Similarity(1, turn) * S_world_other;
+  return is_of_added ? mirrored : mirrored.Inverse();
+}
+
+// Whether no other similarity explains what the maps show of each other nearly as well. Where that
+// is a plane, there may be one.
+bool IsOnlySimilarity(const CommonGround& common, const Similarity& S_map_added) {
+  constexpr std::size_t kMinSights = 4;  // three lie on a plane always
+  const std::vector<double> losses = common.Losses(S_map_added);
+  const std::vector<std::vector<CrossSight>> by_photo = ByPhoto(common.Agreeing(S_map_added));
+  for (const bool is_of_added : {false, true}) {
+    const auto most = std::ranges::find_if(
+        by_photo, [&](const auto& seen) { return seen.front().is_of_added == is_of_added; });
+    if (most == by_photo.end() || most->size() < kMinSights) continue;
+    const Similarity start = MirroredSimilarity(*most, S_map_added);
+    const Similarity other = SimilarityFit(common, start).Solve().S_map_added;
+    const auto angle = [&](const Similarity& S) {
+      return S.pose().rotation().angularDistance(S_map_added.pose().rotation());
+    };
+    if (angle(other) < 0.5 * angle(start)) continue;  // back at the first
+    if (!IsClearlyBetterOfInliers(losses, common.Losses(other), kChi2TwoDof)) return false;
+  }
+  return true;
+}
+
 struct PoseInBoth {
   Pose T_cam_map;
   Pose T_cam_added;
@@ -438,6 +506,7 @@ std::optional<PlacedScene> Joined(PhotoScene& scene, const PlacedScene& map,
   const FittedSimilarity fitted = SimilarityFit(common, best.S_map_added).Solve();
   if (!(fitted.scale_sigma <= kMaxScaleSigma)) return std::nullopt;
   best.Take(common, fitted.S_map_added);
+  if (!IsOnlySimilarity(common, best.S_map_added)) return std::nullopt;
   for (const PlacedScene* part : {&map, &added}) {
     for (const PlacedScene::Photo& photo : part->photos) is_free[photo.photo] = 1;
   }

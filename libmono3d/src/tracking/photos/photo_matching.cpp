@@ -4,12 +4,14 @@
 #include "tracking/photos/photo_matching.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
 
 #include "mono3d/geometry/two_view_ransac.h"
+#include "tracking/optimisation/chi2.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -43,6 +45,19 @@ struct BestCosine {
   }
 };
 
+// Features that are each other's best, both clearly.
+std::vector<FeatureMatch> MutualMatches(const std::vector<BestCosine>& of_a,
+                                        const std::vector<BestCosine>& of_b) {
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    if (!of_a[i].IsClear()) continue;
+    const auto k = static_cast<std::size_t>(of_a[i].index);
+    if (!of_b[k].IsClear() || of_b[k].index != static_cast<Eigen::Index>(i)) continue;
+    matches.push_back({i, k});
+  }
+  return matches;
+}
+
 // On all processors: act(i) for each i below `size`.
 template <typename Act>
 void ForEachInParallel(std::size_t size, const Act& act) {
@@ -59,29 +74,80 @@ std::vector<std::pair<std::size_t, std::size_t>> AllPhotoPairs(std::size_t num_p
   return pairs;
 }
 
+// Lines a x + b y + c = 0 of the features in the other photo, in px.
+Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> EpipolarLines(
+    const PhotoFeatures& photo, const Eigen::Matrix3d& F_other_photo) {
+  Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> lines(photo.size(), 3);
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    const Eigen::Vector3d line = F_other_photo * photo.pixels[i].homogeneous();
+    lines.row(static_cast<Eigen::Index>(i)) = (line / line.head<2>().norm()).cast<float>();
+  }
+  return lines;
+}
+
+// As MatchPhotoFeatures, but only features that lie on each other's epipolar line vie for a match:
+// what looks alike elsewhere in the photo, as windows and cupboards do, rules none out.
+std::vector<FeatureMatch> MatchOnEpipolarLines(const PhotoFeatures& a, const PhotoFeatures& b,
+                                               const Eigen::Matrix3d& F_b_a,
+                                               double max_distance_px) {
+  const auto lines_in_b = EpipolarLines(a, F_b_a);
+  const auto lines_in_a = EpipolarLines(b, F_b_a.transpose());
+  const auto max_distance = static_cast<float>(max_distance_px);
+  std::vector<BestCosine> of_a(a.size());
+  std::vector<BestCosine> of_b(b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const auto row_a = static_cast<Eigen::Index>(i);
+    const Eigen::RowVector3f line_in_b = lines_in_b.row(row_a);
+    const Eigen::Vector3f pixel_a = a.pixels[i].homogeneous().cast<float>();
+    for (std::size_t k = 0; k < b.size(); ++k) {
+      const auto row_b = static_cast<Eigen::Index>(k);
+      const Eigen::Vector3f pixel_b = b.pixels[k].homogeneous().cast<float>();
+      if (std::abs(line_in_b.dot(pixel_b)) > max_distance) continue;
+      if (std::abs(lines_in_a.row(row_b).dot(pixel_a)) > max_distance) continue;
+      const float cosine = a.descriptors.row(row_a).dot(b.descriptors.row(row_b));
+      of_a[i].Take(cosine, row_b);
+      of_b[k].Take(cosine, row_a);
+    }
+  }
+  return MutualMatches(of_a, of_b);
+}
+
+struct EpipolarGeometry {
+  TwoViewModel model;
+  double sigma_px = 0;
+};
+
+std::optional<EpipolarGeometry> FitEpipolarGeometry(const PhotoFeatures& a, const PhotoFeatures& b,
+                                                    const std::vector<FeatureMatch>& matches,
+                                                    int seed) {
+  std::vector<PointPair> pairs;
+  double sum_sigma = 0;
+  for (const FeatureMatch& match : matches) {
+    pairs.push_back({a.pixels[match.feature_a], b.pixels[match.feature_b]});
+    sum_sigma += a.sigma_px[match.feature_a] + b.sigma_px[match.feature_b];
+  }
+  TwoViewRansacOptions ransac;
+  ransac.seed = seed;
+  // Lenses that are not known exactly bend the lines.
+  ransac.sigma_px = 2 * 0.5 * sum_sigma / static_cast<double>(matches.size());
+  std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
+  if (!F) return std::nullopt;
+  return EpipolarGeometry{*std::move(F), ransac.sigma_px};
+}
+
 std::optional<PhotoPair> Verified(const std::vector<PhotoFeatures>& photos, std::size_t a,
                                   std::size_t b, const PhotoMapperOptions& options) {
   const std::vector<FeatureMatch> matches =
       MatchPhotoFeatures(photos[a], photos[b], std::numeric_limits<std::size_t>::max());
   if (static_cast<int>(matches.size()) < options.min_matches) return std::nullopt;
-  std::vector<PointPair> pairs;
-  double sum_sigma = 0;
-  for (const FeatureMatch& match : matches) {
-    pairs.push_back({photos[a].pixels[match.feature_a], photos[b].pixels[match.feature_b]});
-    sum_sigma += photos[a].sigma_px[match.feature_a] + photos[b].sigma_px[match.feature_b];
-  }
-  TwoViewRansacOptions ransac;
-  ransac.seed = options.seed;
-  // Lenses that are not known exactly bend the lines.
-  ransac.sigma_px = 2 * 0.5 * sum_sigma / static_cast<double>(matches.size());
-  const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
-  if (!F || F->num_inliers < options.min_matches ||
-      F->num_inliers < kMinEpipolarShare * static_cast<double>(matches.size())) {
+  const auto geometry = FitEpipolarGeometry(photos[a], photos[b], matches, options.seed);
+  if (!geometry || geometry->model.num_inliers < options.min_matches ||
+      geometry->model.num_inliers < kMinEpipolarShare * static_cast<double>(matches.size())) {
     return std::nullopt;
   }
   PhotoPair pair{a, b, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (F->is_inlier[i] != 0) pair.matches.push_back(matches[i]);
+    if (geometry->model.is_inlier[i] != 0) pair.matches.push_back(matches[i]);
   }
   return pair;
 }
@@ -110,14 +176,7 @@ std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const Photo
       }
     }
   }
-  std::vector<FeatureMatch> matches;
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (!of_a[i].IsClear()) continue;
-    const auto k = static_cast<std::size_t>(of_a[i].index);
-    if (!of_b[k].IsClear() || of_b[k].index != static_cast<Eigen::Index>(i)) continue;
-    matches.push_back({i, k});
-  }
-  return matches;
+  return MutualMatches(of_a, of_b);
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
@@ -160,6 +219,23 @@ std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
   for (std::optional<PhotoPair>& pair : verified) {
     if (pair) pairs.push_back(*std::move(pair));
   }
+  return pairs;
+}
+
+std::vector<PhotoPair> MatchAlongEpipolarLines(const std::vector<PhotoFeatures>& photos,
+                                               std::vector<PhotoPair> pairs,
+                                               const PhotoMapperOptions& options) {
+  ForEachInParallel(pairs.size(), [&](std::size_t i) {
+    PhotoPair& pair = pairs[i];
+    const PhotoFeatures& a = photos[pair.a];
+    const PhotoFeatures& b = photos[pair.b];
+    const auto geometry = FitEpipolarGeometry(a, b, pair.matches, options.seed);
+    if (!geometry) return;
+    const double max_distance_px = std::sqrt(kChi2OneDof) * geometry->sigma_px;
+    std::vector<FeatureMatch> matches =
+        MatchOnEpipolarLines(a, b, geometry->model.matrix, max_distance_px);
+    if (matches.size() > pair.matches.size()) pair.matches = std::move(matches);
+  });
   return pairs;
 }
 

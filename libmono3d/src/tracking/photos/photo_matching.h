@@ -35,4 +35,11 @@ std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
 std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
                                    const PhotoMapperOptions& options);
 
+// The pairs with as many more matches as their epipolar geometry makes clear: what looks alike
+// elsewhere in a photo does not count. More of them are wrong than of those before: positions of
+// photos that hang together without them become 5 to 40 % worse.
+std::vector<PhotoPair> MatchAlongEpipolarLines(const std::vector<PhotoFeatures>& photos,
+                                               std::vector<PhotoPair> pairs,
+                                               const PhotoMapperOptions& options);
+
 }  // namespace mono3d::tracking

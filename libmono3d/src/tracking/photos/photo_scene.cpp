@@ -18,6 +18,8 @@
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/pose_optimisation.h"
+#include "tracking/photos/mirrored_pose.h"
+#include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -66,6 +68,47 @@ std::optional<Pose> SolveP3p(const CameraModel& camera,
   cv::cv2eigen(translation.reshape(1, 3), t);
   if (!omega.allFinite() || !t.allFinite()) return std::nullopt;
   return Pose(RotationExp(omega), t);
+}
+
+// Of each measurement, as far as it may be one of the pose.
+std::vector<double> LossesOf(const CameraModel& camera, const Pose& T_cam_world,
+                             const std::vector<PointMeasurement>& measurements) {
+  std::vector<double> losses;
+  for (const PointMeasurement& measurement : measurements) {
+    const Eigen::Vector3d p_cam = T_cam_world * measurement.p_world;
+    double loss = kChi2TwoDof;
+    if (p_cam.z() > 0) {
+      const double error_px = (camera.Project(p_cam) - measurement.pixel).norm();
+      loss = std::min(loss, std::pow(error_px / measurement.sigma_px, 2));
+    }
+    losses.push_back(loss);
+  }
+  return losses;
+}
+
+// Those that are where the pose has them.
+std::vector<PointMeasurement> NearTo(const CameraModel& camera, const Pose& T_cam_world,
+                                     const std::vector<PointMeasurement>& measurements,
+                                     double max_error_px) {
+  std::vector<PointMeasurement> near;
+  for (const PointMeasurement& measurement : measurements) {
+    const Eigen::Vector3d p_cam = T_cam_world * measurement.p_world;
+    if (p_cam.z() <= 0) continue;
+    const double error_px = (camera.Project(p_cam) - measurement.pixel).norm();
+    if (error_px <= max_error_px) near.push_back(measurement);
+  }
+  return near;
+}
+
+// By those alone that agree with the start. Where a building repeats itself, a fifth of the points
+// is off by a window or two, all alike, and together they would pull the pose away from the others.
+PoseEstimate OptimiseNear(const CameraModel& camera, const Pose& start,
+                          const std::vector<PointMeasurement>& measurements, double max_error_px) {
+  return OptimisePose(camera, start, NearTo(camera, start, measurements, max_error_px));
+}
+
+double AngleBetween(const PoseEstimate& a, const PoseEstimate& b) {
+  return a.T_cam_world.rotation().angularDistance(b.T_cam_world.rotation());
 }
 
 }  // namespace
@@ -212,6 +255,23 @@ int PhotoScene::NumFitting(std::size_t photo) const {
   }));
 }
 
+std::vector<double> PhotoScene::Losses(const std::vector<char>& is_chosen) const {
+  std::vector<double> losses;
+  for (const PhotoTrack& track : tracks_) {
+    for (const PhotoObservation& observation : track.observations) {
+      if (is_chosen[observation.photo] == 0) continue;
+      double loss = kChi2TwoDof;
+      if (observation.fits && track.p_world) {
+        const Eigen::Vector3d p_cam = *T_cam_world_[observation.photo] * *track.p_world;
+        const double error_px = (camera_.Project(p_cam) - Pixel(observation)).norm();
+        loss = std::min(loss, std::pow(error_px / Sigma_px(observation), 2));
+      }
+      losses.push_back(loss);
+    }
+  }
+  return losses;
+}
+
 std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int seed) const {
   std::vector<PointMeasurement> measurements;
   for (const Seen& seen : seen_[photo]) {
@@ -224,21 +284,30 @@ std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int
   }
   const std::optional<Pose> start = SolveP3p(camera_, measurements, MaxPoseError_px(), seed);
   if (!start) return std::nullopt;
-  // Of those alone that agree with it. Where a building repeats itself, a fifth of the points is
-  // off by a window or two, all alike, and together they would pull the pose away from the others.
-  std::vector<PointMeasurement> near;
-  for (const PointMeasurement& measurement : measurements) {
-    const Eigen::Vector3d p_cam = *start * measurement.p_world;
-    if (p_cam.z() <= 0) continue;
-    const double error_px = (camera_.Project(p_cam) - measurement.pixel).norm();
-    if (error_px <= MaxPoseError_px()) near.push_back(measurement);
+  PoseEstimate estimate = OptimiseNear(camera_, *start, measurements, MaxPoseError_px());
+  const auto is_enough = [&](const PoseEstimate& of) {
+    return of.num_inliers >= min_inliers &&
+           of.num_inliers >= kMinP3pShare * static_cast<double>(measurements.size());
+  };
+  if (!is_enough(estimate)) return std::nullopt;
+  std::vector<Eigen::Vector3d> p_world;
+  for (const PointMeasurement& near :
+       NearTo(camera_, estimate.T_cam_world, measurements, MaxPoseError_px())) {
+    p_world.push_back(near.p_world);
   }
-  const PoseEstimate estimate = OptimisePose(camera_, *start, near);
-  if (estimate.num_inliers < min_inliers ||
-      estimate.num_inliers < kMinP3pShare * static_cast<double>(measurements.size())) {
-    return std::nullopt;
+  const Pose mirrored = MirroredPose(estimate.T_cam_world, p_world);
+  const PoseEstimate other = OptimiseNear(camera_, mirrored, measurements, MaxPoseError_px());
+  // Where what it shows is no plane, or is near, the other one comes back to the first.
+  if (!is_enough(other) ||
+      AngleBetween(other, estimate) <
+          0.5 * mirrored.rotation().angularDistance(estimate.T_cam_world.rotation())) {
+    return estimate.T_cam_world;
   }
-  return estimate.T_cam_world;
+  const std::vector<double> losses = LossesOf(camera_, estimate.T_cam_world, measurements);
+  const std::vector<double> losses_other = LossesOf(camera_, other.T_cam_world, measurements);
+  if (IsClearlyBetterOfInliers(losses, losses_other, kChi2TwoDof)) return estimate.T_cam_world;
+  if (IsClearlyBetterOfInliers(losses_other, losses, kChi2TwoDof)) return other.T_cam_world;
+  return std::nullopt;
 }
 
 bool PhotoScene::Fits(const PhotoObservation& observation, const Eigen::Vector3d& p_world) const {

@@ -94,8 +94,11 @@ class PhotoScene {
   int NumPointsFor(std::size_t photo) const;
   // Points that it does show, by its pose.
   int NumFitting(std::size_t photo) const;
+  // Of each observation of the photos chosen, in units of its variance, as far as it may be one of
+  // a point: so much where there is no pose or no point.
+  std::vector<double> Losses(const std::vector<char>& is_chosen) const;
   // The pose that most of the points it should show agree on, by P3P within RANSAC; nothing with
-  // fewer than `min_inliers`.
+  // fewer than `min_inliers`, or where points on a plane leave two poses open.
   std::optional<Pose> FindPose(std::size_t photo, int min_inliers, int seed) const;
 
   // Finds points where the photos with a pose agree on one; those found stay.

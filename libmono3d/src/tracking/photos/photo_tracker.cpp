@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "mono3d/core/error.h"
@@ -66,12 +68,8 @@ KeyframePosesPtr PhotoTracker::Poses() const {
   return poses_;
 }
 
-PhotoMaps PhotoTracker::PlaceBy(const std::vector<PhotoFeatures>& features) const {
-  std::vector<PhotoPair> pairs;
-  {
-    const ScopedStageTimer timer(times_, "tracking/photo_matching");
-    pairs = MatchPhotos(features, options_);
-  }
+PhotoMaps PhotoTracker::PlaceBy(const std::vector<PhotoFeatures>& features,
+                                const std::vector<PhotoPair>& pairs) const {
   const ScopedStageTimer timer(times_, "tracking/photo_mapping");
   std::vector<PhotoTime> times;
   if (options_.are_frames) {
@@ -80,25 +78,55 @@ PhotoMaps PhotoTracker::PlaceBy(const std::vector<PhotoFeatures>& features) cons
   return MapPhotos(features, pairs, frames_.front().camera, options_, /*tolerance=*/1, times);
 }
 
+std::vector<PhotoPair> PhotoTracker::Match(const std::vector<PhotoFeatures>& features) const {
+  const ScopedStageTimer timer(times_, "tracking/photo_matching");
+  return MatchPhotos(features, options_);
+}
+
+// Whether more than one image of a video is in no map, or in another one than most are: to place
+// them again takes as long as it did, or four times.
+bool PhotoTracker::AreSomeLeft() const {
+  constexpr double kMinShareLeft = 0.02;
+  const std::size_t num_left = frames_.size() - NumInLargest(*placed_);
+  return static_cast<double>(num_left) > kMinShareLeft * static_cast<double>(frames_.size());
+}
+
+void PhotoTracker::TakeLarger(PhotoMaps maps, std::string_view by) {
+  const std::size_t num_before = NumInLargest(*placed_);
+  const std::size_t num = NumInLargest(maps);
+  Log(LogLevel::kInfo, std::to_string(num) + " of " + std::to_string(frames_.size()) +
+                           " photographs hang together by " + std::string(by) + ", " +
+                           std::to_string(num_before) + " before");
+  if (num > num_before) placed_ = std::move(maps);
+}
+
+// Once more with all matches that the epipolar geometry of two photos makes clear. In rooms and
+// streets much looks alike, and is matched by its looks alone only where photos are close.
+void PhotoTracker::PlaceByMoreMatches(std::vector<PhotoPair> pairs) {
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_matching");
+    pairs = MatchAlongEpipolarLines(features_, std::move(pairs), options_);
+  }
+  TakeLarger(PlaceBy(features_, pairs), "matches along epipolar lines");
+}
+
 // Once more with twice as many features. Foliage in the wind, grass and gravel look alike
 // everywhere: of so many features few find their like, too few for a pose.
 void PhotoTracker::PlaceByMoreFeatures() {
+  const int num_features = 2 * options_.num_features;
   std::vector<PhotoFeatures> features;
   {
     const ScopedStageTimer timer(times_, "tracking/photo_features");
     for (const Frame& frame : frames_) {
-      features.push_back(
-          ExtractPhotoFeatures(frame, 2 * options_.num_features, options_.max_side_px));
+      features.push_back(ExtractPhotoFeatures(frame, num_features, options_.max_side_px));
     }
   }
-  PhotoMaps by_more = PlaceBy(features);
-  const std::size_t num_before = NumInLargest(*placed_);
-  const std::size_t num = NumInLargest(by_more);
-  Log(LogLevel::kInfo, std::to_string(num) + " of " + std::to_string(frames_.size()) +
-                           " photographs hang together by " +
-                           std::to_string(2 * options_.num_features) + " features each, " +
-                           std::to_string(num_before) + " by half as many");
-  if (num > num_before) placed_ = std::move(by_more);
+  std::vector<PhotoPair> pairs = Match(features);
+  {
+    const ScopedStageTimer timer(times_, "tracking/photo_matching");
+    pairs = MatchAlongEpipolarLines(features, std::move(pairs), options_);
+  }
+  TakeLarger(PlaceBy(features, pairs), std::to_string(num_features) + " features each");
 }
 
 void PhotoTracker::Place() {
@@ -106,13 +134,13 @@ void PhotoTracker::Place() {
   BringInOrder();
   placed_.emplace();
   if (features_.empty()) return;
-  placed_ = PlaceBy(features_);
+  {
+    std::vector<PhotoPair> pairs = Match(features_);
+    placed_ = PlaceBy(features_, pairs);
+    if (AreSomeLeft()) PlaceByMoreMatches(std::move(pairs));
+  }
   features_.clear();
-  // It takes four times as long as placing them did: not for one image of a video.
-  constexpr double kMinShareLeft = 0.02;
-  const std::size_t num_left = frames_.size() - NumInLargest(*placed_);
-  if (static_cast<double>(num_left) > kMinShareLeft * static_cast<double>(frames_.size()))
-    PlaceByMoreFeatures();
+  if (AreSomeLeft()) PlaceByMoreFeatures();
   for (PhotoMap& map : placed_->maps) {
     for (std::size_t i = 0; i < map.photos.size(); ++i) {
       const Frame& frame = frames_[map.photos[i].photo];

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mono3d/tracking/photo_mapper.h"
@@ -37,7 +38,13 @@ class PhotoTracker final : public Tracker {
  private:
   void BringInOrder();
   void Place();
-  PhotoMaps PlaceBy(const std::vector<PhotoFeatures>& features) const;
+  std::vector<PhotoPair> Match(const std::vector<PhotoFeatures>& features) const;
+  PhotoMaps PlaceBy(const std::vector<PhotoFeatures>& features,
+                    const std::vector<PhotoPair>& pairs) const;
+  bool AreSomeLeft() const;
+  // In place of those so far where more photos hang together.
+  void TakeLarger(PhotoMaps maps, std::string_view by);
+  void PlaceByMoreMatches(std::vector<PhotoPair> pairs);
   void PlaceByMoreFeatures();
   bool FollowNewPositions();
   void Publish();

@@ -30,4 +30,18 @@ inline bool IsClearlyBetter(const std::vector<double>& better, const std::vector
   return mean * std::sqrt(count) > kMinSigmas * std::sqrt(variance);
 }
 
+// The same of errors that are at most `most`, as those of outliers are. What is an outlier of both
+// tells nothing of either.
+inline bool IsClearlyBetterOfInliers(const std::vector<double>& better,
+                                     const std::vector<double>& worse, double most) {
+  std::vector<double> of_better;
+  std::vector<double> of_worse;
+  for (std::size_t i = 0; i < better.size(); ++i) {
+    if (better[i] >= most && worse[i] >= most) continue;
+    of_better.push_back(better[i]);
+    of_worse.push_back(worse[i]);
+  }
+  return IsClearlyBetter(of_better, of_worse);
+}
+
 }  // namespace mono3d::tracking
