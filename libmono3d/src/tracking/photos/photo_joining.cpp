@@ -403,7 +403,8 @@ struct PoseInBoth {
   Pose T_cam_added;
 };
 
-// Photos of the map that see enough of the added one for a pose in it, most points first.
+// Photos of the map that see enough of the added one for a pose in it, or for two, most points
+// first.
 std::vector<PoseInBoth> PosesInAdded(PhotoScene& scene, const PlacedScene& map,
                                      const PlacedScene& added, const PhotoMapperOptions& options) {
   scene.Place(added);
@@ -415,9 +416,11 @@ std::vector<PoseInBoth> PosesInAdded(PhotoScene& scene, const PlacedScene& map,
   std::ranges::stable_sort(seeing, [](const auto& l, const auto& r) { return l.first > r.first; });
   std::vector<PoseInBoth> poses;
   for (const auto& [num_points, photo] : seeing) {
-    if (poses.size() == kMaxCommonPhotos) break;
-    const auto T_cam_added = scene.FindPose(photo->photo, options.min_inliers, options.seed);
-    if (T_cam_added) poses.push_back({photo->T_cam_world, *T_cam_added});
+    if (poses.size() >= kMaxCommonPhotos) break;
+    for (const Pose& T_cam_added :
+         scene.FindPoses(photo->photo, options.min_inliers, options.seed)) {
+      poses.push_back({photo->T_cam_world, T_cam_added});
+    }
   }
   return poses;
 }

@@ -3,6 +3,7 @@
 
 #include "tracking/photos/photo_scene.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -78,8 +79,8 @@ std::vector<double> LossesOf(const CameraModel& camera, const Pose& T_cam_world,
     const Eigen::Vector3d p_cam = T_cam_world * measurement.p_world;
     double loss = kChi2TwoDof;
     if (p_cam.z() > 0) {
-      const double error_px = (camera.Project(p_cam) - measurement.pixel).norm();
-      loss = std::min(loss, std::pow(error_px / measurement.sigma_px, 2));
+      const MeasurementNoise noise = NoiseOf(camera, T_cam_world.rotation(), p_cam, measurement);
+      loss = std::min(loss, noise.Chi2(camera.Project(p_cam) - measurement.pixel));
     }
     losses.push_back(loss);
   }
@@ -272,24 +273,41 @@ std::vector<double> PhotoScene::Losses(const std::vector<char>& is_chosen) const
   return losses;
 }
 
-std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int seed) const {
+// Where the photos know it least, and by how much: along the sights, where they are close.
+Eigen::Vector3d PhotoScene::DepthAxis(const PhotoTrack& track) const {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const PhotoObservation& seen : track.observations) {
+    if (!seen.fits) continue;
+    const Eigen::Vector3d p_cam = *T_cam_world_[seen.photo] * *track.p_world;
+    const Eigen::Matrix<double, 2, 3> J = ProjectionJacobian(camera_, p_cam, p_cam).rightCols<3>() *
+                                          T_cam_world_[seen.photo]->rotation().toRotationMatrix() /
+                                          Sigma_px(seen);
+    information += J.transpose() * J;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  return solver.eigenvectors().col(0) / std::sqrt(solver.eigenvalues()(0));
+}
+
+std::vector<Pose> PhotoScene::FindPoses(std::size_t photo, int min_inliers, int seed) const {
   std::vector<PointMeasurement> measurements;
+  std::vector<const PhotoTrack*> tracks;
   for (const Seen& seen : seen_[photo]) {
     const PhotoTrack& track = tracks_[seen.track];
     if (!track.p_world) continue;
     measurements.push_back({*track.p_world, Pixel(At(seen)), Sigma_px(At(seen))});
+    tracks.push_back(&track);
   }
   if (static_cast<int>(measurements.size()) < std::max(min_inliers, kMinPoseInliers)) {
-    return std::nullopt;
+    return {};
   }
   const std::optional<Pose> start = SolveP3p(camera_, measurements, MaxPoseError_px(), seed);
-  if (!start) return std::nullopt;
+  if (!start) return {};
   PoseEstimate estimate = OptimiseNear(camera_, *start, measurements, MaxPoseError_px());
   const auto is_enough = [&](const PoseEstimate& of) {
     return of.num_inliers >= min_inliers &&
            of.num_inliers >= kMinP3pShare * static_cast<double>(measurements.size());
   };
-  if (!is_enough(estimate)) return std::nullopt;
+  if (!is_enough(estimate)) return {};
   std::vector<Eigen::Vector3d> p_world;
   for (const PointMeasurement& near :
        NearTo(camera_, estimate.T_cam_world, measurements, MaxPoseError_px())) {
@@ -301,13 +319,22 @@ std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int
   if (!is_enough(other) ||
       AngleBetween(other, estimate) <
           0.5 * mirrored.rotation().angularDistance(estimate.T_cam_world.rotation())) {
-    return estimate.T_cam_world;
+    return {estimate.T_cam_world};
+  }
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    measurements[i].depth_axis = DepthAxis(*tracks[i]);
   }
   const std::vector<double> losses = LossesOf(camera_, estimate.T_cam_world, measurements);
   const std::vector<double> losses_other = LossesOf(camera_, other.T_cam_world, measurements);
-  if (IsClearlyBetterOfInliers(losses, losses_other, kChi2TwoDof)) return estimate.T_cam_world;
-  if (IsClearlyBetterOfInliers(losses_other, losses, kChi2TwoDof)) return other.T_cam_world;
-  return std::nullopt;
+  if (IsClearlyBetterOfInliers(losses, losses_other, kChi2TwoDof)) return {estimate.T_cam_world};
+  if (IsClearlyBetterOfInliers(losses_other, losses, kChi2TwoDof)) return {other.T_cam_world};
+  return {estimate.T_cam_world, other.T_cam_world};
+}
+
+std::optional<Pose> PhotoScene::FindPose(std::size_t photo, int min_inliers, int seed) const {
+  const std::vector<Pose> poses = FindPoses(photo, min_inliers, seed);
+  if (poses.size() != 1) return std::nullopt;
+  return poses.front();
 }
 
 bool PhotoScene::Fits(const PhotoObservation& observation, const Eigen::Vector3d& p_world) const {

@@ -97,8 +97,10 @@ class PhotoScene {
   // Of each observation of the photos chosen, in units of its variance, as far as it may be one of
   // a point: so much where there is no pose or no point.
   std::vector<double> Losses(const std::vector<char>& is_chosen) const;
-  // The pose that most of the points it should show agree on, by P3P within RANSAC; nothing with
-  // fewer than `min_inliers`, or where points on a plane leave two poses open.
+  // The pose that most of the points it should show agree on, by P3P within RANSAC; two where the
+  // points, on a plane, leave another one open; none with fewer than `min_inliers`.
+  std::vector<Pose> FindPoses(std::size_t photo, int min_inliers, int seed) const;
+  // The only one.
   std::optional<Pose> FindPose(std::size_t photo, int min_inliers, int seed) const;
 
   // Finds points where the photos with a pose agree on one; those found stay.
@@ -122,6 +124,7 @@ class PhotoScene {
   // Marks the observations; false, and no point, where they are too few or see it from one place.
   bool MarkFitting(PhotoTrack& track) const;
   void TriangulateTrack(PhotoTrack& track) const;
+  Eigen::Vector3d DepthAxis(const PhotoTrack& track) const;
   bool HasParallax(const PhotoTrack& track, const Eigen::Vector3d& p_world) const;
   // Of the points that the photo shows; 1 where there are none.
   double MedianDepth(std::size_t photo) const;
