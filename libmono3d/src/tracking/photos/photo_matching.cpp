@@ -46,7 +46,7 @@ struct BestCosine {
 };
 
 // Features that are each other's best, both clearly.
-std::vector<FeatureMatch> MutualMatches(const std::vector<BestCosine>& of_a,
+std::vector<FeatureMatch> MatchesOfBest(const std::vector<BestCosine>& of_a,
                                         const std::vector<BestCosine>& of_b) {
   std::vector<FeatureMatch> matches;
   for (std::size_t i = 0; i < of_a.size(); ++i) {
@@ -109,7 +109,7 @@ std::vector<FeatureMatch> MatchOnEpipolarLines(const PhotoFeatures& a, const Pho
       of_b[k].Take(cosine, row_a);
     }
   }
-  return MutualMatches(of_a, of_b);
+  return MatchesOfBest(of_a, of_b);
 }
 
 struct EpipolarGeometry {
@@ -176,7 +176,7 @@ std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const Photo
       }
     }
   }
-  return MutualMatches(of_a, of_b);
+  return MatchesOfBest(of_a, of_b);
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
