@@ -11,6 +11,7 @@
 #include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <string>
 #include <string_view>
@@ -18,6 +19,7 @@
 
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
+#include "mono3d/core/timing.h"
 #include "mono3d/geometry/similarity.h"
 #include "tracking/photos/photo_features.h"
 #include "tracking/photos/photo_mapping.h"
@@ -308,6 +310,31 @@ TEST(PhotoMapper, TakesMoreFeaturesWherePhotosDoNotHangTogether) {
             Houses().frames.size());
   EXPECT_THAT(Place(Shuffled(Houses().frames, 5), options).T_world_cam,
               SizeIs(Houses().frames.size()));
+}
+
+// Titles between the shots of a film: what is not there is not looked for again, which would take
+// several times as long as all before.
+TEST(PhotoMapper, PlacesOnceWhereWhatIsLeftShowsNothing) {
+  PhotoMapperOptions options;
+  options.num_features = 300;
+  std::vector<Frame> frames = Houses().frames;
+  for (int i = 0; i < 3; ++i) {
+    Frame frame = BlackFrame(300 + i);
+    frame.name = "title " + std::to_string(i);
+    cv::putText(frame.bgr, "summer", {60, 90}, cv::FONT_HERSHEY_SIMPLEX, 1, {255, 255, 255}, 2);
+    frames.push_back(frame);
+  }
+  StageTimes times;
+  const std::unique_ptr<Tracker> mapper = CreatePhotoMapper(options, &times);
+  for (const Frame& frame : frames) (void)mapper->Track(frame);
+  (void)mapper->Finish();
+  EXPECT_THAT(mapper->Trajectory(), SizeIs(Houses().frames.size()));
+  for (const StageTime& stage : times.Snapshot()) {
+    const bool is_mapping = stage.stage == "tracking/photo_mapping";
+    if (!is_mapping && stage.stage != "tracking/photo_features") continue;
+    EXPECT_EQ(stage.num_calls, is_mapping ? 1 : static_cast<std::int64_t>(frames.size()))
+        << stage.stage;
+  }
 }
 
 // Place recognition instead of all pairs: the same photos hang together.

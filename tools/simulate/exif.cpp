@@ -133,7 +133,8 @@ void SetCamera(ExifData* data, const ExifFacts& facts, const ClockTime& time) {
   Directory exif(data, EXIF_IFD_EXIF);
   exif.SetAscii(EXIF_TAG_DATE_TIME_ORIGINAL, date);
   exif.SetAscii(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, milliseconds);
-  const double focal_mm = facts.focal_px * kSensorWidth_mm / facts.width;
+  // Held upright the sensor's width is the height of the image.
+  const double focal_mm = facts.focal_px * kSensorWidth_mm / std::max(facts.width, facts.height);
   exif.SetRational(EXIF_TAG_FOCAL_LENGTH, focal_mm, 10'000);
   exif.SetShort(EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM, static_cast<int>(std::lround(focal_mm)));
   exif.SetLong(EXIF_TAG_PIXEL_X_DIMENSION, facts.width);

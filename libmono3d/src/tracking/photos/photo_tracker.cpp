@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -37,6 +38,32 @@ Keyframe KeyframeOfPhoto(const Frame& frame, std::int64_t id, const SparseImage&
 
 std::size_t NumInLargest(const PhotoMaps& placed) {
   return placed.maps.empty() ? 0 : placed.maps.front().photos.size();
+}
+
+// Of which photos more matches of the same pairs may make a larger map: those that a chain of pairs
+// links to the largest map there is, and those of a chain that is longer than it.
+std::vector<bool> MayComeByMoreMatches(const PhotoMaps& placed, const std::vector<PhotoPair>& pairs,
+                                       std::size_t num_photos) {
+  std::vector<std::size_t> chain_of(num_photos);  // the first photo of the chain that each is in
+  std::iota(chain_of.begin(), chain_of.end(), std::size_t{0});
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (const PhotoPair& pair : pairs) {
+      const std::size_t first = std::min(chain_of[pair.a], chain_of[pair.b]);
+      has_changed = has_changed || chain_of[pair.a] != chain_of[pair.b];
+      chain_of[pair.a] = chain_of[pair.b] = first;
+    }
+  }
+  std::vector<std::size_t> length(num_photos);
+  for (const std::size_t chain : chain_of) ++length[chain];
+  std::vector<bool> may_come;
+  for (const std::size_t chain : chain_of) may_come.push_back(length[chain] > NumInLargest(placed));
+  if (placed.maps.empty()) return may_come;
+  const std::size_t of_largest = chain_of[placed.maps.front().photos.front().photo];
+  for (std::size_t i = 0; i < num_photos; ++i) {
+    if (chain_of[i] == of_largest) may_come[i] = true;
+  }
+  return may_come;
 }
 
 }  // namespace
@@ -83,11 +110,15 @@ std::vector<PhotoPair> PhotoTracker::Match(const std::vector<PhotoFeatures>& fea
   return MatchPhotos(features, options_);
 }
 
-// Whether more than one image of a video is in no map, or in another one than most are: to place
-// them again takes as long as it did, or four times.
-bool PhotoTracker::AreSomeLeft() const {
+// Whether, of those that may come by it, more than one image of a video is in no map or in another
+// one than most are: to place all again takes as long as it did, or four times.
+bool PhotoTracker::AreSomeLeft(const std::vector<bool>& may_come) const {
   constexpr double kMinShareLeft = 0.02;
-  const std::size_t num_left = frames_.size() - NumInLargest(*placed_);
+  std::vector<bool> is_left = may_come;
+  if (!placed_->maps.empty()) {
+    for (const PlacedPhoto& placed : placed_->maps.front().photos) is_left[placed.photo] = false;
+  }
+  const auto num_left = std::ranges::count(is_left, true);
   return static_cast<double>(num_left) > kMinShareLeft * static_cast<double>(frames_.size());
 }
 
@@ -137,10 +168,18 @@ void PhotoTracker::Place() {
   {
     std::vector<PhotoPair> pairs = Match(features_);
     placed_ = PlaceBy(features_, pairs);
-    if (AreSomeLeft()) PlaceByMoreMatches(std::move(pairs));
+    if (AreSomeLeft(MayComeByMoreMatches(*placed_, pairs, frames_.size()))) {
+      PlaceByMoreMatches(std::move(pairs));
+    }
+  }
+  // Where all features that there are were found, as on a blank wall or a title, more do not come.
+  std::vector<bool> have_more_features;
+  for (const PhotoFeatures& features : features_) {
+    have_more_features.push_back(features.size() >=
+                                 static_cast<std::size_t>(options_.num_features));
   }
   features_.clear();
-  if (AreSomeLeft()) PlaceByMoreFeatures();
+  if (AreSomeLeft(have_more_features)) PlaceByMoreFeatures();
   for (PhotoMap& map : placed_->maps) {
     for (std::size_t i = 0; i < map.photos.size(); ++i) {
       const Frame& frame = frames_[map.photos[i].photo];

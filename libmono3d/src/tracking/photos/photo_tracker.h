@@ -41,7 +41,7 @@ class PhotoTracker final : public Tracker {
   std::vector<PhotoPair> Match(const std::vector<PhotoFeatures>& features) const;
   PhotoMaps PlaceBy(const std::vector<PhotoFeatures>& features,
                     const std::vector<PhotoPair>& pairs) const;
-  bool AreSomeLeft() const;
+  bool AreSomeLeft(const std::vector<bool>& may_come) const;
   // In place of those so far where more photos hang together.
   void TakeLarger(PhotoMaps maps, std::string_view by);
   void PlaceByMoreMatches(std::vector<PhotoPair> pairs);
