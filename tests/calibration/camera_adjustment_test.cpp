@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "calibration/intrinsics_variation.h"
 #include "mono3d/calibration/camera_calibration.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/distortion.h"
@@ -477,6 +478,29 @@ TEST(CameraAdjustment, TellsWhetherTheCameraChanges) {
     const IntrinsicsVariation zoomed = Adjust(UnknownCamera(), zooming).variation;
     EXPECT_GT(zoomed.focal_share, 0.01);
     EXPECT_LT(zoomed.focal_share, 0.06);
+  }
+}
+
+// A slow zoom is a difference between stretches of the footage, not between neighbouring images.
+TEST(CameraAdjustment, TellsOfASlowZoom) {
+  const Eigen::Vector2d centre(TrueCamera().cx, TrueCamera().cy);
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const SparseModel map = MakeMap(TrueCamera(), Way::kOrbit, 70 + seed);
+    const CameraModel steady = Adjust(UnknownCamera(), map).camera;
+    EXPECT_EQ(MeasureFocalDrift({map}, steady), 0);
+
+    SparseModel zooming = map;
+    const std::size_t last = map.images.size() - 1;
+    for (std::size_t i = 0; i < map.images.size(); ++i) {
+      const double zoom = 1 + 0.3 * static_cast<double>(i) / static_cast<double>(last);
+      for (SparseObservation& observation : zooming.images[i].observations) {
+        observation.pixel = centre + zoom * (observation.pixel - centre);
+      }
+    }
+    const CameraModel one = Adjust(UnknownCamera(), zooming).camera;
+    const double drift = MeasureFocalDrift({zooming}, one);
+    EXPECT_GT(drift, 0.1);
+    EXPECT_LT(drift, 0.35);
   }
 }
 

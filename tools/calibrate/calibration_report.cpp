@@ -183,6 +183,7 @@ nlohmann::json CalibrationJson(const CameraCalibration& calibration) {
   json["sigma_px"] = calibration.sigma_px;
   json["principal_point_variation_px"] = calibration.variation.principal_point_px;
   json["focal_variation"] = calibration.variation.focal_share;
+  json["focal_drift"] = calibration.variation.focal_drift;
   json["rms_px"] = RootMeanSquare_px(calibration.residuals);
   json["rounds"] = calibration.num_rounds;
   json["images"] = calibration.num_images;

@@ -101,7 +101,8 @@ Advice AdviceOfCamera(const RunRecord& record) {
             "run again without --camera-fixed: the images are then asked"};
   }
   const CameraCalibration& calibration = *record.calibration;
-  if (calibration.variation.principal_point_px > 0 || calibration.variation.focal_share > 0) {
+  const IntrinsicsVariation& variation = calibration.variation;
+  if (variation.principal_point_px > 0 || variation.focal_share > 0 || variation.focal_drift > 0) {
     return {"the camera is not the same in all images (image stabilisation or zoom)",
             "switch electronic stabilisation off, and do not zoom"};
   }

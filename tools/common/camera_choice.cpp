@@ -143,7 +143,7 @@ std::string CameraOfAllLine(const CameraCalibration& calibration) {
 }  // namespace
 
 std::string VariationText(const IntrinsicsVariation& variation) {
-  const auto& [principal_point_px, focal_share] = variation;
+  const auto& [principal_point_px, focal_share, focal_drift] = variation;
   std::string what;
   if (principal_point_px > 0) {
     what = "the principal point moves by " + Fixed(principal_point_px, 1) +
@@ -152,6 +152,9 @@ std::string VariationText(const IntrinsicsVariation& variation) {
   if (focal_share > 0) {
     what += (what.empty() ? "" : "; ") + std::string("the focal length changes by ") +
             Fixed(100 * focal_share, 1) + " % from image to image, as with zoom";
+  } else if (focal_drift > 0) {
+    what += (what.empty() ? "" : "; ") + std::string("the focal length changes by ") +
+            Fixed(100 * focal_drift, 0) + " % in the course of the footage, as with zoom";
   }
   if (what.empty()) return {};
   return what + ": one camera for all images is not exact, nor is what comes of it";

@@ -17,6 +17,7 @@
 
 #include "calibration/camera_adjustment.h"
 #include "calibration/camera_posterior.h"
+#include "calibration/intrinsics_variation.h"
 #include "calibration/photo_footage.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
@@ -239,6 +240,7 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
   // The source may resize images and camera.
   const int width = source->camera().width;
   const int height = source->camera().height;
+  std::vector<SparseModel> latest;
   const auto track = [&](const CameraModel& camera, const std::vector<FootagePart>& parts) {
     TrackedMaps tracked;
     for (const FootagePart& part : parts) {
@@ -246,10 +248,13 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
           open(camera.Resized(told.width, told.height), part.start, part.num_frames);
       TrackFootage(*footage, camera, tracked.maps);
     }
+    latest = tracked.maps;
     return tracked;
   };
   CameraCalibration result = Calibrate(prior.Resized(width, height), track,
                                        ChooseParts(source->num_frames(), options), options);
+  result.variation.focal_drift =
+      calibration::MeasureFocalDrift(std::move(latest), result.posterior.camera);
   calibration::BringToSize(prior, result);
   return result;
 }

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "calibration/camera_covariance.h"
+#include "calibration/camera_parameters.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d::calibration {
@@ -21,6 +23,9 @@ using ImageVector = Eigen::Matrix<double, kNumOfImage, 1>;
 // Several for each of the nine.
 constexpr int kMinObservationsOfImage = 30;
 constexpr std::size_t kMinImagesThatVary = 5;
+// The errors of the points in one image are not independent: standard deviations are too small by
+// 2 to 4.
+constexpr double kCorrelated = 4;
 
 // The normal equations of one image's pose and intrinsics.
 struct ImageEquations {
@@ -48,16 +53,71 @@ struct Differences {
 
   // 0 where it is within chance or `tolerance`.
   double Spread(double tolerance) const {
-    // The errors of the points in one image are not independent: standard deviations are too small
-    // by 2 to 4.
-    constexpr double kCorrelated = 4;
     constexpr double kMedianToSigma = 1.4826;
     const double spread = kMedianToSigma * UpperMedianOrZero(absolute);
     return spread > std::max(tolerance, kCorrelated * UpperMedianOrZero(sigma)) ? spread : 0;
   }
 };
 
+// Stretches of so many images tell their focal length, and no more than four of them are compared:
+// a problem has kMaxImages images.
+constexpr std::size_t kMinImagesOfStretch = 6;
+constexpr std::size_t kMaxStretches = 4;
+// Less is within what a map that was tracked with a wrong camera is bent by.
+constexpr double kSteadyStretches = 0.03;
+
+// Image::camera becomes the stretch; the number of stretches.
+std::size_t DivideIntoStretches(std::vector<SparseModel>& maps) {
+  std::vector<SparseImage*> images;
+  for (SparseModel& map : maps) {
+    const std::size_t first = images.size();
+    for (SparseImage& image : map.images) images.push_back(&image);
+    std::sort(images.begin() + static_cast<std::ptrdiff_t>(first), images.end(),
+              [](const SparseImage* a, const SparseImage* b) { return a->id < b->id; });
+  }
+  const std::size_t num = std::min(kMaxStretches, images.size() / kMinImagesOfStretch);
+  for (std::size_t i = 0; i < images.size() && num > 0; ++i) {
+    images[i]->camera = i * num / images.size();
+  }
+  return num;
+}
+
 }  // namespace
+
+double MeasureFocalDrift(std::vector<SparseModel> maps, const CameraModel& camera) {
+  constexpr std::size_t kNumPoints = 1000;
+  constexpr double kFreeFocal = 0.5;  // a zoom of any size
+  const std::size_t num_stretches = DivideIntoStretches(maps);
+  if (num_stretches < 2) return 0;
+  CameraPrior prior = DefaultCameraPrior(camera.width, camera.height, camera.lens);
+  prior.camera = camera;
+  prior.focal_sigma = kFreeFocal;
+  const std::vector<CameraModel> starts(num_stretches, camera);
+  const std::vector<CameraPrior> priors(num_stretches, prior);
+  CameraProblem problem({.maps = maps, .max_points = kNumPoints}, starts, priors);
+  if (problem.num_points() == 0) return 0;
+  ParameterFlags held = ParameterFlags::Constant(true);
+  held[kLogFocal] = false;
+  for (std::size_t i = 0; i < num_stretches; ++i) problem.FixAtPrior(held, i);
+  for (const double min_gain : {1e-2, 1e-4}) problem.Solve(min_gain);
+  const std::vector<CameraCovariance> covariances = CameraCovariances(problem);
+  // The two that differ most, of those that differ beyond chance.
+  double largest = 0;
+  for (std::size_t a = 0; a < num_stretches; ++a) {
+    for (std::size_t b = a + 1; b < num_stretches; ++b) {
+      double variance = 0;
+      for (const std::size_t i : {a, b}) {
+        variance +=
+            covariances[i].clustered(kLogFocal, kLogFocal) + covariances[i].hidden[kLogFocal];
+      }
+      const double difference =
+          std::abs(problem.parameters(a)[kLogFocal] - problem.parameters(b)[kLogFocal]);
+      if (!(variance > 0) || difference < kCorrelated * std::sqrt(variance)) continue;
+      largest = std::max(largest, difference);
+    }
+  }
+  return largest > kSteadyStretches ? std::expm1(largest) : 0;
+}
 
 IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem,
                                                std::size_t of_camera) {

@@ -4,9 +4,12 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "calibration/camera_problem.h"
 #include "mono3d/calibration/camera_calibration.h"
+#include "mono3d/geometry/camera_model.h"
+#include "mono3d/image/sparse_model.h"
 
 namespace mono3d::calibration {
 
@@ -15,5 +18,9 @@ namespace mono3d::calibration {
 // within what good calibrations are off by, is 0.
 IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem,
                                                std::size_t of_camera = 0);
+
+// IntrinsicsVariation::focal_drift of footage whose one camera was found to be `camera`: poses,
+// points and a focal length for each stretch of the images, in their order, are adjusted together.
+double MeasureFocalDrift(std::vector<SparseModel> maps, const CameraModel& camera);
 
 }  // namespace mono3d::calibration

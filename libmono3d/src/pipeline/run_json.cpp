@@ -433,6 +433,7 @@ JsonValue CalibrationJson(const CameraCalibration& calibration) {
   json.Set("sigma_px", calibration.sigma_px);
   json.Set("principal_point_variation_px", calibration.variation.principal_point_px);
   json.Set("focal_variation", calibration.variation.focal_share);
+  json.Set("focal_drift", calibration.variation.focal_drift);
   json.Set("rounds", calibration.num_rounds);
   json.Set("images", calibration.num_images);
   json.Set("points", calibration.num_points);

@@ -49,6 +49,9 @@ struct CalibrationResidual {
 struct IntrinsicsVariation {
   double principal_point_px = 0;
   double focal_share = 0;  // of the focal length
+  // Videos: by how much more the focal length of one stretch of the footage is than that of
+  // another, 0.5: by half. A slow zoom is no difference between neighbouring images.
+  double focal_drift = 0;
 };
 
 // What the images say of their camera.
