@@ -96,7 +96,7 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
   PhotoFeatures features;
   if (keypoints.empty()) return features;
   features.digest = DigestOf(descriptors);
-  features.descriptors.resize(static_cast<Eigen::Index>(keypoints.size()), 128);
+  features.descriptors.resize(static_cast<Eigen::Index>(keypoints.size()), kSiftSize);
   const Eigen::Vector2d scale(static_cast<double>(bgr.cols) / grey.cols,
                               static_cast<double>(bgr.rows) / grey.rows);
   for (const std::size_t i : BySize(keypoints)) {
@@ -107,10 +107,9 @@ PhotoFeatures ExtractPhotoFeatures(const cv::Mat& bgr, int num_features, int max
     features.sigma_px.push_back(kFinestSigma_px * scale.x() *
                                 std::max(1.0, keypoint.size / kFinestSize_px));
     features.colours.push_back(PhotoColourAt(bgr, features.pixels.back()));
-    const Eigen::Map<const Eigen::Matrix<float, 1, 128>> sift(
-        descriptors.ptr<float>(static_cast<int>(i)));
+    const Eigen::Map<const SiftVector> sift(descriptors.ptr<float>(static_cast<int>(i)));
     const float sum = std::max(sift.sum(), 1.0F);
-    features.descriptors.row(row) = (sift / sum).cwiseSqrt();
+    features.descriptors.row(row) = ToDescriptor((sift / sum).cwiseSqrt());
   }
   return features;
 }

@@ -11,11 +11,9 @@
 #include <vector>
 
 #include "mono3d/image/frame.h"
+#include "tracking/photos/descriptor_products.h"
 
 namespace mono3d::tracking {
-
-// Rows of unit length, so that products are cosines.
-using DescriptorMatrix = Eigen::Matrix<float, Eigen::Dynamic, 128, Eigen::RowMajor>;
 
 // What a photo shows, the largest structures first.
 struct PhotoFeatures {

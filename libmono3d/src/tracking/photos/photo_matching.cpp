@@ -17,43 +17,29 @@ namespace mono3d::tracking {
 namespace {
 
 // Of descriptors of the same surface, distance 0.7 of vectors of unit length.
-constexpr float kMinCosine = 1 - 0.5F * 0.7F * 0.7F;
+constexpr double kMinCosine = 1 - 0.5 * 0.7 * 0.7;
 // Largest features that tell which photos look alike.
 constexpr std::size_t kNumPreemptive = 300;
 constexpr std::size_t kMinPreemptive = 4;
 // Wrong pairs agree with an epipolar geometry by chance, but not as many of them.
 constexpr double kMinEpipolarShare = 0.3;
 
-struct BestCosine {
-  float best = -1;
-  float second = -1;
-  Eigen::Index index = -1;
-
-  void Take(float cosine, Eigen::Index of) {
-    if (cosine > best) {
-      second = best;
-      best = cosine;
-      index = of;
-    } else if (cosine > second) {
-      second = cosine;
-    }
-  }
-  // Squared distances are 2 - 2 cosines.
-  bool IsClear() const {
-    constexpr auto kRatio = static_cast<float>(kMaxDistanceRatio * kMaxDistanceRatio);
-    return best >= kMinCosine && 1 - best < kRatio * (1 - second);
-  }
-};
+// The most similar feature, where it is similar enough and the second best clearly less so.
+// Squared distances are 2 - 2 cosines.
+std::optional<std::size_t> ClearlyBest(const MostSimilar& similar, std::size_t feature) {
+  constexpr double kRatio = kMaxDistanceRatio * kMaxDistanceRatio;
+  const double best = similar.best[feature] / kProductOfUnit;
+  const double second = similar.second[feature] / kProductOfUnit;
+  if (best < kMinCosine || 1 - best >= kRatio * (1 - second)) return std::nullopt;
+  return static_cast<std::size_t>(similar.index[feature]);
+}
 
 // Features that are each other's best, both clearly.
-std::vector<FeatureMatch> MatchesOfBest(const std::vector<BestCosine>& of_a,
-                                        const std::vector<BestCosine>& of_b) {
+std::vector<FeatureMatch> MatchesOfBest(const SimilarFeatures& similar, std::size_t num_a) {
   std::vector<FeatureMatch> matches;
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (!of_a[i].IsClear()) continue;
-    const auto k = static_cast<std::size_t>(of_a[i].index);
-    if (!of_b[k].IsClear() || of_b[k].index != static_cast<Eigen::Index>(i)) continue;
-    matches.push_back({i, k});
+  for (std::size_t i = 0; i < num_a; ++i) {
+    const auto k = ClearlyBest(similar.of_a, i);
+    if (k && ClearlyBest(similar.of_b, *k) == i) matches.push_back({i, *k});
   }
   return matches;
 }
@@ -93,8 +79,7 @@ std::vector<FeatureMatch> MatchOnEpipolarLines(const PhotoFeatures& a, const Pho
   const auto lines_in_b = EpipolarLines(a, F_b_a);
   const auto lines_in_a = EpipolarLines(b, F_b_a.transpose());
   const auto max_distance = static_cast<float>(max_distance_px);
-  std::vector<BestCosine> of_a(a.size());
-  std::vector<BestCosine> of_b(b.size());
+  SimilarFeatures similar{MostSimilar(a.size()), MostSimilar(b.size())};
   for (std::size_t i = 0; i < a.size(); ++i) {
     const auto row_a = static_cast<Eigen::Index>(i);
     const Eigen::RowVector3f line_in_b = lines_in_b.row(row_a);
@@ -104,12 +89,12 @@ std::vector<FeatureMatch> MatchOnEpipolarLines(const PhotoFeatures& a, const Pho
       const Eigen::Vector3f pixel_b = b.pixels[k].homogeneous().cast<float>();
       if (std::abs(line_in_b.dot(pixel_b)) > max_distance) continue;
       if (std::abs(lines_in_a.row(row_b).dot(pixel_a)) > max_distance) continue;
-      const float cosine = a.descriptors.row(row_a).dot(b.descriptors.row(row_b));
-      of_a[i].Take(cosine, row_b);
-      of_b[k].Take(cosine, row_a);
+      const std::int32_t product = DescriptorProduct(a.descriptors, row_a, b.descriptors, row_b);
+      similar.of_a.Take(i, product, static_cast<std::int32_t>(k));
+      similar.of_b.Take(k, product, static_cast<std::int32_t>(i));
     }
   }
-  return MatchesOfBest(of_a, of_b);
+  return MatchesOfBest(similar, a.size());
 }
 
 struct EpipolarGeometry {
@@ -156,27 +141,10 @@ std::optional<PhotoPair> Verified(const std::vector<PhotoFeatures>& photos, std:
 
 std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const PhotoFeatures& b,
                                              std::size_t max_features) {
-  constexpr Eigen::Index kBlockRows = 128;  // of the matrix of cosines, which is never whole
-  const auto num_a = static_cast<Eigen::Index>(std::min(a.size(), max_features));
-  const auto num_b = static_cast<Eigen::Index>(std::min(b.size(), max_features));
+  const std::size_t num_a = std::min(a.size(), max_features);
+  const std::size_t num_b = std::min(b.size(), max_features);
   if (num_a < 2 || num_b < 2) return {};
-  std::vector<BestCosine> of_a(static_cast<std::size_t>(num_a));
-  std::vector<BestCosine> of_b(static_cast<std::size_t>(num_b));
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> cosines;
-  for (Eigen::Index first = 0; first < num_a; first += kBlockRows) {
-    const Eigen::Index rows = std::min(kBlockRows, num_a - first);
-    cosines.noalias() =
-        a.descriptors.middleRows(first, rows) * b.descriptors.topRows(num_b).transpose();
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      const float* row = cosines.data() + i * num_b;
-      BestCosine& best = of_a[static_cast<std::size_t>(first + i)];
-      for (Eigen::Index k = 0; k < num_b; ++k) {
-        best.Take(row[k], k);
-        of_b[static_cast<std::size_t>(k)].Take(row[k], first + i);
-      }
-    }
-  }
-  return MatchesOfBest(of_a, of_b);
+  return MatchesOfBest(FindMostSimilar(a.descriptors, num_a, b.descriptors, num_b), num_a);
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
