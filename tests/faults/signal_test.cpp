@@ -45,6 +45,7 @@ unsigned Seed() {
 }
 
 const std::vector<std::string> kInOrder = {"--max-frames", "16"};
+const std::vector<std::string> kPhotographs = {"--max-frames", "16", "--photos"};
 const std::vector<std::string> kLive = {"--max-frames", "30", "--live", "--fps", "12"};
 
 // Any moment is right: whatever it finds, the outcome is checked. So time may be wrong as long as
@@ -190,6 +191,12 @@ TEST_F(Signals, StopOfALiveRunEndsInOrder) {
   TryToStop(SIGTERM, "SIGTERM, live", NumMoments(1));
   TryToStop(SIGINT, "SIGINT, live", NumMoments(0));
   TryToStop(SIGHUP, "SIGHUP, live", NumMoments(0));
+}
+
+TEST_F(Signals, StopOfPhotographsEndsInOrder) {
+  ASSERT_NO_FATAL_FAILURE(Begin(kPhotographs));
+  TryToStop(SIGTERM, "SIGTERM, photographs", NumMoments(2));
+  TryToStop(SIGINT, "SIGINT, photographs", NumMoments(0));
 }
 
 TEST_F(Signals, APauseChangesNothing) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -250,6 +251,24 @@ TEST(Pipeline, TakesFramesThatArePlacedAtTheEnd) {
   EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
   EXPECT_EQ(result.maps[0].online_trajectory.size(), 8U);
   EXPECT_EQ(result.counts.num_fused, 3);  // 1, 5 and 8; 4 was rejected, 0 3 6 9 have no depth
+}
+
+// The poses that were found stay.
+TEST(Pipeline, StoppedMakesNoMoreDepthMapsOfPhotographs) {
+  MapLog log;
+  PipelineStages stages = FakeStages(&log);
+  stages.tracker = std::make_unique<LateTracker>();
+  std::atomic<bool> stop = false;
+  PipelineOptions options;
+  options.are_photos = true;
+  options.photos.stop = &stop;
+  PipelineObserver observer;
+  observer.on_depth_map = [&](const DepthMap&, const FusionResult&) { stop = true; };
+  FakeSource source(10);
+  const Reconstruction result = Pipeline(std::move(stages), observer, options).Run(source);
+  EXPECT_EQ(result.counts.num_fused, 1);
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].trajectory.size(), 8U);
 }
 
 TEST(Pipeline, TheTrajectoryOfTheModelFollowsItsKeyframes) {

@@ -65,6 +65,15 @@ TEST(ProgressLine, SaysHowSureItIsOfTheScale) {
   EXPECT_THAT(FormatProgress(progress, {}, 1), EndsWith("  on the earth, scale +- 0.42 %"));
 }
 
+TEST(ProgressLine, SaysHowFarPhotographsArePlaced) {
+  using Step = PhotoMapperProgress::Step;
+  EXPECT_EQ(FormatProgress({Step::kFeatures, 12, 0}, 12, 3), "features of 12 images");
+  // 100 more pairs in 5 s, of which 300 are left.
+  EXPECT_EQ(FormatProgress({Step::kMatching, 200, 500}, 100, 5),
+            "matched 200/500 pairs of images  ETA 15 s");
+  EXPECT_EQ(FormatProgress({Step::kPlacing, 40, 80}, 40, 9), "placed 40/80 images");
+}
+
 TEST(ProgressLine, SaysOfTheModelOnlyWhatIsNotGoodAndWhy) {
   EXPECT_THAT(Line(Health(HealthState::kGood, "")), Not(HasSubstr("model")));
   EXPECT_THAT(Line(Health(HealthState::kDegraded, "2 of 8 were rejected")),

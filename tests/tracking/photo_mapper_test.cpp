@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -249,6 +250,55 @@ TEST(PhotoMapper, HandsOutKeyframesWithThePointsThatTheyShow) {
   }
   const std::vector<double> errors_px = ReprojectionErrors_px(placed.sparse);
   EXPECT_LT(*std::ranges::max_element(errors_px), 3);
+}
+
+using Step = PhotoMapperProgress::Step;
+
+TEST(PhotoMapper, TellsHowFarItIs) {
+  std::map<Step, std::vector<PhotoMapperProgress>> told;
+  PhotoMapperOptions options;
+  options.on_progress = [&](const PhotoMapperProgress& progress) {
+    told[progress.step].push_back(progress);
+  };
+  (void)Place(Houses().frames, options);
+  const auto num_photos = static_cast<std::int64_t>(Houses().frames.size());
+  ASSERT_THAT(told[Step::kMatching], SizeIs(num_photos * (num_photos - 1) / 2));
+  for (std::size_t i = 0; i < told[Step::kMatching].size(); ++i) {
+    EXPECT_EQ(told[Step::kMatching][i].done, static_cast<std::int64_t>(i) + 1);
+    EXPECT_EQ(told[Step::kMatching][i].total, std::ssize(told[Step::kMatching]));
+  }
+  ASSERT_FALSE(told[Step::kPlacing].empty());
+  EXPECT_EQ(told[Step::kPlacing].front().done, 2);
+  EXPECT_EQ(told[Step::kPlacing].back().done, num_photos);
+  EXPECT_EQ(told[Step::kPlacing].back().total, num_photos);
+}
+
+// Stops once `step` has come so far.
+Placed PlaceUntil(Step step, std::int64_t done) {
+  std::atomic<bool> stop = false;
+  PhotoMapperOptions options;
+  options.stop = &stop;
+  options.on_progress = [&](const PhotoMapperProgress& progress) {
+    if (progress.step == step && progress.done >= done) stop = true;
+  };
+  return Place(Houses().frames, options);
+}
+
+TEST(PhotoMapper, StoppedWhileItPlacesHasThoseSoFar) {
+  const Placed placed = PlaceUntil(Step::kPlacing, 4);
+  EXPECT_GE(placed.T_world_cam.size(), 4U);
+  EXPECT_LT(placed.T_world_cam.size(), Houses().frames.size());
+  EXPECT_THAT(placed.keyframes, SizeIs(placed.T_world_cam.size()));
+  for (const LateResult& late : placed.late) {
+    EXPECT_EQ(late.reason, late.pose ? "" : "stopped before it was placed");
+  }
+  EXPECT_THAT(placed.late, SizeIs(Houses().frames.size()));
+}
+
+TEST(PhotoMapper, StoppedWhileItMatchesPlacesNothing) {
+  const Placed placed = PlaceUntil(Step::kMatching, 10);
+  EXPECT_THAT(placed.T_world_cam, IsEmpty());
+  EXPECT_THAT(placed.late, SizeIs(Houses().frames.size()));
 }
 
 TEST(PhotoMapper, ReportsPhotosOfSomethingElse) {

@@ -49,6 +49,23 @@ std::string FormatProgress(const PipelineProgress& progress, std::optional<std::
   return text;
 }
 
+std::string FormatProgress(const PhotoMapperProgress& progress, std::int64_t done_in_time,
+                           double elapsed_s) {
+  using Step = PhotoMapperProgress::Step;
+  const std::string count = std::to_string(progress.done) +
+                            (progress.total > 0 ? "/" + std::to_string(progress.total) : "");
+  std::string text = progress.step == Step::kFeatures   ? "features of " + count + " images"
+                     : progress.step == Step::kMatching ? "matched " + count + " pairs of images"
+                                                        : "placed " + count + " images";
+  // How long placing takes does not go with the number of images.
+  if (progress.step != Step::kPlacing && progress.total > 0 && done_in_time > 0) {
+    const double eta_s = elapsed_s * static_cast<double>(progress.total - progress.done) /
+                         static_cast<double>(done_in_time);
+    text += "  ETA " + std::to_string(std::lround(std::ceil(eta_s))) + " s";
+  }
+  return text;
+}
+
 ProgressLine::ProgressLine(std::optional<std::int64_t> num_frames)
     : num_frames_(num_frames),
       is_terminal_(isatty(STDERR_FILENO) != 0),
@@ -56,17 +73,36 @@ ProgressLine::ProgressLine(std::optional<std::int64_t> num_frames)
       last_ms_(start_ms_) {}
 
 ProgressLine::~ProgressLine() {
-  if (is_terminal_) std::fputs("\n", stderr);
+  if (is_terminal_ && has_shown_) std::fputs("\n", stderr);
 }
 
-void ProgressLine::Show(const PipelineProgress& progress) {
-  const double now_ms = WallClockMs();
-  if (now_ms - last_ms_ < (is_terminal_ ? kTerminalInterval_ms : kPlainInterval_ms)) return;
-  last_ms_ = now_ms;
-  const std::string text = FormatProgress(progress, num_frames_, 1e-3 * (now_ms - start_ms_));
+bool ProgressLine::IsDue() const {
+  return WallClockMs() - last_ms_ >= (is_terminal_ ? kTerminalInterval_ms : kPlainInterval_ms);
+}
+
+void ProgressLine::Print(const std::string& text) {
+  last_ms_ = WallClockMs();
+  has_shown_ = true;
   // "\033[K" clears what a longer line left behind.
   std::fprintf(stderr, is_terminal_ ? "\r%s\033[K" : "%s\n", text.c_str());
   std::fflush(stderr);
+}
+
+void ProgressLine::Show(const PipelineProgress& progress) {
+  if (!IsDue()) return;
+  Print(FormatProgress(progress, num_frames_, 1e-3 * (WallClockMs() - start_ms_)));
+}
+
+void ProgressLine::Show(const PhotoMapperProgress& progress, const std::string& doing) {
+  if (progress.step != step_.step || progress.total != step_.total || progress.done < step_.done ||
+      step_start_ms_ == 0) {
+    step_ = progress;
+    step_start_ms_ = WallClockMs();
+  }
+  if (!IsDue()) return;
+  Print((doing.empty() ? "" : doing + ": ") +
+        FormatProgress(progress, progress.done - step_.done,
+                       1e-3 * (WallClockMs() - step_start_ms_)));
 }
 
 }  // namespace mono3d::tools

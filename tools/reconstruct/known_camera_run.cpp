@@ -44,14 +44,15 @@ Footage FindFootage(const ReconstructArguments& arguments, StageTimes& times) {
 
 // Says on stdout what the photographs say of their cameras.
 CamerasOfImages FindCameras(const ReconstructArguments& arguments, const FrameSourceOptions& source,
+                            const PhotoMapperOptions& photos,
                             const std::vector<CameraGroup>& groups, const PositionsOfMap& positions,
                             const RunWriter& writer, StageTimes& times, RunRecord& record) {
   if (arguments.with_global_shutter_images) {
     throw UsageError("photographs of several cameras have no --global-shutter-images");
   }
   const ScopedStageTimer timer(&times, "calibration");
-  PhotoCameras found = ChooseCamerasOfPhotos(arguments.input, groups, source, arguments.camera,
-                                             arguments.pipeline.photos, positions);
+  PhotoCameras found =
+      ChooseCamerasOfPhotos(arguments.input, groups, source, arguments.camera, photos, positions);
   std::printf("the photographs are of %zu cameras, zooms or sizes\n", groups.size());
   for (std::size_t i = 0; i < found.of_run.size(); ++i) {
     const CameraOfRun& camera = found.of_run[i];
@@ -75,8 +76,9 @@ CamerasOfImages FindCamera(const ReconstructArguments& arguments, const FrameSou
   }
   if (record.are_photos) {
     const std::vector<CameraGroup> groups = GroupsOfInput(arguments.input);
-    if (groups.size() > 1)
-      return FindCameras(arguments, source, groups, positions, writer, times, record);
+    if (groups.size() > 1) {
+      return FindCameras(arguments, source, *photos, groups, positions, writer, times, record);
+    }
   }
   const ScopedStageTimer timer(&times, "calibration");
   CameraChoice choice = ChooseCamera(arguments.input, source, arguments.camera, photos, positions);
@@ -112,9 +114,16 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
   run.record.is_sparse_video = footage == Footage::kSparseVideo;
   options.are_photos = footage != Footage::kVideo;
   options.photos.are_frames = footage == Footage::kSparseVideo;
-  result.cameras =
-      FindCamera(arguments, images_taken, options.are_photos ? &options.photos : nullptr, run.place,
-                 run.writer, run.times, run.record);
+  options.photos.stop = &StopRequested();
+  {
+    ProgressLine of_camera;
+    options.photos.on_progress = [&](const PhotoMapperProgress& progress) {
+      of_camera.Show(progress, "learning the camera");
+    };
+    result.cameras =
+        FindCamera(arguments, images_taken, options.are_photos ? &options.photos : nullptr,
+                   run.place, run.writer, run.times, run.record);
+  }
   PlaceOfRun place = run.place;
   if (place.control) {
     FindSights(arguments.input, result.cameras, footage != Footage::kPhotographs, *place.control);
@@ -136,6 +145,9 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
   std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
   CatchStopSignals();
   ProgressLine progress_line(NumFrames(*source, arguments));
+  options.photos.on_progress = [&](const PhotoMapperProgress& progress) {
+    progress_line.Show(progress);
+  };
   AdoptedFiles files(run.writer);
   PipelineStages stages = CreateStages(options, run.device, &run.times);
   std::optional<WorldAxes> saved_axes;
@@ -189,6 +201,9 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
   result.reconstruction = FinishAfterAll(pipeline, run.record);
+  if (options.are_photos && StopRequested() && run.record.end == RunEnd::kFinished) {
+    run.record.end = RunEnd::kStopped;
+  }
   NoteErrorOf(run.record, [&] { watch.End(); });
   result.depth_camera = files.DepthCamera();
   ChooseAxes(arguments.written, saved_axes, place, result.reconstruction);

@@ -112,6 +112,7 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
   std::vector<Photo> known;
   try {
     while (const std::optional<Frame> frame = source.Next()) {
+      if (options_.IsStopped()) break;
       photos.push_back(
           tracking::ExtractPhotoFeatures(*frame, options_.num_features, options_.max_side_px));
       camera_of.push_back(camera_of_frame(frame->index));
@@ -120,6 +121,10 @@ PhotoFootage::PhotoFootage(FrameSource& source, std::span<const CameraModel> rea
       for (Eigen::Vector2d& pixel : photos.back().pixels) {
         pixel = ProjectDistorted(taken_by, frame->camera.Unproject(pixel));
       }
+      if (!options_.on_progress) continue;
+      options_.on_progress({PhotoMapperProgress::Step::kFeatures,
+                            static_cast<std::int64_t>(photos.size()),
+                            source.num_frames().value_or(0)});
     }
   } catch (const Error& error) {
     Log(LogLevel::kDebug, std::string("calibration: ") + error.what());

@@ -57,7 +57,8 @@ Chain::Chain(std::unique_ptr<Tracker> tracker, std::unique_ptr<KeyframeSelector>
       keyframe_selector_(std::move(keyframe_selector)),
       worker_(std::move(worker)),
       on_keyframe_(std::move(on_keyframe)),
-      is_live_(options.is_live) {
+      is_live_(options.is_live),
+      stop_(options.are_photos ? options.photos.stop : nullptr) {
   if (options.positions) positions_.emplace(*options.positions, is_live_);
 }
 
@@ -275,6 +276,8 @@ void Chain::AddBundle(ImageBundle bundle) {
   worker_->Add(std::move(bundle), poses_);
 }
 
+bool Chain::IsStopped() const { return stop_ != nullptr && *stop_; }
+
 // What is still on its way. No frame waits behind it, so that no bundle has to be dropped.
 void Chain::ProcessLast() {
   if (has_thrown_) {
@@ -290,12 +293,14 @@ void Chain::ProcessLast() {
   Update();
   if (!has_thrown_) {
     for (const Keyframe& keyframe : last_keyframes) {
+      if (IsStopped()) break;
       worker_->Wait();
       Select(keyframe);
     }
     worker_->Wait();
     const bool has_constraints = FeedBack();
     for (ImageBundle& bundle : keyframe_selector_->Finish(*poses_)) {
+      if (IsStopped()) break;
       worker_->Wait();
       AddBundle(std::move(bundle));
     }

@@ -64,6 +64,7 @@ class Chain {
   void Update();
   void Select(const Keyframe& from_tracker);
   void AddBundle(ImageBundle bundle);
+  bool IsStopped() const;
   void ProcessLast();
   template <typename Archive>
   void ExchangeState(Archive& archive);
@@ -77,7 +78,8 @@ class Chain {
   std::function<void(const Keyframe&)> on_keyframe_;
   std::optional<PositionFeed> positions_;
   bool is_live_;
-  PipelineCounts counts_;                                       // without those of the worker
+  const std::atomic<bool>* stop_;  // PhotoMapperOptions::stop; may be null
+  PipelineCounts counts_;          // without those of the worker
   KeyframePosesPtr poses_ = std::make_shared<KeyframePoses>();  // of the last Update
   std::vector<TrajectoryEntry> online_trajectory_;
   std::map<std::int64_t, std::string> unplaced_photos_;  // by the index of the frame: why

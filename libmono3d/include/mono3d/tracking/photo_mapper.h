@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -13,6 +16,14 @@
 #include "mono3d/tracking/tracker.h"
 
 namespace MONO3D_EXPORT mono3d {
+
+// How far the placing of photographs is.
+struct PhotoMapperProgress {
+  enum class Step { kFeatures, kMatching, kPlacing };
+  Step step = Step::kFeatures;
+  std::int64_t done = 0;   // photos that were looked at, pairs that were matched, photos placed
+  std::int64_t total = 0;  // 0: not known
+};
 
 struct PhotoMapperOptions {
   int num_features = 2500;  // SIFT features per photo, twice as many where these are too few
@@ -30,7 +41,14 @@ struct PhotoMapperOptions {
   // which a rolling shutter is followed by, and learned by. Else shutters count as global. Not
   // among the listed options.
   bool are_frames = false;
+  // Called now and then by any thread, one call at a time, from within Finish, or from within the
+  // calibration where a camera is learned of photos. Must not throw. Not listed either.
+  std::function<void(const PhotoMapperProgress&)> on_progress;
+  // Once true, what takes long comes to its end: no more pairs are matched and no more photos
+  // placed; in a pipeline no more depth maps are made of them. What is placed is the result.
+  const std::atomic<bool>* stop = nullptr;
 
+  bool IsStopped() const { return stop != nullptr && *stop; }
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError
 };

@@ -126,11 +126,10 @@ int NumFittingInAll(const PhotoScene& scene) {
   return sum;
 }
 
-constexpr std::size_t kMinPhotos = 3;
+constexpr int kMinPhotos = 3;
 
 struct GrownMap {
-  const PhotoStart* start;
-  std::vector<std::size_t> photos;
+  PlacedScene placed;
   int num_fitting;
   std::vector<double> losses;  // as PhotoScene::Losses has them
 };
@@ -153,7 +152,7 @@ class PhotoGrowth {
         times, [](const PhotoTime& time) { return !time.sensor.shutter.IsGlobal(); });
   }
 
-  int GrowFrom(const PhotoStart& start) {
+  GrownMap Grow(const PhotoStart& start) {
     scene_.Clear();
     failed_at_.assign(scene_.num_photos(), 0);
     scene_.SetPose(start.a, Pose());
@@ -164,12 +163,7 @@ class PhotoGrowth {
     Settle(kGrowingMinGain);
     while (PlaceNext()) Settle(kGrowingMinGain);
     Finish();
-    return static_cast<int>(scene_.posed().size());
-  }
-
-  GrownMap Grow(const PhotoStart& start) {
-    GrowFrom(start);
-    return {&start, scene_.posed(), NumFittingInAll(scene_), scene_.Losses(is_free_)};
+    return {scene_.Placed(), NumFittingInAll(scene_), scene_.Losses(is_free_)};
   }
 
   void Finish() {
@@ -194,7 +188,7 @@ class PhotoGrowth {
         has_placed = true;
         Settle(kGrowingMinGain);
       }
-      if (!has_removed && !has_placed) break;
+      if ((!has_removed && !has_placed) || options_.IsStopped()) break;
     }
     RemoveWeak();
     Settle(kFinalMinGain);
@@ -228,6 +222,8 @@ class PhotoGrowth {
 
   // The next photos, those that show most points of the map. False where there are none.
   bool PlaceNext() {
+    TellProgress();
+    if (options_.IsStopped()) return false;
     std::vector<std::pair<int, std::size_t>> candidates;  // points, photo
     for (std::size_t photo = 0; photo < scene_.num_photos(); ++photo) {
       if (is_free_[photo] == 0 || scene_.T_cam_world(photo)) continue;
@@ -254,6 +250,13 @@ class PhotoGrowth {
       ++num_new;
     }
     return num_new > 0;
+  }
+
+  void TellProgress() const {
+    if (!options_.on_progress) return;
+    options_.on_progress({PhotoMapperProgress::Step::kPlacing,
+                          static_cast<std::int64_t>(scene_.posed().size()),
+                          std::ranges::count(is_free_, 1)});
   }
 
   // Photos that too few points agree with after the adjustment.
@@ -285,10 +288,11 @@ int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
   PhotoGrowth growth(scene, is_free, times, options);
   std::vector<char> is_placed(scene.num_photos(), 0);  // from a start before
   std::set<std::pair<std::size_t, std::size_t>> is_tried;
-  const PhotoStart* best = nullptr;
+  PlacedScene best;
   int most = 0;
   int num_tried = 0;
   for (std::size_t i = 0; i < starts.size() && num_tried < options.max_starts; ++i) {
+    if (num_tried > 0 && options.IsStopped()) break;
     const PhotoStart& start = starts[i];
     if (is_placed[start.a] != 0 && is_placed[start.b] != 0) continue;
     if (!is_tried.emplace(start.a, start.b).second) continue;
@@ -298,17 +302,19 @@ int GrowPhotoMap(PhotoScene& scene, std::span<const PhotoPair> pairs,
       if (motion.a == start.a && motion.b == start.b) motions.push_back(growth.Grow(motion));
     }
     std::ranges::stable_sort(motions, {}, [](const GrownMap& map) { return Sum(map.losses); });
-    const GrownMap& map = motions.front();
-    if (map.photos.size() < kMinPhotos || !IsClear(motions)) continue;
-    if (start.is_clear && 2 * std::ssize(map.photos) > num_free) {
-      return static_cast<int>(map.photos.size());
-    }
-    for (const std::size_t photo : map.photos) is_placed[photo] = 1;
+    GrownMap& map = motions.front();
+    const auto num_photos = static_cast<int>(map.placed.photos.size());
+    if (num_photos < kMinPhotos || !IsClear(motions)) continue;
+    if (start.is_clear && 2 * num_photos > num_free) return num_photos;
+    for (const PlacedScene::Photo& photo : map.placed.photos) is_placed[photo.photo] = 1;
     if (map.num_fitting <= most) continue;
     most = map.num_fitting;
-    best = map.start;
+    best = std::move(map.placed);
   }
-  if (best != nullptr) return growth.GrowFrom(*best);
+  if (!best.photos.empty()) {
+    scene.Place(best);
+    return static_cast<int>(best.photos.size());
+  }
   scene.Clear();
   if (!starts.empty()) reason = "no third photo shows what two others show";
   return 0;

@@ -128,11 +128,11 @@ PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<
   std::vector<char> is_free(photos.size(), 1);
   std::string reason;
   std::vector<PlacedScene> placed;
-  while (GrowPhotoMap(scene, pairs, is_free, times, options, reason) > 0) {
+  while (!options.IsStopped() && GrowPhotoMap(scene, pairs, is_free, times, options, reason) > 0) {
     placed.push_back(scene.Placed());
     for (const std::size_t photo : scene.posed()) is_free[photo] = 0;
   }
-  JoinPhotoMaps(scene, placed, is_free, times, options);
+  if (!options.IsStopped()) JoinPhotoMaps(scene, placed, is_free, times, options);
   for (const PlacedScene& map : placed) {
     scene.Place(map);
     scene.Normalise(scene.posed().front());
@@ -147,6 +147,7 @@ PhotoMaps MapPhotos(const std::vector<PhotoFeatures>& photos, const std::vector<
     why = WhyUnplaced(scene, pairs, i, options);
     // Of all photos, why there is no start at all.
     if (result.maps.empty() && !reason.empty()) why = "no two photos make a start: " + reason;
+    if (options.IsStopped()) why = "stopped before it was placed";
   }
   return result;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
@@ -49,6 +50,21 @@ template <typename Act>
 void ForEachInParallel(std::size_t size, const Act& act) {
   cv::parallel_for_({0, static_cast<int>(size)}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) act(static_cast<std::size_t>(i));
+  });
+}
+
+// The same of pairs: tells how far it is, and leaves the rest out when it is to stop.
+template <typename Act>
+void ForEachPair(std::size_t size, const PhotoMapperOptions& options, const Act& act) {
+  std::mutex mutex;
+  std::int64_t num_done = 0;
+  ForEachInParallel(size, [&](std::size_t i) {
+    if (options.IsStopped()) return;
+    act(i);
+    if (!options.on_progress) return;
+    const std::lock_guard lock(mutex);
+    options.on_progress(
+        {PhotoMapperProgress::Step::kMatching, ++num_done, static_cast<std::int64_t>(size)});
   });
 }
 
@@ -154,6 +170,7 @@ std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
   if (size <= static_cast<std::size_t>(options.max_exhaustive)) return all;
   std::vector<std::size_t> votes(all.size());
   ForEachInParallel(all.size(), [&](std::size_t i) {
+    if (options.IsStopped()) return;
     votes[i] =
         MatchPhotoFeatures(photos[all[i].first], photos[all[i].second], kNumPreemptive).size();
   });
@@ -180,7 +197,7 @@ std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
                                    const PhotoMapperOptions& options) {
   const auto chosen = ChoosePhotoPairs(photos, options);
   std::vector<std::optional<PhotoPair>> verified(chosen.size());
-  ForEachInParallel(chosen.size(), [&](std::size_t i) {
+  ForEachPair(chosen.size(), options, [&](std::size_t i) {
     verified[i] = Verified(photos, chosen[i].first, chosen[i].second, options);
   });
   std::vector<PhotoPair> pairs;
@@ -193,7 +210,7 @@ std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
 std::vector<PhotoPair> MatchAlongEpipolarLines(const std::vector<PhotoFeatures>& photos,
                                                std::vector<PhotoPair> pairs,
                                                const PhotoMapperOptions& options) {
-  ForEachInParallel(pairs.size(), [&](std::size_t i) {
+  ForEachPair(pairs.size(), options, [&](std::size_t i) {
     PhotoPair& pair = pairs[i];
     const PhotoFeatures& a = photos[pair.a];
     const PhotoFeatures& b = photos[pair.b];

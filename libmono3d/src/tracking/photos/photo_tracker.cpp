@@ -114,6 +114,7 @@ std::vector<PhotoPair> PhotoTracker::Match(const std::vector<PhotoFeatures>& fea
 // one than most are: to place all again takes as long as it did, or four times.
 bool PhotoTracker::AreSomeLeft(const std::vector<bool>& may_come) const {
   constexpr double kMinShareLeft = 0.02;
+  if (options_.IsStopped()) return false;
   std::vector<bool> is_left = may_come;
   if (!placed_->maps.empty()) {
     for (const PlacedPhoto& placed : placed_->maps.front().photos) is_left[placed.photo] = false;
@@ -149,7 +150,12 @@ void PhotoTracker::PlaceByMoreFeatures() {
   {
     const ScopedStageTimer timer(times_, "tracking/photo_features");
     for (const Frame& frame : frames_) {
+      if (options_.IsStopped()) return;
       features.push_back(ExtractPhotoFeatures(frame, num_features, options_.max_side_px));
+      if (!options_.on_progress) continue;
+      options_.on_progress({PhotoMapperProgress::Step::kFeatures,
+                            static_cast<std::int64_t>(features.size()),
+                            static_cast<std::int64_t>(frames_.size())});
     }
   }
   std::vector<PhotoPair> pairs = Match(features);
