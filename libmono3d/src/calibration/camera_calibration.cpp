@@ -144,7 +144,12 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   std::optional<CameraAdjustment> before;
   std::optional<SteadiestRound> steadiest;
   bool is_settled = false;
+  // That a round was begun with, under the weight and with the parts of now: begun with the same
+  // camera, one ends as that one did, and so do all that follow.
+  std::vector<CameraModel> begun_with;
   for (int round = 1; round <= options.max_rounds; ++round) {
+    if (std::ranges::find(begun_with, camera) != begun_with.end()) break;
+    begun_with.push_back(camera);
     const TrackedMaps tracked = track(camera, parts);
     const bool is_coarse = parts != all_parts && !is_told;
     const CalibrationMaps maps{tracked.maps, tracked.positions,
@@ -154,11 +159,13 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     if (has_weight && !result.contradicts_prior && IsFarFrom(prior, adjustment.camera)) {
       result.contradicts_prior = true;
       weight = DefaultCameraPrior(camera.width, camera.height, camera.lens);
+      begun_with.clear();
       adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
       if (parts == all_parts) break;
       parts = all_parts;  // more may be seen elsewhere
+      begun_with.clear();
       continue;
     }
     const double change_px = LargestDifference_px(camera, adjustment.camera);
@@ -177,6 +184,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     LogRound(result, change_px);
     if (is_told && !lens_agrees) {
       lens_agrees = !Contradicts(adjustment, prior);
+      begun_with.clear();
       if (lens_agrees) {
         weight = WithLensHeld(weight);
         TakeLens(prior, camera);
@@ -194,6 +202,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     if (parts == all_parts && (!steadiest || change_px < steadiest->change_px)) {
       steadiest = {change_px, camera, result};
     }
+    if (parts != all_parts) begun_with.clear();
     parts = all_parts;
   }
   if (!is_settled && steadiest && !lens_agrees) {
