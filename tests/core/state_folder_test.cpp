@@ -6,12 +6,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "core/content_hash.h"
 #include "io/temporary_folder.h"
 #include "mono3d/core/error.h"
 
@@ -207,6 +210,30 @@ TEST_F(StateFolderTest, DamageIsOneLineThatNamesTheFile) {
     WriteText("state/manifest", manifest.substr(0, i));
     expect("manifest", "saved state");
   }
+}
+
+// The largest number of a save that can be read: with the next one it could not be.
+TEST_F(StateFolderTest, AManifestThatCannotBeGoneOnWithStays) {
+  {
+    StateFolder folder(State());
+    folder.Put("a", "one");
+    (void)folder.Commit();
+  }
+  std::string manifest = ReadText(State() / "manifest");
+  const std::size_t at = std::string("mono3d state\n").size() + sizeof(std::uint32_t);
+  const std::uint64_t largest = std::uint64_t{1} << 62U;
+  std::memcpy(manifest.data() + at, &largest, sizeof largest);
+  manifest.resize(manifest.size() - 16);
+  const auto [low, high] = ContentHash(manifest);
+  manifest.append(reinterpret_cast<const char*>(&low), sizeof low);
+  manifest.append(reinterpret_cast<const char*>(&high), sizeof high);
+  WriteText("state/manifest", manifest);
+  StateFolder folder(State());
+  EXPECT_EQ(folder.Get("a"), "one");
+  folder.Put("a", "two");
+  EXPECT_NE(MessageOf([&] { (void)folder.Commit(); }).find("contradicts itself"),
+            std::string::npos);
+  EXPECT_EQ(StateFolder(State()).Get("a"), "one");
 }
 
 // Of a file with a hole, of which nothing is on the disk.

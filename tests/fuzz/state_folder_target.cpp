@@ -69,13 +69,13 @@ void StateFolders(std::string_view input) {
     return parts;
   });
   if (!contents) return;
-  // What can be read whole can be gone on with, and is then the same.
-  {
+  // What can be read whole can be gone on with, but for the largest numbers, and is then the same.
+  static_cast<void>(ReadOrRefuse([&] {
     StateFolder states(path);
     static_cast<void>(states.KeepAll(""));
     states.Put("new", "d");
-    static_cast<void>(states.Commit());
-  }
+    return states.Commit();
+  }));
   const StateFolder states(path);
   std::vector<std::string> parts;
   for (const std::string& name : states.Names("")) {

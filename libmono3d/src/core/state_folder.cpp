@@ -28,6 +28,9 @@ constexpr std::string_view kPartsPrefix = "parts-";
 constexpr std::uint64_t kMaxPartBytes = std::uint64_t{1} << 30U;
 constexpr std::uint64_t kMaxManifestBytes = std::uint64_t{1} << 28U;
 
+// Of saves and files: more than any run comes to. The next ones must not begin anew at 0.
+constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 62U;
+
 // A folder with more files than this has its smallest ones joined: opening it looks at each.
 constexpr std::size_t kMaxFiles = 256;
 
@@ -127,8 +130,6 @@ StateFolder::Parts StateFolder::ReadManifest(const std::filesystem::path& path,
     reader.Text(entry.first);
     Exchange(reader, entry.second);
   });
-  // Larger numbers than any run comes to: the next ones must not begin anew at 0.
-  constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 62U;
   if (!reader.IsAtEnd() || generation == 0 || generation > kMaxNumber || next_file > kMaxNumber) {
     reader.Refuse("contradicts itself");
   }
@@ -263,6 +264,10 @@ std::string StateFolder::ManifestBytes() const {
 
 StateSaveCost StateFolder::Commit() {
   try {
+    // Of a manifest that was made up: what is written must be read again.
+    if (next_generation_ > kMaxNumber || next_file_ >= kMaxNumber) {
+      ThrowDamaged("contradicts itself", path_ / "manifest");
+    }
     MoveOutOfSparseFiles();
     if (file_ == nullptr) CreateFolder(path_);
     const std::string manifest = ManifestBytes();
