@@ -173,6 +173,27 @@ TEST(DepthEstimator, FindsItWithinWhatTheImagesShowAndNothingAround) {
             kShareWithinTolerance);
 }
 
+// At half the size as well: a pixel of which a part is hidden has none.
+TEST(DepthEstimator, HasNoDepthWhereTheSceneIsHidden) {
+  PlaneScene scene;
+  scene.camera = {.width = 320, .height = 192, .fx = 300, .fy = 300, .cx = 159.5, .cy = 95.5};
+  const ImageBundle bundle = scene.Bundle();
+  const DepthResult whole = Estimate(bundle, FullResolution());
+  DepthEstimatorOptions options = FullResolution();
+  options.hidden = cv::Mat(whole.map.depth.size(), CV_8UC1, cv::Scalar(0));
+  const cv::Rect hidden(21, 30, 51, 33);
+  options.hidden(hidden).setTo(1);
+  const DepthResult result = Estimate(bundle, options);
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  EXPECT_EQ(cv::countNonZero(result.map.depth(hidden)), 0);
+  EXPECT_EQ(cv::countNonZero(result.map.confidence(hidden)), 0);
+  EXPECT_EQ(cv::norm(result.map.depth, whole.map.depth, cv::NORM_INF, options.hidden == 0), 0);
+  const DepthResult half = Estimate(HalfSize(bundle), options);
+  ASSERT_EQ(half.status, DepthStatus::kEstimated) << half.reason;
+  EXPECT_EQ(cv::countNonZero(half.map.depth({10, 15, 26, 17})), 0);
+  EXPECT_GT(half.map.depth.at<float>(24, 9), 0);
+}
+
 TEST(DepthEstimator, FindsItBesideASourceThatShowsAPart) {
   const PlaneScene scene;
   ImageBundle bundle = scene.Bundle();

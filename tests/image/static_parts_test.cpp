@@ -130,6 +130,48 @@ TEST(StaticParts, AreNotToldOfACameraThatStandsStill) {
   EXPECT_TRUE(detector.Find().empty());
 }
 
+// What turns on a turntable before a camera on a tripod, and what is behind it: a texture above, a
+// bare wall below.
+class Turntable {
+ public:
+  static constexpr int kRadius_px = 80;
+  static inline const cv::Point kMiddle{kViewWidth / 2, 130};
+
+  cv::Mat Find(double degrees) const {
+    StaticPartsDetector detector;
+    for (int i = 0; i < kNumImages; ++i) detector.Add(ImageAt(i * degrees));
+    return detector.Find();
+  }
+  static cv::Mat Object() {
+    cv::Mat object(kViewHeight, kViewWidth, CV_8UC1, cv::Scalar(0));
+    cv::circle(object, kMiddle, kRadius_px, cv::Scalar(255), cv::FILLED);
+    return object;
+  }
+
+ private:
+  cv::Mat ImageAt(double degrees) const {
+    const cv::Point2f middle_of_texture(1.5F * kViewWidth, 1.5F * kViewHeight);
+    cv::Mat turn = cv::getRotationMatrix2D(middle_of_texture, degrees, 1);
+    turn.at<double>(0, 2) += kMiddle.x - 1.5 * kViewWidth;
+    turn.at<double>(1, 2) += kMiddle.y - 1.5 * kViewHeight;
+    cv::Mat turned;
+    cv::warpAffine(texture_, turned, turn, {kViewWidth, kViewHeight});
+    cv::Mat image = texture_({0, 0, kViewWidth, kViewHeight}).clone();
+    image.rowRange(kViewHeight / 2, kViewHeight).setTo(cv::Scalar(140, 150, 160));
+    turned.copyTo(image, Object());
+    return image;
+  }
+
+  cv::Mat texture_ = LargeTexture();
+};
+
+TEST(StaticParts, AreAllThatIsBehindATurntable) {
+  const cv::Mat found = Turntable().Find(9);
+  ASSERT_FALSE(found.empty());
+  EXPECT_GT(ShareIn(found, Turntable::Object() == 0), 0.95);
+  EXPECT_LT(ShareIn(found, Turntable::Object()), 0.2);  // along its border
+}
+
 TEST(StaticParts, NeedImagesThatDiffer) {
   const auto draw = [](int, cv::Mat& image) { DrawText("ALT 62", {20, 40}, image); };
   EXPECT_TRUE(FindIn(draw, 24).empty());

@@ -316,6 +316,28 @@ TEST_F(FrameSourceTest, FillsWhatDoesNotShowTheScene) {
                                          HasSubstr("48x64"))));
 }
 
+// Where the frames have it: without distortion, at their size.
+TEST_F(FrameSourceTest, TellsWhereItHasFilledFrames) {
+  const cv::Rect mark(4, 4, 12, 10);
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar::all(0));
+  image(mark).setTo(cv::Scalar::all(255));
+  cv::imwrite(folder_ / "a.png", image);
+  CameraModel camera = TestCamera();
+  camera.distortion = {-0.1, 0.01, 0, 0, 0};
+  FrameSourceOptions options;
+  EXPECT_TRUE(OpenFrameSource(folder_, camera, options)->hidden().empty());
+  const Frame as_taken = ReadAll(*OpenFrameSource(folder_, camera, options)).at(0);
+  options.hidden = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(0));
+  options.hidden(mark).setTo(255);
+  const cv::Mat hidden = OpenFrameSource(folder_, camera, options)->hidden();
+  ASSERT_EQ(hidden.size(), as_taken.bgr.size());
+  cv::Mat shows_mark;
+  cv::extractChannel(as_taken.bgr, shows_mark, 0);
+  EXPECT_EQ(cv::norm(hidden, shows_mark != 0, cv::NORM_INF), 0);
+  options.resize = "32x24";
+  EXPECT_EQ(OpenFrameSource(folder_, camera, options)->hidden().size(), cv::Size(32, 24));
+}
+
 TEST_F(FrameSourceTest, RefusesBadOptions) {
   WriteImages(1);
   const std::pair<FrameSourceOptions, const char*> cases[] = {

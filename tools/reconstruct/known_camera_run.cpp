@@ -143,6 +143,7 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
   std::unique_ptr<FrameSource> frames = OpenFrames(arguments, images_taken, result.cameras);
   if (journal != nullptr) frames = WithDigest(std::move(frames), input);
   std::unique_ptr<FrameSource> source = run.view.Watched(WithNotes(std::move(frames), run.notes));
+  options.depth.hidden = source->hidden();
   CatchStopSignals();
   ProgressLine progress_line(NumFrames(*source, arguments));
   options.photos.on_progress = [&](const PhotoMapperProgress& progress) {

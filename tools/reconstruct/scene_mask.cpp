@@ -103,8 +103,8 @@ cv::Mat FindHidden(const std::string& input, const MaskArguments& arguments,
   const cv::Mat hidden = FindStatic(input, camera, source);
   if (!hidden.empty()) {
     std::printf(
-        "%.1f %% of the images stays at its place while the camera moves, such as text or a part "
-        "of the vehicle: it is not taken for the scene (%s; --mask none: it is)\n",
+        "%.1f %% of the images stays at its place, such as text, a part of the vehicle or what is "
+        "behind a turntable: it is not taken for the scene (%s; --mask none: it is)\n",
         Percent(hidden), kMaskName);
   }
   return hidden;

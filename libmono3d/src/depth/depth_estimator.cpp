@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <span>
 #include <utility>
 #include <vector>
@@ -87,13 +88,26 @@ cv::Rect ShownSurely(const Frame& frame) {
   return to.x <= from.x || to.y <= from.y ? cv::Rect() : cv::Rect(from, to);
 }
 
+void ClearWhere(const cv::Mat& mask, DepthMap& map) {
+  for (const cv::Mat& values : {map.depth, map.normal, map.confidence, map.inferred}) {
+    cv::Mat cleared = values;
+    if (!cleared.empty()) cleared.setTo(cv::Scalar::all(0), mask);
+  }
+}
+
 void ClearAround(const cv::Rect& shown, DepthMap& map) {
   cv::Mat around(map.depth.size(), CV_8UC1, cv::Scalar(255));
   around(shown).setTo(0);
-  for (const cv::Mat& values : {map.depth, map.normal, map.confidence, map.inferred}) {
-    cv::Mat cleared = values;
-    if (!cleared.empty()) cleared.setTo(cv::Scalar::all(0), around);
+  ClearWhere(around, map);
+}
+
+// `hidden`: of images of any size.
+void ClearHidden(const cv::Mat& hidden, DepthMap& map) {
+  cv::Mat at_size = hidden != 0;
+  if (at_size.size() != map.depth.size()) {
+    cv::resize(at_size, at_size, map.depth.size(), 0, 0, cv::INTER_AREA);
   }
+  ClearWhere(at_size, map);
 }
 
 class VulkanDepthEstimator final : public DepthEstimator {
@@ -228,6 +242,7 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
     Infer(geometry, plan, doubtful, map);
   }
   if (!reference.content.empty()) ClearAround(ShownSurely(reference), map);
+  if (!options_.hidden.empty()) ClearHidden(options_.hidden, map);
   result.map = std::move(map);
   return result;
 }

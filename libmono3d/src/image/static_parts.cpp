@@ -25,8 +25,11 @@ constexpr int kMinImages = 25;
 constexpr float kStays = 0.8F;
 // Beside it: what changes now and then, such as digits, and what one sees through.
 constexpr float kStaysPartly = 0.4F;
-// Where more than half of the corners keep more than that, the camera stood still.
+// Where more than half of the corners keep more than that, the camera stood still. So much of the
+// images must have corners that move to be a scene all the same, as on a turntable: with a feature
+// every ten pixels the tracker finds 150 of them.
 constexpr float kMaxMedianOfScene = 0.2F;
+constexpr double kMinMovingShare = 0.05;
 // Two grey levels per pixel in the weaker direction: weaker corners are not tracked.
 constexpr float kMinStrength = 4;
 // Correlation of the gradients of two images from which on they show the same.
@@ -37,6 +40,8 @@ constexpr int kMargin_px = 3;
 constexpr int kGap_px = 9;
 // Grey levels between which a bar stays: compression.
 constexpr int kMaxChangeOfBar = 8;
+// Beside what stays: noise and light of a dark room.
+constexpr float kMaxChangeOfBare = 16;
 // Smaller ones are chance: a letter of text that can be read has more.
 constexpr int kMinArea_px = 30;
 
@@ -108,11 +113,18 @@ void AddBars(const cv::Mat& constant, cv::Mat& parts) {
   }
 }
 
+double ShareOf(const cv::Mat& mask) {
+  return static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(mask.total());
+}
+
+// 1 where none is chosen.
 float MedianOf(const cv::Mat& values, const cv::Mat& mask) {
+  cv::Mat_<float> all;
+  values.convertTo(all, CV_32F);
   std::vector<float> chosen;
-  for (int y = 0; y < values.rows; ++y) {
-    for (int x = 0; x < values.cols; ++x) {
-      if (mask.at<uchar>(y, x) != 0) chosen.push_back(values.at<float>(y, x));
+  for (int y = 0; y < all.rows; ++y) {
+    for (int x = 0; x < all.cols; ++x) {
+      if (mask.at<uchar>(y, x) != 0) chosen.push_back(all(y, x));
     }
   }
   if (chosen.empty()) return 1;
@@ -169,14 +181,22 @@ cv::Mat StaticPartsDetector::Find() const {
   const cv::Mat mean = sum_strength_ / num_images_;
   cv::Mat kept;
   cv::divide(of_mean, cv::max(mean, 1e-3), kept);
-  if (MedianOf(kept, mean > kMinStrength) > kMaxMedianOfScene) return {};
+  const cv::Mat is_corner = mean > kMinStrength;
+  const double moving_share = ShareOf(is_corner & (kept < kMaxMedianOfScene));
+  if (MedianOf(kept, is_corner) > kMaxMedianOfScene && moving_share < kMinMovingShare) return {};
   cv::Mat is_strong = of_mean > kMinStrength;
   // There, edges that end look like corners.
   constexpr int kBorder_px = kWindow_px / 2 + 1;
   cv::rectangle(is_strong, {{}, is_strong.size()}, cv::Scalar(0), 2 * kBorder_px - 1);
   const cv::Mat stays = (kept > kStays) & is_strong;
   cv::Mat parts = PartsAround(stays, Dilated((kept > kStaysPartly) & is_strong, kGap_px / 2));
-  AddBars((most_ - least_ <= kMaxChangeOfBar) | (parts != 0), parts);
+  // Bare parts beside them, as a wall behind a turntable, change less than their corners do, with
+  // the noise, the light and the compression of these images.
+  const cv::Mat change = most_ - least_;
+  const float of_corners = MedianOf(change, stays & (parts != 0));
+  parts |= PartsAround(stays & (parts != 0),
+                       (parts != 0) | (change <= std::min(of_corners, kMaxChangeOfBare)));
+  AddBars((change <= kMaxChangeOfBar) | (parts != 0), parts);
   if (cv::countNonZero(parts) == 0) return {};
   cv::Mat at_size;
   cv::resize(Dilated(parts, kMargin_px), at_size, size_, 0, 0, cv::INTER_NEAREST);

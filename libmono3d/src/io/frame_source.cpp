@@ -84,7 +84,11 @@ class PreparedFrames : public FrameSource {
         on_image_(options.on_image),
         undistorter_(CameraOfImages(calibration, options)) {
     if (!calibration.shutter.IsGlobal()) sensor_ = CameraOfImages(calibration, options);
-    if (!options.hidden.empty()) hidden_ = HiddenParts(AtSizeOfImages(options.hidden));
+    if (!options.hidden.empty()) {
+      const cv::Mat hidden = AtSizeOfImages(options.hidden);
+      hidden_ = HiddenParts(hidden);
+      undistorted_hidden_ = undistorter_.Undistort(hidden != 0) != 0;
+    }
   }
 
   std::optional<Frame> Next() override {
@@ -107,6 +111,7 @@ class PreparedFrames : public FrameSource {
   std::int64_t num_skipped() const override { return source_->num_skipped() + num_of_other_sizes_; }
   std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
   const CameraModel& camera() const override { return undistorter_.camera(); }
+  cv::Mat hidden() const override { return undistorted_hidden_; }
 
  private:
   bool Fits(cv::Size size) const {
@@ -179,6 +184,7 @@ class PreparedFrames : public FrameSource {
   std::function<void(std::int64_t, const cv::Mat&)> on_image_;
   Undistorter undistorter_;
   HiddenParts hidden_;
+  cv::Mat undistorted_hidden_;
   CameraModel sensor_;  // where it has a rolling shutter
 };
 

@@ -53,6 +53,7 @@ class ReadAheadSource : public FrameSource {
   std::int64_t num_skipped() const override { return num_skipped_; }
   std::int64_t num_passed_over() const override { return num_passed_over_; }
   const CameraModel& camera() const override { return source_->camera(); }
+  cv::Mat hidden() const override { return source_->hidden(); }
 
  private:
   // What one Next() of the source came to.

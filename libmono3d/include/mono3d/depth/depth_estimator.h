@@ -166,6 +166,9 @@ struct DepthEstimatorOptions {
   RefinementOptions refinement;
   DogOptions dog;
   InferenceOptions inference;
+  // CV_8UC1 of the size of the images, not 0 where none of them shows the scene
+  // (FrameSource::hidden): there is no depth there. Empty: none. Not among the listed options.
+  cv::Mat hidden = {};
 
   void Visit(OptionVisitor& visit);
   void Validate() const;  // throws UsageError

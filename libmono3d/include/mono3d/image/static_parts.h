@@ -10,21 +10,22 @@
 namespace MONO3D_EXPORT mono3d {
 
 // Finds what stays at its place in the images of a camera that moves, and so is no part of the
-// scene: text and marks drawn into a video, a car's bonnet, a landing gear. Tracked, it says that
-// the camera stands still.
+// scene: text and marks drawn into a video, a car's bonnet, a landing gear; or, of a camera that
+// stands still, what is behind an object on a turntable. Tracked, it says that the camera stands
+// still.
 //
 // A corner that stays is in the mean of the images as strong as in each of them; one that moves is
 // averaged away. Edges are not enough: a kerb stays at its place on a straight drive. Bars along
-// the borders have no corners; they never change at all. Images that hardly differ from the one
-// before tell nothing and are passed over.
+// the borders have no corners; they never change at all. Bare parts count where they touch corners
+// that stay. Images that hardly differ from the one before tell nothing and are passed over.
 class StaticPartsDetector {
  public:
   // CV_8UC3, all of one size; throws Error for others. Best are some 40 from all over a recording.
   void Add(const cv::Mat& bgr);
 
   // CV_8UC1 of the images' size, 255 where something stays. Empty where nothing does, where fewer
-  // than 25 images differ from one another, and where most of what is seen stays: then the camera
-  // stood still, and what is the scene cannot be told.
+  // than 25 images differ from one another, and where nearly all of what is seen stays: then the
+  // camera stood still, and there is no scene.
   cv::Mat Find() const;
 
  private:

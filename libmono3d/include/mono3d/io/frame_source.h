@@ -65,6 +65,9 @@ class FrameSource {
   // Images that kStrideByMotion has left out so far.
   virtual std::int64_t num_passed_over() const { return 0; }
   virtual const CameraModel& camera() const = 0;  // of the frames that come out
+  // CV_8UC1 of the size of the frames, 255 where FrameSourceOptions::hidden was filled; empty where
+  // nothing was.
+  virtual cv::Mat hidden() const { return {}; }
 };
 
 // Hands on the frames of another source, and says of them what that one says: the base of sources
@@ -78,6 +81,7 @@ class ForwardingSource : public FrameSource {
   std::int64_t num_skipped() const override { return source_->num_skipped(); }
   std::int64_t num_passed_over() const override { return source_->num_passed_over(); }
   const CameraModel& camera() const override { return source_->camera(); }
+  cv::Mat hidden() const override { return source_->hidden(); }
 
  private:
   std::unique_ptr<FrameSource> source_;
