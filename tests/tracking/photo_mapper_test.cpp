@@ -252,29 +252,29 @@ TEST(PhotoMapper, HandsOutKeyframesWithThePointsThatTheyShow) {
   EXPECT_LT(*std::ranges::max_element(errors_px), 3);
 }
 
-using Step = PhotoMapperProgress::Step;
+using PlacingStep = PhotoMapperProgress::Step;
 
 TEST(PhotoMapper, TellsHowFarItIs) {
-  std::map<Step, std::vector<PhotoMapperProgress>> told;
+  std::map<PlacingStep, std::vector<PhotoMapperProgress>> told;
   PhotoMapperOptions options;
   options.on_progress = [&](const PhotoMapperProgress& progress) {
     told[progress.step].push_back(progress);
   };
   (void)Place(Houses().frames, options);
   const auto num_photos = static_cast<std::int64_t>(Houses().frames.size());
-  ASSERT_THAT(told[Step::kMatching], SizeIs(num_photos * (num_photos - 1) / 2));
-  for (std::size_t i = 0; i < told[Step::kMatching].size(); ++i) {
-    EXPECT_EQ(told[Step::kMatching][i].done, static_cast<std::int64_t>(i) + 1);
-    EXPECT_EQ(told[Step::kMatching][i].total, std::ssize(told[Step::kMatching]));
+  ASSERT_THAT(told[PlacingStep::kMatching], SizeIs(num_photos * (num_photos - 1) / 2));
+  for (std::size_t i = 0; i < told[PlacingStep::kMatching].size(); ++i) {
+    EXPECT_EQ(told[PlacingStep::kMatching][i].done, static_cast<std::int64_t>(i) + 1);
+    EXPECT_EQ(told[PlacingStep::kMatching][i].total, std::ssize(told[PlacingStep::kMatching]));
   }
-  ASSERT_FALSE(told[Step::kPlacing].empty());
-  EXPECT_EQ(told[Step::kPlacing].front().done, 2);
-  EXPECT_EQ(told[Step::kPlacing].back().done, num_photos);
-  EXPECT_EQ(told[Step::kPlacing].back().total, num_photos);
+  ASSERT_FALSE(told[PlacingStep::kPlacing].empty());
+  EXPECT_EQ(told[PlacingStep::kPlacing].front().done, 2);
+  EXPECT_EQ(told[PlacingStep::kPlacing].back().done, num_photos);
+  EXPECT_EQ(told[PlacingStep::kPlacing].back().total, num_photos);
 }
 
 // Stops once `step` has come so far.
-Placed PlaceUntil(Step step, std::int64_t done) {
+Placed PlaceUntil(PlacingStep step, std::int64_t done) {
   std::atomic<bool> stop = false;
   PhotoMapperOptions options;
   options.stop = &stop;
@@ -285,7 +285,7 @@ Placed PlaceUntil(Step step, std::int64_t done) {
 }
 
 TEST(PhotoMapper, StoppedWhileItPlacesHasThoseSoFar) {
-  const Placed placed = PlaceUntil(Step::kPlacing, 4);
+  const Placed placed = PlaceUntil(PlacingStep::kPlacing, 4);
   EXPECT_GE(placed.T_world_cam.size(), 4U);
   EXPECT_LT(placed.T_world_cam.size(), Houses().frames.size());
   EXPECT_THAT(placed.keyframes, SizeIs(placed.T_world_cam.size()));
@@ -296,7 +296,7 @@ TEST(PhotoMapper, StoppedWhileItPlacesHasThoseSoFar) {
 }
 
 TEST(PhotoMapper, StoppedWhileItMatchesPlacesNothing) {
-  const Placed placed = PlaceUntil(Step::kMatching, 10);
+  const Placed placed = PlaceUntil(PlacingStep::kMatching, 10);
   EXPECT_THAT(placed.T_world_cam, IsEmpty());
   EXPECT_THAT(placed.late, SizeIs(Houses().frames.size()));
 }
