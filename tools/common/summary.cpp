@@ -100,6 +100,9 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("the model is %s: %s\n", ToString(health.state), health.reason.c_str());
     std::printf("likely cause: %s\n", ToText(AdviceOfModel(result, record)).c_str());
   }
+  if (const std::string why = WhyNotConfirmed(result); !why.empty()) {
+    std::printf("%s\n", why.c_str());
+  }
   if (!result.maps.empty() && !result.maps[0].model.empty()) {
     std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
                 record.end == RunEnd::kStopped ? "  (stopped before the end of the input)" : "");
@@ -107,6 +110,14 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
   const std::filesystem::path report = model_path.parent_path() / "report.html";
   std::error_code ignored;
   if (std::filesystem::exists(report, ignored)) std::printf("report %s\n", report.c_str());
+}
+
+std::string WhyNotConfirmed(const Reconstruction& result) {
+  if (result.maps.empty() || result.maps[0].model.empty()) return {};
+  if (result.maps[0].health.num_registrations > 0) return {};
+  return result.counts.num_fused > 1
+             ? "the depth maps of the model do not overlap: none confirms another"
+             : "the model is of one depth map: no other one confirms it";
 }
 
 std::string WhyNoModel(const Reconstruction& result) {

@@ -15,6 +15,10 @@ namespace mono3d::tools {
 void PrintSummary(const Reconstruction& result, const RunRecord& record,
                   const std::filesystem::path& model_path);
 
+// Of a model none of whose depth maps was compared with another, so that its health says nothing;
+// empty where some were.
+std::string WhyNotConfirmed(const Reconstruction& result);
+
 // Why there is no model; empty when there is one.
 std::string WhyNoModel(const Reconstruction& result);
 

@@ -13,6 +13,7 @@
 
 #include "common/advice.h"
 #include "common/camera_choice.h"
+#include "common/summary.h"
 #include "drawing/chart.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/core/timing.h"
@@ -203,6 +204,10 @@ void AddHealth(const RunReport& report, std::vector<std::string>& notices) {
   const Reconstruction& reconstruction = report.reconstruction;
   if (reconstruction.maps.empty()) return;
   const ModelHealth& health = reconstruction.maps[0].health;
+  if (std::string why = WhyNotConfirmed(reconstruction); !why.empty()) {
+    why.front() = 'T';  // "the model is of one depth map"
+    notices.push_back(why + ".");
+  }
   if (health.state == HealthState::kGood) return;
   notices.push_back(std::string("The model is ") + ToString(health.state) + ". Likely cause: " +
                     ToText(AdviceOfModel(reconstruction, report.record)) + ".");
