@@ -10,6 +10,7 @@
 #include "calibrate/calibration_report.h"
 #include "common/camera_choice.h"
 #include "common/input_check.h"
+#include "common/scene_mask.h"
 #include "common/tool.h"
 #include "mono3d/calibration/board_calibration.h"
 #include "mono3d/core/error.h"
@@ -26,6 +27,7 @@ struct Arguments {
   std::string report;  // folder; empty: none
   CameraArguments camera;
   FrameSourceOptions source;
+  MaskArguments mask;
   std::string chessboard;  // "9x6"; empty: none
   std::string charuco;     // "7x5"; empty: none
   CalibrationBoard board;
@@ -64,14 +66,19 @@ CameraCalibration Learn(const Arguments& arguments, const std::optional<Calibrat
                             OpenerOf(arguments.input, arguments.source), *board);
 }
 
-int Calibrate(const Arguments& arguments) {
+int Calibrate(Arguments& arguments) {
   arguments.source.Validate();
   arguments.camera.calibration.Validate();
   const std::optional<CalibrationBoard> board = BoardOf(arguments);
-  RequireImagesOfPlaces(arguments.input, FindPrior(arguments.input, arguments.camera).camera,
-                        arguments.source);
+  const CameraModel prior = FindPrior(arguments.input, arguments.camera).camera;
+  RequireImagesOfPlaces(arguments.input, prior, arguments.source);
   RequireWritableFile(arguments.output);
   TellOfTurn(arguments.input);
+  // A board is found by its looks, wherever it is.
+  if (!board) {
+    arguments.source.hidden = FindHidden(arguments.input, arguments.mask, prior, arguments.source,
+                                         /*is_live=*/false);
+  }
   const CameraCalibration calibration = Learn(arguments, board);
   if (!calibration.is_learned && !AgreesWithCalibration(calibration)) {
     throw Error(arguments.input + ": no camera can be learned: " + calibration.reason);
@@ -111,6 +118,7 @@ void AddArguments(Tool& tool, Arguments& arguments) {
       ->capture_default_str()
       ->needs(charuco);
   tool.AddOptions(mono3d::ListOptions(arguments.source));
+  tool.AddOptions(mono3d::ListOptions(arguments.mask));
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
 }
 

@@ -261,7 +261,7 @@ int Reconstruct(ReconstructArguments& arguments, const DeviceOptions& device_opt
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
   arguments.source.hidden = FindHidden(arguments.input, arguments.mask, camera, arguments.source,
-                                       arguments.pipeline.is_live);
+                                       arguments.pipeline.is_live, kMaskName);
   if (!arguments.live) RequireOtherFolder(arguments.input, arguments.output);
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
   DeviceOptions own_device_options = device_options;

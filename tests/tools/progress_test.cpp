@@ -94,7 +94,10 @@ std::string Summary(const ModelHealth& health) {
 
 TEST(Summary, NamesTheStateOfTheModelWithItsReason) {
   const std::string model = "model out/model.ply  surfels 1\n";
-  EXPECT_THAT(Summary({}), AllOf(HasSubstr(model), Not(HasSubstr("the model is"))));
+  ModelHealth good;
+  good.num_registrations = 3;
+  EXPECT_THAT(Summary(good), AllOf(HasSubstr(model), Not(HasSubstr("the model is"))));
+  EXPECT_THAT(Summary({}), AllOf(HasSubstr(model), HasSubstr("the model is of one depth map")));
   EXPECT_THAT(Summary(Health(HealthState::kDegraded, "drifts")),
               AllOf(HasSubstr("the model is degraded: drifts\n"), HasSubstr(model)));
   EXPECT_THAT(Summary(Health(HealthState::kBroken, "refuses")),

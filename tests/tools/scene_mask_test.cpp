@@ -72,6 +72,17 @@ TEST_F(SceneMaskOfRun, IsFoundWhereTextWasDrawn) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/mask.png"));
 }
 
+TEST_F(SceneMaskOfRun, IsFoundWhereACameraIsLearned) {
+  const std::string command = "cd " + folder_.string() + " && " + MONO3D_CALIBRATE_TOOL +
+                              " marked -o learned.yaml --resize 384x224 --calibration.max_rounds 1";
+  const CommandResult found = RunCommand(command, folder_);
+  ASSERT_EQ(found.exit_status, 0) << found.errors;
+  EXPECT_THAT(found.output, HasSubstr("% of the images stays at its place, such as text"));
+  const CommandResult told = RunCommand(command + " --mask none", folder_);
+  ASSERT_EQ(told.exit_status, 0) << told.errors;
+  EXPECT_THAT(told.output, Not(HasSubstr("stays at its place")));
+}
+
 TEST_F(SceneMaskOfRun, IsReadFromAFileOfTheirShape) {
   cv::Mat mask(224, 384, CV_8UC1, cv::Scalar(255));
   mask.rowRange(112, 224).setTo(0);

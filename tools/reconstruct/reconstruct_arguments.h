@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/camera_choice.h"
+#include "common/scene_mask.h"
 #include "mono3d/core/options.h"
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/io/frame_source.h"
@@ -20,7 +21,6 @@
 #include "reconstruct/output_options.h"
 #include "reconstruct/positions.h"
 #include "reconstruct/run_view.h"
-#include "reconstruct/scene_mask.h"
 #include "reconstruct/working_size.h"
 
 namespace mono3d::tools {

@@ -21,8 +21,14 @@ constexpr int kWindow_px = 5;  // of the structure tensor
 // in their mean, more where it comes back: of 40 neighbouring images of twelve recordings the
 // hundredth that keeps most kept .08 to .42 (of 14 to 20, up to .82), and what was drawn into such
 // images .93 and more.
-constexpr int kMinImages = 25;
+constexpr int kEnoughImages = 25;
 constexpr float kStays = 0.8F;
+// Of fewer images chance corners may keep that: what keeps more has to take so much of the image,
+// twice what it takes by chance (18 recordings: 4.5 % of 12 images, 1 % of 20).
+constexpr int kMinImages = 12;
+constexpr float kStaysInFew = 0.9F;
+constexpr double kShareInMinImages = 0.08;
+constexpr double kShareInEnoughImages = 0.02;
 // Beside it: what changes now and then, such as digits, and what one sees through.
 constexpr float kStaysPartly = 0.4F;
 // Where more than half of the corners keep more than that, the camera stood still. So much of the
@@ -65,6 +71,13 @@ cv::Mat Dilated(const cv::Mat& mask, int radius_px) {
   cv::Mat dilated;
   cv::dilate(mask, dilated, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
   return dilated;
+}
+
+// Of the image, what keeps more than kStaysInFew in so many images, fewer than kEnoughImages.
+double LeastShareOfFew(int num_images) {
+  const double share =
+      static_cast<double>(kEnoughImages - num_images) / (kEnoughImages - kMinImages);
+  return kShareInEnoughImages + share * (kShareInMinImages - kShareInEnoughImages);
 }
 
 // The parts of `mask` that hold enough of `seeds`.
@@ -188,7 +201,11 @@ cv::Mat StaticPartsDetector::Find() const {
   // There, edges that end look like corners.
   constexpr int kBorder_px = kWindow_px / 2 + 1;
   cv::rectangle(is_strong, {{}, is_strong.size()}, cv::Scalar(0), 2 * kBorder_px - 1);
-  const cv::Mat stays = (kept > kStays) & is_strong;
+  const bool are_few = num_images_ < kEnoughImages;
+  if (are_few && ShareOf((kept > kStaysInFew) & is_strong) < LeastShareOfFew(num_images_)) {
+    return {};
+  }
+  const cv::Mat stays = (kept > (are_few ? kStaysInFew : kStays)) & is_strong;
   cv::Mat parts = PartsAround(stays, Dilated((kept > kStaysPartly) & is_strong, kGap_px / 2));
   // Bare parts beside them, as a wall behind a turntable, change less than their corners do, with
   // the noise, the light and the compression of these images.

@@ -24,8 +24,9 @@ class StaticPartsDetector {
   void Add(const cv::Mat& bgr);
 
   // CV_8UC1 of the images' size, 255 where something stays. Empty where nothing does, where fewer
-  // than 25 images differ from one another, and where nearly all of what is seen stays: then the
-  // camera stood still, and there is no scene.
+  // than 12 images differ from one another (of fewer than 25 what stays must be a large part of
+  // them, as behind a turntable), and where nearly all of what is seen stays: then the camera stood
+  // still, and there is no scene.
   cv::Mat Find() const;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-#include "reconstruct/scene_mask.h"
+#include "common/scene_mask.h"
 
 #include <algorithm>
 #include <cmath>
@@ -90,7 +90,8 @@ void MaskArguments::Visit(OptionVisitor& visit) {
 }
 
 cv::Mat FindHidden(const std::string& input, const MaskArguments& arguments,
-                   const CameraModel& camera, const FrameSourceOptions& source, bool is_live) {
+                   const CameraModel& camera, const FrameSourceOptions& source, bool is_live,
+                   const std::string& shown_in) {
   if (arguments.source == "none") return {};
   const bool is_auto = arguments.source == "auto";
   if (is_auto && is_live) return {};
@@ -104,8 +105,8 @@ cv::Mat FindHidden(const std::string& input, const MaskArguments& arguments,
   if (!hidden.empty()) {
     std::printf(
         "%.1f %% of the images stays at its place, such as text, a part of the vehicle or what is "
-        "behind a turntable: it is not taken for the scene (%s; --mask none: it is)\n",
-        Percent(hidden), kMaskName);
+        "behind a turntable: it is not taken for the scene (%s--mask none: it is)\n",
+        Percent(hidden), shown_in.empty() ? "" : (shown_in + "; ").c_str());
   }
   return hidden;
 }

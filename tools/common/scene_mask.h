@@ -23,11 +23,12 @@ struct MaskArguments {
   void Visit(OptionVisitor& visit);
 };
 
-// For FrameSourceOptions::hidden. Says on stdout what was found. `camera`: of the images as taken.
-// Throws UsageError where a mask that is named is not of the images' shape, or the images are of
-// several cameras.
+// For FrameSourceOptions::hidden. Says on stdout what was found, and where it is shown. `camera`:
+// of the images as taken. Throws UsageError where a mask that is named is not of the images' shape,
+// or the images are of several cameras.
 cv::Mat FindHidden(const std::string& input, const MaskArguments& arguments,
-                   const CameraModel& camera, const FrameSourceOptions& source, bool is_live);
+                   const CameraModel& camera, const FrameSourceOptions& source, bool is_live,
+                   const std::string& shown_in = {});
 
 // mask.png in the folder of a run, as --mask takes it.
 void WriteMask(const std::string& folder, const cv::Mat& hidden);
