@@ -42,7 +42,9 @@ void Edit(std::string_view input, std::vector<std::string>& parts) {
     const auto kind =
         static_cast<Kind>(TakeNumber(input, 1) % static_cast<std::size_t>(Kind::kCount));
     const std::size_t place = TakeNumber(input, 3);
-    const std::size_t num_bytes = std::min(TakeNumber(input, 1), input.size());
+    // Taken before it is asked how much is left: compilers differ in the order of arguments.
+    const std::size_t num_wanted = TakeNumber(input, 1);
+    const std::size_t num_bytes = std::min(num_wanted, input.size());
     const std::string_view bytes = input.substr(0, num_bytes);
     input.remove_prefix(num_bytes);
     const auto part = parts.begin() + static_cast<std::ptrdiff_t>(number);
