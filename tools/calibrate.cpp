@@ -74,8 +74,8 @@ int Calibrate(Arguments& arguments) {
   RequireImagesOfPlaces(arguments.input, prior, arguments.source);
   RequireWritableFile(arguments.output);
   TellOfTurn(arguments.input);
-  // A board is found by its looks, wherever it is.
-  if (!board) {
+  // A board is found by its looks, wherever it is; a mask that is told is used.
+  if (!board || arguments.mask.source != MaskArguments().source) {
     arguments.source.hidden = FindHidden(arguments.input, arguments.mask, prior, arguments.source,
                                          /*is_live=*/false);
   }

@@ -85,8 +85,9 @@ double Percent(const cv::Mat& hidden) {
 
 void MaskArguments::Visit(OptionVisitor& visit) {
   visit("mask", source,
-        "image that is black where the images do not show the scene: text, a bonnet, a landing "
-        "gear; auto: what stays at its place in all images of a recording is found out; none");
+        "image that is black where the images do not show the scene: text, a bonnet, what is "
+        "behind a turntable; auto: what stays at its place in all images of a recording is found "
+        "out; none");
 }
 
 cv::Mat FindHidden(const std::string& input, const MaskArguments& arguments,
