@@ -5,7 +5,8 @@
 // resolution the state is the mean of the four pixels of half the resolution around, weighted by
 // distance and likeness of grey values. It is believed where planes that won the sweep, though not
 // clearly enough to be an estimate, are near: that of the second nearest of five pixels around
-// counts; and where enough sources see it. Confidence falls with the distance from it, and is never above kMostConfidence. No
+// counts; or where it is that of a plane that is believed as a whole; and where enough sources see
+// it. Confidence falls with the distance from it, and is never above kMostConfidence. No
 // estimate elsewhere, and in the sky. One pixel an invocation; a quarter of a tile is a workgroup.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -100,12 +101,14 @@ void main() {
     sums += weight * vec3(one.xy, 1.0);
   }
   const float w = sums.x / sums.z;
-  const float difference = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
+  const vec4 cell = imageLoad(cells, CellAt(x, y, params.width_px));
+  const float from_winners = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
+  const float difference = IsBelieved(cell) ? min(from_winners, 1.0) : from_winners;
   const float matched = imageLoad(depth, pixel).x;
   const bool inferred = matched <= 0.0 && w > 0.0 && ReferenceShows(vec2(x, y)) &&
                         difference <= params.max_difference &&
                         NumViews(x, y, w) >= params.min_views &&
-                        imageLoad(cells, CellAt(x, y, params.width_px)).w >= 0.0;
+                        cell.w >= 0.0;
   if (!inferred) return;
   inverse_depth[pixel] = w;
   confidence[pixel] = clamp(sums.y / sums.z / (1.0 + difference * difference), kLeastConfidence,

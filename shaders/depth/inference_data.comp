@@ -65,7 +65,7 @@ void main() {
   }
   if (cell.w > 0.0 && !any_textured) {
     const float plane = cell.x + float(2 * (x & 1) - 1) * cell.y + float(2 * (y & 1) - 1) * cell.z;
-    sums = kPlaneWeight * vec3(1.0, plane, cell.w);
+    sums = kPlaneWeight * vec3(1.0, plane, ConfidenceOf(cell));
   }
   if (cell.w < 0.0) sums = vec3(0);
   const int word = PaddedWordIndex(int(PaddedWordsPerRow(uint(width))), x >> 2, y);

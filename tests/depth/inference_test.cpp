@@ -20,15 +20,17 @@ using Texel = InferenceMap::value_type;
 // Float against double: a few roundings.
 constexpr float kRelative = 2e-5F;
 
-// Of sky, of a plane, or neither.
+// Of sky, of a plane that is believed as a whole or not, or neither.
 InferenceMap RandomCells(LevelSize size, std::mt19937& random) {
   InferenceMap cells(std::size_t{(size.width_px + 3) / 4} * ((size.height_px + 3) / 4));
   for (Texel& cell : cells) {
     const auto values = RandomValues(4, 0.1F, 1, 0, random);
     const bool is_sky = random() % 4 == 0;
     const bool is_plane = !is_sky && random() % 2 == 0;
+    const float confidence = is_plane ? 0.125F * values[3] : 0.F;
+    const bool is_believed = is_plane && random() % 2 == 0;
     cell = {values[0], 0.1F * values[1], -0.1F * values[2],
-            is_sky ? -1.F : (is_plane ? 0.125F * values[3] : 0.F)};
+            is_sky ? -1.F : (is_believed ? 1.F + confidence : confidence)};
   }
   return cells;
 }
@@ -263,8 +265,9 @@ std::vector<float> PlaneWithAHole(std::vector<float>& plane) {
   return matched;
 }
 
-// Inverse depth and confidence, with winners that are the plane itself.
-std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& cells) {
+// Inverse depth and confidence, with winners that are farther by so much.
+std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& cells,
+                                                             float winners_off = 0) {
   std::vector<float> plane;
   const std::vector<float> matched = PlaneWithAHole(plane);
   std::vector<float> depth;
@@ -279,7 +282,9 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& cell
   const Buffer inverse_depth_buffer = ToBuffer(matched);
   const Buffer confidence_buffer = ToBuffer(confidence);
   const Buffer depth_buffer = ToBuffer(depth);
-  const Buffer winners = ToBuffer(plane);
+  std::vector<float> off;
+  for (const float w : plane) off.push_back(w - winners_off);
+  const Buffer winners = ToBuffer(off);
   const auto tiles = TilesWithoutDepth(MapOf(depth, kSize));
   inference.Record(recorder, {.size = kSize,
                               .images = images,
@@ -311,10 +316,12 @@ TEST(Inference, CompletesAPlane) {
   }
 }
 
+// The hole of PlaneWithAHole, and what was matched around it.
+const cv::Rect kHoleCells(8, 4, 8, 8);
+
 TEST(Inference, LeavesTheSkyAlone) {
   cv::Mat cells = cv::Mat::zeros(16, 23, CV_32FC4);
-  // The hole, and what was matched around it.
-  cells(cv::Rect(8, 4, 8, 8)).setTo(cv::Scalar(0, 0, 0, -1));
+  cells(kHoleCells).setTo(cv::Scalar(0, 0, 0, -1));
   const auto [found, confidence] = InferPlane(cells);
   std::vector<float> plane;
   const std::vector<float> matched = PlaneWithAHole(plane);
@@ -322,6 +329,23 @@ TEST(Inference, LeavesTheSkyAlone) {
     ASSERT_EQ(confidence[i], 0);
     ASSERT_EQ(found[i] > 0, matched[i] > 0);
   }
+}
+
+TEST(Inference, BelievesAPlaneWhateverItsWinnersAre) {
+  const float four_planes = 0.08F;
+  const auto num_inferred = [&](float cell_confidence) {
+    cv::Mat cells = cv::Mat::zeros(16, 23, CV_32FC4);
+    for (int y = kHoleCells.y; y < kHoleCells.br().y; ++y) {
+      for (int x = kHoleCells.x; x < kHoleCells.br().x; ++x) {
+        const float at_middle = 1 + 0.004F * (4 * float(x) + 1.5F) - 0.002F * (4 * float(y) + 1.5F);
+        cells.at<cv::Vec4f>(y, x) = {at_middle, 0.004F, -0.002F, cell_confidence};
+      }
+    }
+    const auto [found, confidence] = InferPlane(cells, four_planes);
+    return std::count_if(confidence.begin(), confidence.end(), [](float c) { return c > 0; });
+  };
+  EXPECT_EQ(num_inferred(0.1F), 0);
+  EXPECT_EQ(num_inferred(1.1F), 19 * 19);
 }
 
 // Blue above, a textured wall below.
@@ -370,6 +394,26 @@ TEST(FindSky, FindsNoneOnARoofSeenFromAbove) {
   rib({0, 48, 140, 8}, 5);
   rib({0, 88, 160, 8}, 90);
   EXPECT_GT(cv::countNonZero(FindSky(image, depth)), 500);
+}
+
+// Indoors: a bare grey wall up to the border, beside what is brighter.
+TEST(FindSky, FindsNoneOnAWallThatIsDarkerThanWhatWasMatched) {
+  std::mt19937 random = SeededByTestName();
+  cv::Mat image = SkyAboveWall(random);
+  cv::Mat depth = cv::Mat::zeros(96, 160, CV_32FC1);
+  depth.rowRange(40, 96).setTo(3);
+  cv::Mat above = image.rowRange(0, 40);
+  cv::Mat bright = image(cv::Rect(0, 56, 20, 40));  // a tenth of what was matched
+  bright.setTo(cv::Scalar::all(250));
+  above.setTo(cv::Scalar(152, 150, 150));
+  EXPECT_EQ(cv::countNonZero(FindSky(image, depth)), 0);
+  // What is lit is never brighter than a sky without sun.
+  bright.setTo(cv::Scalar::all(140));
+  EXPECT_GT(cv::countNonZero(FindSky(image, depth)), 0);
+  // Under a blue sky there is sun.
+  bright.setTo(cv::Scalar::all(250));
+  above.setTo(cv::Scalar(180, 150, 120));
+  EXPECT_GT(cv::countNonZero(FindSky(image, depth)), 0);
 }
 
 TEST(FindSky, FindsNoneBelowOrInWarmOrDarkColours) {

@@ -27,6 +27,8 @@ struct View {
   cv::Mat depth = cv::Mat(kImage, CV_32FC1, cv::Scalar(0));
   cv::Mat unfiltered = cv::Mat(kImage, CV_32FC1, cv::Scalar(0));
   cv::Mat sky = cv::Mat(kImage / kImageCell_px, CV_8UC1, cv::Scalar(0));
+  cv::Mat winners = {};
+  int winner_level = 0;
 };
 
 using Surface = std::function<double(int, int)>;  // inverse depth, 1/su
@@ -49,7 +51,14 @@ View BareInTheMiddle(const Surface& surface, std::mt19937& random) {
 }
 
 cv::Mat PlanesIn(const View& view) {
-  return FindPlanarRegions(view.bgr, view.depth, view.unfiltered, view.sky, kPlaneStep);
+  return FindPlanarRegions({.bgr = view.bgr,
+                            .depth = view.depth,
+                            .unfiltered = view.unfiltered,
+                            .winners = view.winners,
+                            .winner_level = view.winner_level,
+                            .sky = view.sky,
+                            .step = kPlaneStep,
+                            .max_difference = 3});
 }
 
 const cv::Rect kBareCells(kBare.tl() / kImageCell_px, kBare.size() / kImageCell_px);
@@ -135,6 +144,70 @@ TEST(FindPlanarRegions, LeavesASmoothSurfaceThatIsSeenAsItIs) {
     }
   }
   ExpectTilted(PlanesIn(view));
+}
+
+// One of 16 planes by chance, of which the middle one lies on a surface; a share of them on the
+// surface itself, but for a plane each way.
+void AddWinners(const Surface& surface, double share_on_it, int level, std::mt19937& random,
+                View& view) {
+  view.winner_level = level;
+  view.winners.create(kImage.height >> level, kImage.width >> level, CV_32FC1);
+  for (int y = 0; y < view.winners.rows; ++y) {
+    for (int x = 0; x < view.winners.cols; ++x) {
+      const bool is_on_it = static_cast<double>(random() % 1000) < 1000 * share_on_it;
+      const int plane = is_on_it ? int(random() % 3) - 1 : int(random() % 16) - 8;
+      view.winners.at<float>(y, x) =
+          -static_cast<float>(surface(x << level, y << level) + plane * kPlaneStep);
+    }
+  }
+}
+
+int NumBelieved(const cv::Mat& cells) {
+  cv::Mat confidence;
+  cv::extractChannel(cells, confidence, 3);
+  return cv::countNonZero(confidence > 1);
+}
+
+// A third of the border lies on the surface; all kinds of things stand before the rest.
+double TiltedBehindThings(int x, int y) {
+  return Tilted(x, y) + (x > 130 ? (8 + 4 * ((x / 16 + y / 16) % 5)) * kPlaneStep : 0);
+}
+
+TEST(FindPlanarRegions, BelievesAPlaneOnWhichMostWinnersLie) {
+  std::mt19937 random = SeededByTestName();
+  for (const int level : {0, 1}) {
+    View view = BareInTheMiddle(Tilted, random);
+    AddWinners(Tilted, 0.3, level, random, view);
+    const cv::Mat cells = PlanesIn(view);
+    EXPECT_EQ(NumBelieved(cells), kBareCells.area()) << level;
+    const float confidence = cells.at<cv::Vec4f>(30, 40)[3];
+    EXPECT_GT(confidence, 1.1);
+    EXPECT_LE(confidence, 1.125);
+  }
+}
+
+TEST(FindPlanarRegions, DoesNotBelieveAPlaneThatWinnersContradict) {
+  std::mt19937 random = SeededByTestName();
+  View view = BareInTheMiddle(Tilted, random);
+  AddWinners(Tilted, 0, 0, random, view);
+  EXPECT_EQ(NumBelieved(PlanesIn(view)), 0) << "by chance";
+  AddWinners([](int x, int y) { return Tilted(x, y) + 4 * kPlaneStep; }, 0.6, 0, random, view);
+  const cv::Mat cells = PlanesIn(view);
+  EXPECT_EQ(NumBelieved(cells), 0) << "beside it";
+  EXPECT_EQ(NumWithPlane(cells), kBareCells.area());
+  view.winners.setTo(0, view.depth > 0);
+  view.winners(cv::Rect(kBare.x, kBare.y, kBare.width, kBare.height / 2)).setTo(0);
+  EXPECT_EQ(NumBelieved(PlanesIn(view)), 0) << "where no source sees it";
+}
+
+TEST(FindPlanarRegions, FindsAWallBehindWhatStandsAroundIt) {
+  std::mt19937 random = SeededByTestName();
+  View view = BareInTheMiddle(TiltedBehindThings, random);
+  EXPECT_EQ(NumWithPlane(PlanesIn(view)), 0);
+  AddWinners(Tilted, 0.3, 0, random, view);
+  const cv::Mat cells = PlanesIn(view);
+  EXPECT_EQ(NumBelieved(cells), kBareCells.area());
+  EXPECT_NEAR(double(cells.at<cv::Vec4f>(30, 40)[0]), Tilted(161, 121), kPlaneStep);
 }
 
 TEST(FindPlanarRegions, MarksTheSkyAndLeavesItOut) {

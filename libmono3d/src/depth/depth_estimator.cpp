@@ -316,8 +316,17 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
   const EstimateBuffers refined = RefinedWithout(doubtful, plan);
   cv::Mat unfiltered(map.depth.size(), CV_32FC1);
   refined.inverse_depth.Download(std::span<float>(unfiltered.ptr<float>(), unfiltered.total()));
+  cv::Mat winners(plan.size.height_px, plan.size.width_px, CV_32FC1);
+  hierarchy_.winners().Download(std::span<float>(winners.ptr<float>(), winners.total()));
   const cv::Mat cells =
-      FindPlanarRegions(map.bgr, map.depth, unfiltered, FindSky(map.bgr, map.depth), plan.step);
+      FindPlanarRegions({.bgr = map.bgr,
+                         .depth = map.depth,
+                         .unfiltered = unfiltered,
+                         .winners = winners,
+                         .winner_level = plan.level,
+                         .sky = FindSky(map.bgr, map.depth),
+                         .step = plan.step,
+                         .max_difference = static_cast<int>(options_.inference.max_difference)});
   inference_.Record(recorder_,
                     {.size = SizeAtLevel(map.camera, 0),
                      .images = hierarchy_.images(0),

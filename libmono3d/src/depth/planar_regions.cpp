@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <random>
@@ -26,19 +27,14 @@ namespace {
 constexpr int kMaxColourStep = 5;
 constexpr double kMinRegionShare =
     0.001;  // of the image: smaller regions are completed as well without
-// The rest of what is matched around a region may belong to what stands before it.
-constexpr double kMinInlierShare = 0.6;
 constexpr std::size_t kMinInliers = 12;
 // Cells around a region in which samples are looked for: what is matched nearest to it may have
 // the depth of its neighbour, by half the census window.
 constexpr int kReach = 3;
 // Planes of the sweep.
-constexpr double kTolerance = 1;
 constexpr double kLeastSigma = 0.25;
 // Cells of which the errors are alike, as windows overlap.
 constexpr double kCellsPerError = 9;
-// Three of 60 % inliers: all tries miss with a probability below 1e-5.
-constexpr int kNumTries = 50;
 constexpr std::size_t kMostSamples = 400;  // that a region is judged by
 // Of a region that has to have an estimate for its shape to be seen, and the median difference from
 // a smooth surface, in planes of the sweep: grass on waves of the ground has 0.3 to 0.5, what is
@@ -46,7 +42,29 @@ constexpr std::size_t kMostSamples = 400;  // that a region is judged by
 constexpr double kMinSeenShare = 0.25;
 constexpr double kMaxSeenDifference = 0.75;
 constexpr int kNumReweightings = 8;
+// Of winners without any meaning 7 of 16 are within three planes of the right one, if that is among
+// the 16 that are tried at a pixel.
+constexpr double kMinAgreeingShare = 0.5;
+// Of the share that any plane parallel to it has: the best one lies a plane or two beside it.
+constexpr double kMinShareOfBest = 0.9;
+constexpr double kMinWinnerShare = 0.9;    // of the pixels, that have one
+constexpr int kMostDifference = 80;        // planes; farther ones are with none
 constexpr double kMostConfidence = 0.125;  // as inference.comp has it
+
+// Of what was matched around a region, which part has to lie on its plane.
+struct Limits {
+  double tolerance = 0;  // planes of the sweep
+  // What counts against a plane for a sample that stands before it, of what one behind it counts.
+  double share_before = 0;
+  double min_inlier_share = 0;
+  double max_share_behind = 0;
+  int num_tries = 0;  // of three samples
+};
+// The rest may belong to what stands before the region. All tries miss with a probability below
+// 1e-5.
+constexpr Limits kMostOnIt = {1, 1, 0.6, 1, 50};
+// The rest stands before it, but for chance matches. With 30 % all tries miss in 1 % of cases.
+constexpr Limits kOthersBeforeIt = {2, 0.5, 0.3, 0.15, 170};
 
 // In the middle of a cell.
 struct Sample {
@@ -82,18 +100,21 @@ std::optional<Eigen::Vector3d> ThroughThree(const std::vector<Sample>& samples,
 }
 
 // Of the hypotheses that with the least sum of squares, cut at the tolerance (MSAC).
-std::optional<Eigen::Vector3d> BestHypothesis(const std::vector<Sample>& samples) {
+std::optional<Eigen::Vector3d> BestHypothesis(const std::vector<Sample>& samples,
+                                              const Limits& limits) {
+  const double most_behind = limits.tolerance * limits.tolerance;
+  const double most_before = limits.share_before * most_behind;
   std::minstd_rand random(1);
   const std::size_t stride = StrideOf(samples.size());
   std::optional<Eigen::Vector3d> best;
   double least = 0;
-  for (int i = 0; i < kNumTries; ++i) {
+  for (int i = 0; i < limits.num_tries; ++i) {
     const std::optional<Eigen::Vector3d> slopes = ThroughThree(samples, random);
     if (!slopes) continue;
     double cost = 0;
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const double residual = Residual(samples[k], *slopes);
-      cost += std::min(residual * residual, kTolerance * kTolerance);
+      cost += std::min(residual * residual, residual > 0 ? most_before : most_behind);
     }
     if (!best || cost < least) {
       best = slopes;
@@ -104,21 +125,26 @@ std::optional<Eigen::Vector3d> BestHypothesis(const std::vector<Sample>& samples
 }
 
 // By least squares of the samples near `start`; none where too few are.
-std::optional<Plane> Fit(const std::vector<Sample>& samples, const Eigen::Vector3d& start) {
+std::optional<Plane> Fit(const std::vector<Sample>& samples, const Eigen::Vector3d& start,
+                         const Limits& limits) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double sum_of_squares = 0;
   std::size_t num_inliers = 0;
+  std::size_t num_behind = 0;
   for (const Sample& sample : samples) {
     const double residual = Residual(sample, start);
-    if (std::abs(residual) > kTolerance) continue;
+    if (residual < -limits.tolerance) ++num_behind;
+    if (std::abs(residual) > limits.tolerance) continue;
     normal += sample.at * sample.at.transpose();
     right += residual * sample.at;
     sum_of_squares += residual * residual;
     ++num_inliers;
   }
+  const auto num = static_cast<double>(samples.size());
   if (num_inliers < kMinInliers ||
-      static_cast<double>(num_inliers) < kMinInlierShare * static_cast<double>(samples.size())) {
+      static_cast<double>(num_inliers) < limits.min_inlier_share * num ||
+      static_cast<double>(num_behind) > limits.max_share_behind * num) {
     return std::nullopt;
   }
   const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
@@ -129,12 +155,12 @@ std::optional<Plane> Fit(const std::vector<Sample>& samples, const Eigen::Vector
                kCellsPerError * sigma * sigma * solver.solve(Eigen::Matrix3d::Identity())};
 }
 
-std::optional<Plane> FitRobustly(const std::vector<Sample>& samples) {
+std::optional<Plane> FitRobustly(const std::vector<Sample>& samples, const Limits& limits) {
   if (samples.size() < kMinInliers) return std::nullopt;
-  const std::optional<Eigen::Vector3d> start = BestHypothesis(samples);
+  const std::optional<Eigen::Vector3d> start = BestHypothesis(samples, limits);
   if (!start) return std::nullopt;
-  const std::optional<Plane> first = Fit(samples, *start);
-  return first ? Fit(samples, first->slopes) : std::nullopt;
+  const std::optional<Plane> first = Fit(samples, *start, limits);
+  return first ? Fit(samples, first->slopes, limits) : std::nullopt;
 }
 
 bool AreAlike(const cv::Vec3b& one, const cv::Vec3b& other) {
@@ -147,23 +173,22 @@ bool AreAlike(const cv::Vec3b& one, const cv::Vec3b& other) {
 // The image in cells.
 class RegionCells {
  public:
-  RegionCells(const cv::Mat& bgr, const cv::Mat& depth, const cv::Mat& unfiltered,
-              const cv::Mat& sky, double step)
-      : unfiltered_(unfiltered),
-        step_(step),
-        colours_(MeansOfCells(bgr)),
-        middle_(0.5 * bgr.cols, 0.5 * bgr.rows) {
+  explicit RegionCells(const PlanarRegionsInput& input)
+      : input_(input),
+        colours_(MeansOfCells(input.bgr)),
+        middle_(0.5 * input.bgr.cols, 0.5 * input.bgr.rows) {
+    const cv::Mat& depth = input.depth;
     cv::Mat inverse_depth(depth.size(), CV_32FC1, cv::Scalar(0));
     for (int y = 0; y < depth.rows; ++y) {
       const auto* from = depth.ptr<float>(y);
       auto* const to = inverse_depth.ptr<float>(y);
       for (int x = 0; x < depth.cols; ++x) {
-        if (from[x] > 0) to[x] = static_cast<float>(1 / (from[x] * step));
+        if (from[x] > 0) to[x] = static_cast<float>(1 / (from[x] * input.step));
       }
     }
     shares_ = MeansOfCells((depth > 0) / 255 * 128);  // in 1/128
     inverse_depths_ = MeansOfCells(inverse_depth);
-    is_bare_ = (shares_ < 64) & (sky == 0);
+    is_bare_ = (shares_ < 64) & (input.sky == 0);
   }
 
   cv::Size size() const { return colours_.size(); }
@@ -218,17 +243,48 @@ class RegionCells {
   // Of what the texture filter took away in a cell the mean inverse depth, in planes of the sweep;
   // none: not half of its pixels have one.
   std::optional<double> Unfiltered(const cv::Point& cell) const {
-    const cv::Rect pixels = cv::Rect(cell * kImageCell_px, cv::Size(kImageCell_px, kImageCell_px)) &
-                            cv::Rect({}, unfiltered_.size());
-    const cv::Mat values = unfiltered_(pixels);
+    const cv::Mat values = input_.unfiltered(PixelsOf(cell));
     const int num = cv::countNonZero(values > 0);
-    if (2 * num < pixels.area()) return std::nullopt;
-    return cv::sum(values)[0] / (num * step_);
+    if (2 * num < static_cast<int>(values.total())) return std::nullopt;
+    return cv::sum(values)[0] / (num * input_.step);
+  }
+
+  // Of the pixels of a region that have a winner, the differences from a plane, in planes of the
+  // sweep.
+  std::vector<double> DifferencesOfWinners(const std::vector<cv::Point>& region,
+                                           const Eigen::Vector3d& slopes) const {
+    std::vector<double> differences;
+    for (const cv::Point& cell : region) {
+      const double expected = slopes.dot(MiddleOf(cell));
+      const cv::Rect pixels = PixelsOf(cell);
+      for (int y = pixels.y; y < pixels.br().y; y += 2) {
+        for (int x = pixels.x; x < pixels.br().x; x += 2) {
+          const float winner =
+              input_.winners.at<float>(y >> input_.winner_level, x >> input_.winner_level);
+          if (winner != 0) differences.push_back(std::abs(winner) / input_.step - expected);
+        }
+      }
+    }
+    return differences;
+  }
+
+  // Of the pixels that are looked at for them.
+  int NumLookedAt(const std::vector<cv::Point>& region) const {
+    int num = 0;
+    for (const cv::Point& cell : region) {
+      const cv::Rect pixels = PixelsOf(cell);
+      num += (pixels.width + 1) / 2 * ((pixels.height + 1) / 2);
+    }
+    return num;
   }
 
  private:
-  const cv::Mat& unfiltered_;
-  double step_;
+  cv::Rect PixelsOf(const cv::Point& cell) const {
+    return cv::Rect(cell * kImageCell_px, cv::Size(kImageCell_px, kImageCell_px)) &
+           cv::Rect({}, input_.depth.size());
+  }
+
+  const PlanarRegionsInput& input_;
   cv::Mat colours_;
   cv::Mat shares_;          // of the pixels that have depth, in 1/128
   cv::Mat inverse_depths_;  // planes of the sweep; pixels without depth count as 0
@@ -288,13 +344,59 @@ bool IsSeen(const std::vector<cv::Point>& region, const RegionCells& cells) {
   return UpperMedian(std::move(differences)) <= kMaxSeenDifference;
 }
 
+// Whether winners of the sweep are on a plane of a region more often than by chance, and than on
+// nearly all that are parallel to it.
+bool WinnersAgree(const std::vector<cv::Point>& region, const RegionCells& cells,
+                  const Eigen::Vector3d& slopes, int max_difference) {
+  const std::vector<double> differences = cells.DifferencesOfWinners(region, slopes);
+  if (static_cast<double>(differences.size()) < kMinWinnerShare * cells.NumLookedAt(region)) {
+    return false;
+  }
+  std::vector<int> counts(2 * kMostDifference + 1, 0);
+  for (const double difference : differences) {
+    if (std::abs(difference) > kMostDifference) continue;
+    ++counts[static_cast<std::size_t>(std::lround(difference) + kMostDifference)];
+  }
+  int on_it = 0;
+  int most = 0;
+  for (int offset = max_difference - kMostDifference; offset <= kMostDifference - max_difference;
+       ++offset) {
+    const auto first = counts.begin() + kMostDifference + offset - max_difference;
+    const int num = std::accumulate(first, first + 2 * max_difference + 1, 0);
+    if (offset == 0) on_it = num;
+    most = std::max(most, num);
+  }
+  return on_it >= kMinAgreeingShare * static_cast<double>(differences.size()) &&
+         on_it >= kMinShareOfBest * most;
+}
+
+struct PlaneOfRegion {
+  Plane plane;
+  bool is_believed = false;  // as a whole
+};
+
+std::optional<PlaneOfRegion> PlaneOf(const std::vector<cv::Point>& region, const RegionCells& cells,
+                                     const PlanarRegionsInput& input) {
+  const std::vector<Sample> samples = cells.SamplesAround(region);
+  const auto agrees = [&](const Plane& plane) {
+    return !input.winners.empty() &&
+           WinnersAgree(region, cells, plane.slopes, input.max_difference);
+  };
+  if (const std::optional<Plane> plane = FitRobustly(samples, kMostOnIt)) {
+    return PlaneOfRegion{*plane, agrees(*plane)};
+  }
+  const std::optional<Plane> behind = FitRobustly(samples, kOthersBeforeIt);
+  if (behind && agrees(*behind)) return PlaneOfRegion{*behind, true};
+  return std::nullopt;
+}
+
 }  // namespace
 
-cv::Mat FindPlanarRegions(const cv::Mat& bgr, const cv::Mat& depth, const cv::Mat& unfiltered,
-                          const cv::Mat& sky, double step) {
+cv::Mat FindPlanarRegions(const PlanarRegionsInput& input) {
+  const cv::Mat& sky = input.sky;
   cv::Mat found(sky.size(), CV_32FC4, cv::Scalar(0, 0, 0, 0));
   found.setTo(cv::Scalar(0, 0, 0, -1), sky);
-  RegionCells cells(bgr, depth, unfiltered, sky, step);
+  RegionCells cells(input);
   const auto min_cells =
       static_cast<std::size_t>(kMinRegionShare * static_cast<double>(sky.total()));
   for (int y = 0; y < sky.rows; ++y) {
@@ -302,17 +404,19 @@ cv::Mat FindPlanarRegions(const cv::Mat& bgr, const cv::Mat& depth, const cv::Ma
       if (!cells.IsBare({x, y})) continue;
       const std::vector<cv::Point> region = cells.TakeRegion({x, y});
       if (region.size() < min_cells || IsSeen(region, cells)) continue;
-      const std::optional<Plane> plane = FitRobustly(cells.SamplesAround(region));
-      if (!plane) continue;
+      const std::optional<PlaneOfRegion> found_plane = PlaneOf(region, cells, input);
+      if (!found_plane) continue;
+      const Plane& plane = found_plane->plane;
       for (const cv::Point& cell : region) {
         const Eigen::Vector3d at = cells.MiddleOf(cell);
-        const double inverse_depth = plane->slopes.dot(at);
+        const double inverse_depth = plane.slopes.dot(at);
         if (inverse_depth <= 0) continue;
-        const double variance = at.dot(plane->covariance * at);
+        const double variance = at.dot(plane.covariance * at);
         const Eigen::Vector3d values =
-            step * Eigen::Vector3d(inverse_depth, plane->slopes.x(), plane->slopes.y());
+            input.step * Eigen::Vector3d(inverse_depth, plane.slopes.x(), plane.slopes.y());
+        const double confidence = kMostConfidence / (1 + variance);
         found.at<cv::Vec4f>(cell) = {float(values.x()), float(values.y()), float(values.z()),
-                                     float(kMostConfidence / (1 + variance))};
+                                     float(found_plane->is_believed ? 1 + confidence : confidence)};
       }
     }
   }

@@ -21,6 +21,10 @@ constexpr int kMaxStep = 5;         // from one cell to the next, grey levels
 constexpr int kMinGrey = 110;       // darker is no daylight sky
 constexpr int kMaxRedness = 6;      // red above blue, grey levels
 constexpr double kMinShare = 0.01;  // of the image
+// Without sun the sky is the light, and nothing that it lights is brighter. A sky with sun is blue,
+// and sunlit walls may be brighter. Highlights and lamps are a few hundredths at most.
+constexpr double kMinBlueness = 30;         // blue above red, grey levels
+constexpr double kMaxBrighterShare = 0.05;  // of what was matched, by more than kMaxRange
 // Walls have some texture somewhere. Cells at the edge of the region do not count: there the census
 // window gives them the depth of what stands before the sky.
 constexpr double kMaxMatchedShare = 0.25;
@@ -115,6 +119,14 @@ bool IsPartOfASurface(const cv::Mat& part, const cv::Mat& nearest) {
   return 2 * num_of_surface > cv::countNonZero(part);
 }
 
+// Whether a part of this colour is darker than it would be if it lit the rest of the image.
+bool IsLit(const cv::Scalar& colour, const cv::Mat& grey, const cv::Mat& is_matched) {
+  if (colour[0] - colour[2] >= kMinBlueness) return false;
+  const double brightness = 0.114 * colour[0] + 0.587 * colour[1] + 0.299 * colour[2];
+  const int num_brighter = cv::countNonZero((grey > brightness + kMaxRange) & is_matched);
+  return num_brighter > kMaxBrighterShare * cv::countNonZero(is_matched);
+}
+
 }  // namespace
 
 cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
@@ -136,7 +148,10 @@ cv::Mat FindSky(const cv::Mat& bgr, const cv::Mat& depth) {
         stats.at<int>(i, cv::CC_STAT_AREA) >= kMinShare * static_cast<double>(sky.total());
     if (!is_large || cv::countNonZero(inside) == 0) continue;
     const bool is_bare = cv::mean(matched, inside)[0] <= 255 * kMaxMatchedShare;
-    if (is_bare && !IsPartOfASurface(part, nearest)) found |= part;
+    if (is_bare && !IsPartOfASurface(part, nearest) &&
+        !IsLit(cv::mean(colours, inside), grey, matched > 127)) {
+      found |= part;
+    }
   }
   // Cells that the region's border crosses.
   cv::dilate(found, found, cv::Mat::ones(3, 3, CV_8UC1));

@@ -31,6 +31,9 @@ bool IsSky(const InferenceMap& cells, LevelSize size, int x, int y) {
   return CellOf(cells, size, x, y)[3] < 0;
 }
 
+// A plane that is believed as a whole, whose confidence is one less.
+bool IsBelieved(const std::array<float, 4>& cell) { return cell[3] > 1; }
+
 std::array<float, 4> PackTexel(double a, double b, double c, double d) {
   return {static_cast<float>(a), static_cast<float>(b), static_cast<float>(c),
           static_cast<float>(d)};
@@ -74,7 +77,7 @@ InferenceMap InferenceData(LevelSize size, const std::vector<float>& depth,
         const double from_middle_y = 2 * y + 0.5 - (2 * y / 4 * 4 + 1.5);
         weights = 1;
         depths = cell[0] + from_middle_x * cell[1] + from_middle_y * cell[2];
-        confidences = cell[3];
+        confidences = cell[3] - (IsBelieved(CellOf(cells, size, 2 * x, 2 * y)) ? 1 : 0);
       }
       const double share = weights > 0 ? 1 / weights : 0;
       data.push_back(PackTexel(share * depths, weights, share * confidences,
@@ -186,7 +189,8 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
           differences.push_back(std::abs(w - winner) / double(params.inverse_depth_step));
       }
       std::sort(differences.begin(), differences.end());
-      const double difference = differences[1];
+      const bool is_believed = IsBelieved(CellOf(cells, size, x, y));
+      const double difference = is_believed ? std::min(differences[1], 1.0) : differences[1];
       int num_views = 0;
       for (const SourceProjection& source : projections) {
         const Eigen::Vector3d at = source.A * Eigen::Vector3d(x, y, 1) + w * source.b;
