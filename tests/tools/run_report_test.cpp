@@ -408,6 +408,30 @@ TEST(RunReport, TellsWhatWasLostAndWhyAndNeedsNoNetwork) {
                           Not(HasSubstr("src=\"/")), Not(HasSubstr("<link"))));
 }
 
+TEST(RunReport, CallsAModelGoodOnlyIfADepthMapWasComparedWithAnother) {
+  const RunNotes notes;
+  Reconstruction reconstruction;
+  reconstruction.maps.resize(1);
+  reconstruction.maps[0].model = Square();
+  const auto of_model = [&] {
+    const Page page = RunPage({.reconstruction = reconstruction,
+                               .record = {},
+                               .notes = notes,
+                               .command = "",
+                               .no_model = ""},
+                              OverviewPicture(reconstruction, true));
+    const auto figure = std::ranges::find(page.key_figures, "Model", &KeyFigure::label);
+    return figure == page.key_figures.end() ? std::string() : figure->value;
+  };
+  EXPECT_EQ(of_model(), "unconfirmed");
+  ModelHealth& health = reconstruction.maps[0].health;
+  health.num_registrations = 1;
+  EXPECT_EQ(of_model(), "good");
+  health.num_registrations = 0;
+  health.state = HealthState::kDegraded;
+  EXPECT_EQ(of_model(), "degraded");
+}
+
 TEST(RunReport, HasTheNameOfTheFlight) {
   const RunNotes notes;
   const Reconstruction reconstruction;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/summary.h"
 #include "mono3d/core/version.h"
 #include "mono3d/io/depth_map_files.h"
 #include "mono3d/io/live_input.h"
@@ -28,6 +29,16 @@ KeyFigure PoseFigure(const std::vector<FrameOutcome>& outcomes) {
               std::to_string(outcomes.size())};
 }
 
+// A model is good by what its depth maps say of each other: if they say nothing, it is not known.
+KeyFigure ModelFigure(const Reconstruction& reconstruction, std::size_t num_surfels) {
+  if (num_surfels == 0) return {"Model", "none", "see below"};
+  const HealthState state = reconstruction.maps[0].health.state;
+  if (state == HealthState::kGood && !WhyNotConfirmed(reconstruction).empty()) {
+    return {"Model", "unconfirmed", "no depth map confirms another"};
+  }
+  return {"Model", ToString(state), "by its latest depth maps"};
+}
+
 std::vector<KeyFigure> KeyFiguresOfRun(const RunReport& report,
                                        const std::vector<FrameOutcome>& outcomes) {
   const Reconstruction& reconstruction = report.reconstruction;
@@ -41,8 +52,7 @@ std::vector<KeyFigure> KeyFiguresOfRun(const RunReport& report,
                      num_surfels >= 10'000 ? std::to_string(num_surfels / 1000) + " k"
                                            : std::to_string(num_surfels),
                      std::to_string(counts.num_keyframes) + " keyframes"});
-  figures.push_back({"Model", num_surfels > 0 ? ToString(map->health.state) : "none",
-                     num_surfels > 0 ? "by its latest depth maps" : "see below"});
+  figures.push_back(ModelFigure(reconstruction, num_surfels));
   figures.push_back({"Time", FormatNumber(report.record.wall_s, 3) + " s",
                      "processor " + FormatNumber(report.record.cpu_s, 3) + " s"});
   return figures;
