@@ -282,7 +282,8 @@ void DenseSchurSolver::EliminatePoints(double damping) {
 
 bool DenseSchurSolver::Solve(double damping) {
   EliminatePoints(damping);
-  const Eigen::LLT<Eigen::MatrixXd> factors(reduced_);  // reads the lower half
+  // In place of the lower half.
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(reduced_);
   if (factors.info() != Eigen::Success) return false;
   view_step_ = factors.solve(reduced_gradient_);
   if (!view_step_.allFinite()) return false;
