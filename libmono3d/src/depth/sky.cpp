@@ -23,7 +23,7 @@ constexpr int kMaxRedness = 6;      // red above blue, grey levels
 constexpr double kMinShare = 0.01;  // of the image
 // Without sun the sky is the light, and nothing that it lights is brighter. A sky with sun is blue,
 // and sunlit walls may be brighter. Highlights and lamps are a few hundredths at most.
-constexpr double kMinBlueness = 30;         // blue above red, grey levels
+constexpr double kMinBlueness = 20;         // blue above red, grey levels
 constexpr double kMaxBrighterShare = 0.05;  // of what was matched, by more than kMaxRange
 // Walls have some texture somewhere. Cells at the edge of the region do not count: there the census
 // window gives them the depth of what stands before the sky.
