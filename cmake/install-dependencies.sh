@@ -14,7 +14,7 @@ product="
   g++ cmake ninja-build pkg-config dpkg-dev file
   libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libopenexr-dev libyaml-cpp-dev
   libproj-dev libgdal-dev
-  libjpeg-dev libpng-dev
+  libjpeg-dev libpng-dev libheif-dev
   libexif-dev libexpat1-dev libflann-dev libembree-dev
   libtinygltf-dev libmeshoptimizer-dev
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev

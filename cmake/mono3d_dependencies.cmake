@@ -23,6 +23,7 @@ pkg_check_modules(jpeg REQUIRED IMPORTED_TARGET libjpeg)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng>=1.6)
 # Metadata of photos: EXIF, and XMP, which is XML.
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
+pkg_check_modules(heif REQUIRED IMPORTED_TARGET libheif>=1.11)
 pkg_check_modules(expat REQUIRED IMPORTED_TARGET expat)
 # OpenCV's videoio reads videos by the same libraries, but lets nothing be said of the protocols of a
 # stream, nor of the bit rate of a video that it writes.

@@ -50,7 +50,7 @@ list(JOIN opencv_cflags " " MONO3D_PC_OPENCV_CFLAGS)
 set(MONO3D_PC_REQUIRES_PRIVATE)
 set(MONO3D_PC_LIBS_PRIVATE)
 if(NOT MONO3D_IS_SHARED)
-  set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp, libexif, libjpeg, libpng, expat")
+  set(MONO3D_PC_REQUIRES_PRIVATE "spirv-cross-c-shared, OpenEXR, yaml-cpp, libexif, libheif, libjpeg, libpng, expat")
   set(MONO3D_PC_LIBS_PRIVATE
     "-lopencv_imgproc -lopencv_imgcodecs -lopencv_videoio -lopencv_features2d -lopencv_calib3d"
     "-lopencv_aruco -lceres -lglog -lavformat -lavcodec -lswscale -lavutil -lstdc++ -lm -lpthread -ldl")

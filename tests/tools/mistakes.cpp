@@ -41,7 +41,7 @@ void WriteFilesOfMistakes(const std::filesystem::path& folder) {
     WriteNoise(folder / "card" / "101MEDIA" / (number + ".jpg"), i + 1);
     WriteNoise(folder / "same" / (number + ".jpg"), 1);
     WriteNoise(folder / "two_sizes" / (number + ".png"), i + 1, i < 3 ? 64 : 32);
-    write("heic/IMG_" + number + ".HEIC", "heic");
+    write("raw/IMG_" + number + ".DNG", "raw");
     write("text/" + number + ".jpg", "I am no image.\n");
   }
   write("cut/0.jpg", ReadText(folder / "flight/0.jpg").substr(0, 900));
@@ -140,10 +140,10 @@ const std::vector<Mistake>& Mistakes() {
        "found an empty folder"},
       {"a folder of folders", "reconstruct card -o out", 1, "card: there are no images",
        "the folders 100MEDIA (5 images), 101MEDIA (5 images): name one of them"},
-      {"a folder of HEIC photographs", "reconstruct heic -o out", 1,
-       "5 .HEIC files, which are not read", "heif-convert"},
-      {"a HEIC photograph", "reconstruct heic/IMG_0.HEIC -o out", 1, ".HEIC images are not read",
-       "heif-convert"},
+      {"a folder of raw photographs", "reconstruct raw -o out", 1,
+       "5 .DNG files, which are not read", "develop them to JPEG"},
+      {"a raw photograph", "reconstruct raw/IMG_0.DNG -o out", 1, ".DNG images are not read",
+       "develop them to JPEG"},
       {"a pattern without quotes", "reconstruct flight/*.jpg -o out", 2,
        "5 files where one input is expected", "quote the pattern, as \"flight/*.jpg\""},
       {"a pattern that nothing matches", "reconstruct 'flight/*.tif' -o out", 1,

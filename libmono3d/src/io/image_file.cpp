@@ -16,6 +16,8 @@
 #include <string_view>
 
 #include "io/exif_camera.h"
+#include "io/heif_decoder.h"
+#include "io/heif_file.h"
 #include "io/image_metadata.h"
 #include "io/jpeg_decoder.h"
 #include "io/png_decoder.h"
@@ -70,6 +72,7 @@ bool IsOfKnownForm(std::string_view bytes) {
                                                            "II*\0"sv, "MM\0*"sv};
   const auto begins = [&](std::string_view signature) { return bytes.starts_with(signature); };
   if (std::ranges::any_of(kSignatures, begins)) return true;
+  if (IsHeif(bytes)) return true;
   if (bytes.starts_with("RIFF")) return bytes.substr(0, 12).ends_with("WEBP");
   return bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
 }
@@ -142,6 +145,7 @@ cv::Mat Decode(const std::filesystem::path& path) {
   return DecodeOrThrow(path, [&] {
     if (bytes.starts_with(kJpegBegin)) return DecodeJpeg(bytes, path);
     if (bytes.starts_with(kPngSignature)) return DecodePng(bytes, path, PngValues::kColour);
+    if (IsHeif(bytes)) return DecodeHeif(bytes, path);
     const int any_depth = MayHave16Bits(bytes) ? cv::IMREAD_ANYDEPTH : 0;
     cv::Mat image = DecodeByOpenCv(bytes, path, cv::IMREAD_COLOR | any_depth);
     if (image.depth() != CV_8U && image.depth() != CV_16U) {
@@ -186,10 +190,12 @@ cv::Mat ReadSmallImage(const std::filesystem::path& path) {
   return DecodeOrThrow(path, [&] {
     constexpr int kReduction = 8;
     if (bytes.starts_with(kJpegBegin)) return DecodeJpeg(bytes, path, kReduction);
-    if (!bytes.starts_with(kPngSignature)) {
+    const bool is_heif = IsHeif(bytes);
+    if (!is_heif && !bytes.starts_with(kPngSignature)) {
       return DecodeByOpenCv(bytes, path, cv::IMREAD_REDUCED_COLOR_8);
     }
-    const cv::Mat image = DecodePng(bytes, path, PngValues::kColour8);
+    const cv::Mat image =
+        is_heif ? DecodeHeif(bytes, path) : DecodePng(bytes, path, PngValues::kColour8);
     cv::Mat small;
     const cv::Size size(std::max(1, image.cols / kReduction), std::max(1, image.rows / kReduction));
     cv::resize(image, small, size, 0, 0, cv::INTER_LINEAR_EXACT);

@@ -47,7 +47,7 @@ bool IsImage(const std::filesystem::path& path) {
 void WarnOfOtherPhotos(const std::filesystem::path& example, int num) {
   Log(LogLevel::kWarning, example.parent_path().string() + ": " + std::to_string(num) +
                               " photographs such as " + example.filename().string() +
-                              " are left out: " + HowToConvert(example));
+                              " are left out: " + HowToConvert());
 }
 
 std::vector<std::string> ImagesInFolder(const std::filesystem::path& folder) {
@@ -130,7 +130,8 @@ std::vector<std::string> ListImages(const std::string& input) {
     throw Error(ErrorParts{
         .what = is_glob ? "no image matches the pattern" : "there are no images in the folder",
         .where = input,
-        .expected = "files named .jpg .jpeg .png .bmp .tif .tiff .webp .pgm or .ppm",
+        .expected =
+            "files named .jpg .jpeg .png .bmp .tif .tiff .webp .heic .heif .hif .avif .pgm or .ppm",
         .found = is_glob ? "" : ExplainNoImages(input),
         .code = ErrorCode::kNotFound});
   }

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "io/heif_file.h"
 #include "io/text.h"
 #include "mono3d/core/error.h"
 
@@ -113,6 +114,15 @@ void ReadWebpSize(std::string_view head, ImageMetadata& metadata) {
   }
 }
 
+void ReadHeif(const std::string& bytes, ImageMetadata& metadata) {
+  const HeifFile file = OpenHeif(bytes);
+  if (!file.primary) return;
+  metadata.width = heif_image_handle_get_ispe_width(file.primary.get());
+  metadata.height = heif_image_handle_get_ispe_height(file.primary.get());
+  metadata.exif = ExifOf(file);
+  metadata.xmp = XmpOf(file);
+}
+
 }  // namespace
 
 ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
@@ -147,6 +157,8 @@ ImageMetadata ReadImageMetadata(const std::filesystem::path& path) {
     constexpr std::size_t kWebpSizeEnd = 30;
     const std::string whole_head = head + TakeBytes(file, kWebpSizeEnd - head.size());
     if (whole_head.size() == kWebpSizeEnd) ReadWebpSize(whole_head, metadata);
+  } else if (IsHeif(head)) {
+    ReadHeif(ReadBytes(path), metadata);
   } else if (head.size() > 2 && head[0] == 'P' && head[1] >= '1' && head[1] <= '6') {
     file.clear();
     file.seekg(2);

@@ -21,9 +21,9 @@ struct ImageMetadata {
   std::string xmp;   // an XML document; empty: none
 };
 
-// Of a JPEG file (up to its coded pixels), a PNG, BMP, PGM or PPM file (its size alone) or a TIFF
-// file (all of it, as its directories may be anywhere; size and XMP are among the EXIF tags). What
-// follows a damage is missing. Throws Error when the file cannot be read.
+// Of a JPEG file (up to its coded pixels), a PNG, BMP, PGM or PPM file (its size alone), a HEIF
+// file or a TIFF file (all of it, as its directories may be anywhere; size and XMP are among the
+// EXIF tags). What follows a damage is missing. Throws Error when the file cannot be read.
 ImageMetadata ReadImageMetadata(const std::filesystem::path& path);
 
 // Before memory is taken for it: a small file may say that its image is huge. Throws Error where

@@ -12,8 +12,9 @@
 namespace mono3d {
 namespace {
 
-constexpr std::array<std::string_view, 9> kImageExtensions = {
-    ".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm"};
+constexpr std::array<std::string_view, 13> kImageExtensions = {
+    ".jpg",  ".jpeg", ".png", ".bmp",  ".tif", ".tiff", ".webp",
+    ".heic", ".heif", ".hif", ".avif", ".pgm", ".ppm"};
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 

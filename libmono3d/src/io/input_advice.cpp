@@ -31,15 +31,6 @@ bool IsOneOf(std::string_view extension, const std::array<std::string_view, kSiz
   return std::ranges::find(all, extension) != all.end();
 }
 
-bool IsHeif(const fs::path& file) {
-  constexpr std::array<std::string_view, 4> kAll = {".heic", ".heif", ".hif", ".avif"};
-  return IsOneOf(LowerExtension(file), kAll);
-}
-bool IsRaw(const fs::path& file) {
-  constexpr std::array<std::string_view, 9> kAll = {".dng", ".cr2", ".cr3", ".nef", ".arw",
-                                                    ".raf", ".orf", ".rw2", ".pef"};
-  return IsOneOf(LowerExtension(file), kAll);
-}
 bool IsTextName(const fs::path& file) {
   constexpr std::array<std::string_view, 6> kAll = {".yaml", ".yml", ".json",
                                                     ".xml",  ".txt", ".csv"};
@@ -117,15 +108,13 @@ bool HasStoredFrameCount(const fs::path& video) {
   return IsOneOf(LowerExtension(video), kAll);
 }
 
-bool IsOtherPhoto(const fs::path& file) { return IsHeif(file) || IsRaw(file); }
-
-std::string HowToConvert(const fs::path& other_photo) {
-  if (IsHeif(other_photo)) {
-    return "convert them, as by: for f in *" + other_photo.extension().string() +
-           "; do heif-convert \"$f\" \"$f.jpg\"; done";
-  }
-  return "develop them to JPEG or TIFF, all in the same way";
+bool IsOtherPhoto(const fs::path& file) {
+  constexpr std::array<std::string_view, 9> kAll = {".dng", ".cr2", ".cr3", ".nef", ".arw",
+                                                    ".raf", ".orf", ".rw2", ".pef"};
+  return IsOneOf(LowerExtension(file), kAll);
 }
+
+std::string HowToConvert() { return "develop them to JPEG or TIFF, all in the same way"; }
 
 bool MayBeVideo(const fs::path& file) {
   std::error_code error;
@@ -138,7 +127,7 @@ std::string ExplainNoVideo(const fs::path& file) {
   if (fs::file_size(file, ignored) == 0) return "the file is empty: copy it again";
   const std::string extension = file.extension().string();
   if (IsOtherPhoto(file)) {
-    return extension + " images are not read: " + HowToConvert(file) + "; and name the folder";
+    return extension + " images are not read: " + HowToConvert() + "; and name the folder";
   }
   if (IsTextName(file)) {
     return "neither images nor a video: a calibration is named by --camera, beside an image "
@@ -159,7 +148,7 @@ std::string ExplainNoImages(const fs::path& folder) {
     const std::string extension = LowerExtension(*other);
     const auto num = std::ranges::count(entries, extension, LowerExtension);
     return std::to_string(num) + " " + other->extension().string() +
-           " files, which are not read: " + HowToConvert(*other);
+           " files, which are not read: " + HowToConvert();
   }
   const auto video = std::ranges::find_if(entries, IsVideoName);
   if (video != entries.end()) return "the video " + video->string() + ": name it";

@@ -27,12 +27,12 @@ std::string ExplainNoVideo(const std::filesystem::path& file);
 bool IsVideoName(const std::filesystem::path& file);
 // Whether videos of this name store how many frames they have; by the name alone.
 bool HasStoredFrameCount(const std::filesystem::path& video);
-// A photograph of a form that is not read (HEIC, raw).
+// A photograph of a form that is not read: a raw one.
 bool IsOtherPhoto(const std::filesystem::path& file);
-// "heif-convert ...": how to come from that form to one that is read.
-std::string HowToConvert(const std::filesystem::path& other_photo);
+// How to come from that form to one that is read.
+std::string HowToConvert();
 
-// What is in a folder without images: "24 .heic files (...)", "the folders a (24 images), b".
+// What is in a folder without images: "24 .dng files (...)", "the folders a (24 images), b".
 std::string ExplainNoImages(const std::filesystem::path& folder);
 
 }  // namespace mono3d
