@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "io/heic_photo.h"
 #include "io/temporary_folder.h"
 #include "mono3d/io/colmap_model.h"
 #include "mono3d/io/frame_source.h"
@@ -203,6 +204,20 @@ TEST_F(ImagesOfRun, OfAFolderAreLinkedUnderNamesWithoutBlanks) {
   EXPECT_TRUE(fs::exists(folder_ / "in/DJI 0001.png")) << "the link has gone, not the image";
   EXPECT_FALSE(fs::is_symlink(out_ / "images/c.png"));
   EXPECT_EQ(GreyOf(out_ / "images/c.png"), 20);
+}
+
+// COLMAP and programs that train splats read no HEIC.
+TEST_F(ImagesOfRun, OfAPhoneAreWrittenAsJpeg) {
+  const std::string heic = HeicPhoto(GreyImage(120));
+  if (heic.empty()) GTEST_SKIP() << "libheif has no encoder of HEVC";
+  WriteText("in/IMG_1.HEIC", heic);
+  WriteText("in/IMG_2.HEIC", heic);
+  Reconstruction run = RunWithKeyframes({{0, "IMG_1.HEIC"}, {1, "IMG_2.HEIC"}});
+  PlaceImagesOfRun(folder_ / "in", ImagePlacing::kLink, out_, run);
+  EXPECT_EQ(run.maps[0].sparse.images[1].name, "IMG_2.HEIC.jpg");
+  const cv::Mat written = cv::imread(out_ / "images/IMG_2.HEIC.jpg");
+  ASSERT_EQ(written.size(), cv::Size(kFilmWidth, kFilmHeight));
+  EXPECT_NEAR(cv::mean(written)[0], 120, 4);
 }
 
 TEST_F(ImagesOfRun, OfOneNameAreToldApartByTheirFrames) {

@@ -7,12 +7,15 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <system_error>
 #include <vector>
 
+#include "io/heif_file.h"
+#include "io/image_file.h"
 #include "io/image_list.h"
 #include "io/image_source.h"
 #include "io/text.h"
@@ -33,6 +36,7 @@ struct PlacedImage {
   std::string name;      // in the folder
   std::string original;  // as the sparse model had it
   fs::path file;         // empty: a frame of a video
+  bool is_converted = false;
 };
 using PlacedImages = std::map<std::int64_t, PlacedImage>;  // by the index of the frame
 
@@ -44,6 +48,13 @@ std::string SixDigits(std::int64_t index) {
 
 std::string NameOfFrame(std::int64_t index) { return SixDigits(index) + ".jpg"; }
 
+// Few other programs read HEIC.
+bool IsOfAPhone(const fs::path& file) {
+  std::array<char, 12> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+  return IsHeif({head.data(), head.size()});
+}
+
 std::string WithoutBlanks(std::string name) {
   std::ranges::replace_if(
       name,
@@ -53,7 +64,8 @@ std::string WithoutBlanks(std::string name) {
 }
 
 // Of all keyframes that are images of the input.
-PlacedImages ImagesOfKeyframes(const std::string& input, const Reconstruction& reconstruction) {
+PlacedImages ImagesOfKeyframes(const std::string& input, ImagePlacing placing,
+                               const Reconstruction& reconstruction) {
   const InputKind kind = KindOfInput(input);
   const bool is_video = kind == InputKind::kVideo;
   std::vector<std::string> files;
@@ -64,7 +76,7 @@ PlacedImages ImagesOfKeyframes(const std::string& input, const Reconstruction& r
   std::map<std::string, int> num_of_name;
   for (const MapReconstruction& map : reconstruction.maps) {
     for (const SparseImage& image : map.sparse.images) {
-      PlacedImage placed{NameOfFrame(image.id), image.name, {}};
+      PlacedImage placed{.name = NameOfFrame(image.id), .original = image.name, .file = {}};
       if (is_video) {
         if (image.name != video_name + "#" + std::to_string(image.id)) continue;
       } else {
@@ -72,6 +84,8 @@ PlacedImages ImagesOfKeyframes(const std::string& input, const Reconstruction& r
         if (index >= files.size() || fs::path(files[index]).filename() != image.name) continue;
         placed.file = files[index];
         placed.name = WithoutBlanks(image.name);
+        placed.is_converted = placing != ImagePlacing::kNone && IsOfAPhone(placed.file);
+        if (placed.is_converted) placed.name += ".jpg";
         ++num_of_name[placed.name];
       }
       images.emplace(image.id, std::move(placed));
@@ -127,6 +141,8 @@ void WriteImages(const std::string& input, ImagePlacing placing, const fs::path&
   for (const auto& [index, image] : images) {
     if (image.file.empty()) {
       if (!written.contains(index)) frames.insert(index);
+    } else if (image.is_converted) {
+      WriteJpeg(folder / image.name, ReadImage(image.file));
     } else {
       PlaceFile(image.file, folder / image.name, placing);
     }
@@ -158,7 +174,7 @@ void RemovePlacedImages(const fs::path& images, const std::set<std::string>& kep
 
 void PlaceImagesOfRun(const std::string& input, ImagePlacing placing, const fs::path& folder,
                       Reconstruction& reconstruction, const std::set<std::int64_t>& written) {
-  PlacedImages images = ImagesOfKeyframes(input, reconstruction);
+  PlacedImages images = ImagesOfKeyframes(input, placing, reconstruction);
   const fs::path target = folder / kImagesOfRun;
   if (images.empty() || IsInputItself(images, target)) return;
   if (placing != ImagePlacing::kNone) {

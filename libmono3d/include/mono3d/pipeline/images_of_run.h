@@ -22,8 +22,10 @@ namespace MONO3D_EXPORT mono3d {
 inline constexpr std::string_view kImagesOfRun = "images";
 
 enum class ImagePlacing {
-  kLink,  // images that are files are linked; copied where the file system has no links
-  kCopy,
+  // Images that are files are linked; copied where the file system has no links, and HEIC, which
+  // few other programs read, is written as JPEG.
+  kLink,
+  kCopy,  // HEIC as JPEG
   kNone,  // nothing is written
 };
 
