@@ -23,7 +23,7 @@ void AddOutputOptions(CLI::App& app, OutputArguments& arguments) {
       {"link", ImagePlacing::kLink}, {"copy", ImagePlacing::kCopy}, {"none", ImagePlacing::kNone}};
   app.add_option("--images", arguments.images,
                  "images/ beside sparse/, of the keyframes as they were taken, for COLMAP: link "
-                 "(default; frames of a video are written), copy or none")
+                 "(default; frames of a video and HEIC are written as JPEG), copy or none")
       ->transform(OneOf(placings))
       ->type_name("TEXT:{link,copy,none}");
   const std::vector<std::pair<std::string, DepthFileForm>> forms = {

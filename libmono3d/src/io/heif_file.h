@@ -11,6 +11,7 @@
 
 namespace mono3d {
 
+// Deleter of an object of libheif.
 template <auto kRelease>
 struct HeifRelease {
   template <typename Object>
@@ -32,7 +33,8 @@ bool IsHeif(std::string_view bytes);
 
 HeifFile OpenHeif(std::string_view bytes);
 
-// EXIF as a JPEG file has it, with the header "Exif\0\0", and XMP; empty: none.
+// Of a file with a primary image: EXIF as a JPEG file has it, with the header "Exif\0\0", and XMP;
+// empty: none.
 std::string ExifOf(const HeifFile& file);
 std::string XmpOf(const HeifFile& file);
 

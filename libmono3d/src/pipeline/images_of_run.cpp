@@ -48,8 +48,8 @@ std::string SixDigits(std::int64_t index) {
 
 std::string NameOfFrame(std::int64_t index) { return SixDigits(index) + ".jpg"; }
 
-// Few other programs read HEIC.
-bool IsOfAPhone(const fs::path& file) {
+// Few other programs read it.
+bool IsHeifFile(const fs::path& file) {
   std::array<char, 12> head{};
   std::ifstream(file, std::ios::binary).read(head.data(), head.size());
   return IsHeif({head.data(), head.size()});
@@ -84,7 +84,7 @@ PlacedImages ImagesOfKeyframes(const std::string& input, ImagePlacing placing,
         if (index >= files.size() || fs::path(files[index]).filename() != image.name) continue;
         placed.file = files[index];
         placed.name = WithoutBlanks(image.name);
-        placed.is_converted = placing != ImagePlacing::kNone && IsOfAPhone(placed.file);
+        placed.is_converted = placing != ImagePlacing::kNone && IsHeifFile(placed.file);
         if (placed.is_converted) placed.name += ".jpg";
         ++num_of_name[placed.name];
       }

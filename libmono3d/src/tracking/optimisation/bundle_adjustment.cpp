@@ -53,8 +53,8 @@ std::vector<char> FindBeyond(const std::vector<double>& of_observations, double 
 void Minimise(BundleAdjustmentProblem& problem, const std::vector<char>& is_outlier, bool robust,
               int num_steps, const BundleAdjustmentOptions& options) {
   // Up to here a dense matrix of the views is cheaper than looking for its zeros: with 240 views of
-  // a room a third of the time, with 310 of a flight around a yard two fifths. At 400 its
-  // factorisation takes as long as all the rest.
+  // a room a third of the time, with 310 of a flight around a yard two fifths. At 400 one
+  // factorisation takes half a second, and time grows with the third power.
   constexpr std::ptrdiff_t kMaxDenseViews = 400;
   const auto num_free = std::count(problem.is_fixed.begin(), problem.is_fixed.end(), 0);
   const auto minimise = num_free <= kMaxDenseViews ? MinimiseDensely : MinimiseSparsely;
