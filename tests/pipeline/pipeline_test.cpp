@@ -374,21 +374,22 @@ TEST(Pipeline, HandsEveryDepthMapToTheObserver) {
   EXPECT_EQ(rejected, std::vector<std::int64_t>{4});
 }
 
-// Models are made with the frame that completes their bundle, or one bundle behind.
+// Models are made with the frame that completes their bundle, or two bundles behind.
 class PipelineError : public testing::TestWithParam<bool> {
  protected:
   PipelineError() { options_.models_trail = GetParam(); }
 
   PipelineOptions options_;
-  // Of the bundle of frame 5: with the next frame, or with the next bundle, that of frame 6.
-  int failing_frame_ = GetParam() ? 7 : 6;
+  // Of the bundle of frame 5: with the next frame, or with the second bundle behind it, that of
+  // frame 7.
+  int failing_frame_ = GetParam() ? 8 : 6;
 };
 
 INSTANTIATE_TEST_SUITE_P(ModelsTrail, PipelineError, testing::Bool());
 
 TEST_P(PipelineError, KeepsWhatThereWasBefore) {
   MapLog log;
-  FakeSource source(8);
+  FakeSource source(10);
   PipelineObserver observer;
   observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
     if (map.frame_index >= 5) throw Error("no space left");
@@ -416,7 +417,7 @@ std::string ErrorOf(const Step& step) {
 TEST_P(PipelineError, SaysAtWhichFrameTheMemoryEndsAndKeepsWhatThereWas) {
   MapLog log;
   log.frame_without_memory = 5;
-  FakeSource source(8);
+  FakeSource source(10);
   Pipeline pipeline(FakeStages(&log), {}, options_);
   for (int i = 0; i < failing_frame_; ++i) pipeline.Process(*source.Next());
   EXPECT_EQ(ErrorOf([&] { pipeline.Process(*source.Next()); }),

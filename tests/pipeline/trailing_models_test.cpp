@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
-// Models that are made by a thread of their own while the next frames are tracked.
+// Models that are made by threads of their own while the next frames are tracked.
 
 #include <gmock/gmock.h>
 
@@ -58,12 +58,13 @@ TEST(TrailingModels, TheNextFramesAreTrackedMeanwhile) {
   pipeline.Process(NumberedFrame(0));
   pipeline.Process(NumberedFrame(1));
   gate.WaitForArrival();
-  // Frame 2 completes the next bundle, which waits for the first one.
-  auto next = std::async(std::launch::async, [&] { pipeline.Process(NumberedFrame(2)); });
+  pipeline.Process(NumberedFrame(2));
+  // Frame 3 completes the third bundle, which waits for the first one.
+  auto next = std::async(std::launch::async, [&] { pipeline.Process(NumberedFrame(3)); });
   EXPECT_EQ(next.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
   gate.Open();
   next.get();
-  EXPECT_EQ(pipeline.Finish().maps.at(0).model.size(), 3U);
+  EXPECT_EQ(pipeline.Finish().maps.at(0).model.size(), 4U);
 }
 
 TEST(TrailingModels, EachProcessEndsWithItsModelWhereThatIsAskedFor) {
@@ -80,6 +81,26 @@ TEST(TrailingModels, EachProcessEndsWithItsModelWhereThatIsAskedFor) {
     pipeline.Process(NumberedFrame(i));
     EXPECT_EQ(static_cast<std::int64_t>(estimated.size()), i);
   }
+}
+
+// The depth map of one bundle is estimated while that of the one before is fused.
+TEST(TrailingModels, TheNextDepthMapIsEstimatedWhileOneIsFused) {
+  Gate gate;
+  std::promise<void> second;
+  LiveScript script;
+  script.on_estimate = [&](const ImageBundle& bundle) {
+    if (bundle.reference().id == 1) second.set_value();
+  };
+  PipelineObserver observer;
+  observer.on_depth_map = [&](const DepthMap& map, const FusionResult&) {
+    if (map.frame_index == 0) gate.Pass();
+  };
+  Pipeline pipeline(StagesOf(script), observer);
+  for (std::int64_t i = 0; i < 3; ++i) pipeline.Process(NumberedFrame(i));
+  gate.WaitForArrival();
+  second.get_future().wait();  // forever, if it waited for the first one to be fused
+  gate.Open();
+  EXPECT_EQ(pipeline.Finish().maps.at(0).model.size(), 3U);
 }
 
 // What the depth maps tell the stages before comes at the same frame, fast or slow.
@@ -103,10 +124,10 @@ TEST(TrailingModels, FeedbackComesAtTheSameFrameHoweverLongADepthMapTakes) {
     return told;
   };
   const NotingSelector::Told slow_depth = told_by(20, 0);
-  // The bundle of frame 2 is added with frame 3; then that of frame 0 is done, which frame 4 is
+  // The bundle of frame 4 is added with frame 5; then that of frame 0 is done, which frame 6 is
   // told of before it is tracked. The last ones come at the end.
   using Of = std::pair<std::int64_t, std::int64_t>;
-  EXPECT_THAT(slow_depth, ElementsAre(Of(0, 4), Of(2, 6), Of(4, 8), Of(6, 9), Of(8, 9)));
+  EXPECT_THAT(slow_depth, ElementsAre(Of(0, 6), Of(2, 8), Of(4, 9), Of(6, 9), Of(8, 9)));
   EXPECT_EQ(told_by(0, 5), slow_depth);
 }
 

@@ -294,14 +294,14 @@ void Chain::ProcessLast() {
   if (!has_thrown_) {
     for (const Keyframe& keyframe : last_keyframes) {
       if (IsStopped()) break;
-      worker_->Wait();
+      worker_->WaitForRoom();
       Select(keyframe);
     }
     worker_->Wait();
     const bool has_constraints = FeedBack();
     for (ImageBundle& bundle : keyframe_selector_->Finish(*poses_)) {
       if (IsStopped()) break;
-      worker_->Wait();
+      worker_->WaitForRoom();
       AddBundle(std::move(bundle));
     }
     counts_.selector_findings = keyframe_selector_->Findings();

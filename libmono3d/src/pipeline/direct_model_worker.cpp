@@ -6,7 +6,7 @@
 namespace mono3d {
 
 void DirectModelWorker::Add(ImageBundle bundle, KeyframePosesPtr poses) {
-  builder_.Add(std::move(bundle), poses);
+  builder_.Add(EstimateDepth(*estimator_, std::move(bundle), *poses, DepthEffort::kFull), poses);
   builder_.PublishIfDue();
   TakeProgress();
 }

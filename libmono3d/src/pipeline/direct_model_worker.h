@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -13,11 +14,13 @@ namespace mono3d {
 // The calling thread builds the models, before each call returns.
 class DirectModelWorker final : public ModelWorker {
  public:
-  explicit DirectModelWorker(ModelStages stages) : builder_(std::move(stages)) {}
+  DirectModelWorker(std::unique_ptr<DepthEstimator> estimator, ModelStages stages)
+      : estimator_(std::move(estimator)), builder_(std::move(stages)) {}
 
   void Add(ImageBundle bundle, KeyframePosesPtr poses) override;
   void Update(KeyframePosesPtr poses) override;
   void Wait() override {}
+  void WaitForRoom() override {}
   ModelFeedback TakeFeedback() override { return builder_.TakeFeedback(); }
   ModelProgress Progress() const override;
   PublishedModel Published(std::uint64_t since_version) override {
@@ -30,6 +33,7 @@ class DirectModelWorker final : public ModelWorker {
  private:
   void TakeProgress();
 
+  std::unique_ptr<DepthEstimator> estimator_;
   ModelBuilder builder_;
   mutable std::mutex mutex_;
   ModelProgress progress_;

@@ -65,16 +65,17 @@ void Append(const std::vector<T>& more, std::vector<T>& list) {
 
 }  // namespace
 
-void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthEffort effort) {
+void ModelBuilder::Add(const EstimatedBundle& estimated, const KeyframePosesPtr& poses) {
   Update(poses);
-  if (!SetPoses(*poses, bundle)) {
+  const ImageBundle& bundle = estimated.bundle;
+  const KeyframePose* reference = poses->Find(bundle.reference().id);
+  if (!estimated.depth || reference == nullptr) {
     ++counts_.rejected_bundles["its keyframes are not of one map"];
     return;
   }
-  stages_.depth_estimator->SetEffort(effort);
-  const DepthResult depth = stages_.depth_estimator->Estimate(bundle);
+  const DepthResult& depth = *estimated.depth;
   feedback_.qualities.push_back(QualityOf(bundle, depth));
-  const int map_id = poses->At(bundle.reference().id).map_id;
+  const int map_id = reference->map_id;
   OfMap& of_map = of_map_[map_id];
   of_map.matching.Add(depth);
   if (depth.status != DepthStatus::kEstimated) {
@@ -83,7 +84,9 @@ void ModelBuilder::Add(ImageBundle bundle, const KeyframePosesPtr& poses, DepthE
     return;
   }
   ++counts_.num_depth_maps;
-  if (effort != DepthEffort::kFull) ++counts_.reduced_depth_maps[ToString(effort)];
+  if (estimated.effort != DepthEffort::kFull) {
+    ++counts_.reduced_depth_maps[ToString(estimated.effort)];
+  }
   Fuse(depth.map, bundle.reference().frame, map_id);
 }
 

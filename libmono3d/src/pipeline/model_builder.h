@@ -16,14 +16,14 @@
 #include "mono3d/image/keyframe_poses.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "pipeline/bundle_matching.h"
+#include "pipeline/depth_thread.h"
 #include "pipeline/model_feedback.h"
 #include "pipeline/model_publisher.h"
 
 namespace mono3d {
 
-// The stages that make the model from bundles.
+// The stages that make the model from depth maps.
 struct ModelStages {
-  std::unique_ptr<DepthEstimator> depth_estimator;
   std::function<std::unique_ptr<SurfelMap>()> create_surfel_map;
   std::function<void(const DepthMap&, const FusionResult&)> on_depth_map;  // may be empty
   SurfelExportOptions surfel_export;
@@ -36,15 +36,15 @@ struct ModelProgress {
   ModelHealth health;
 };
 
-// The second half of the chain: from bundles to depth maps to the models of the tracker's maps.
-// Used by one thread at a time.
+// The end of the chain: from the depth maps of bundles to the models of the tracker's maps. Used by
+// one thread at a time.
 class ModelBuilder {
  public:
   explicit ModelBuilder(ModelStages stages) : stages_(std::move(stages)) {}
 
-  // A depth map from the bundle, and it into the model of its map, after Update(poses).
-  void Add(ImageBundle bundle, const KeyframePosesPtr& poses,
-           DepthEffort effort = DepthEffort::kFull);
+  // The depth map into the model of its map, after Update(poses). `poses`: those of the estimate or
+  // newer ones.
+  void Add(const EstimatedBundle& estimated, const KeyframePosesPtr& poses);
   // The models follow their keyframes. Where the tracker has made one map of two, one model is made
   // of theirs.
   void Update(const KeyframePosesPtr& poses);

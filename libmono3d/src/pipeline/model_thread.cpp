@@ -3,6 +3,7 @@
 
 #include "pipeline/model_thread.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -12,9 +13,12 @@
 
 namespace mono3d {
 
-ModelThread::ModelThread(ModelStages stages, std::size_t max_waiting,
-                         std::function<void(std::exception_ptr)> on_error)
-    : builder_(std::move(stages)), on_error_(std::move(on_error)), max_waiting_(max_waiting) {
+ModelThread::ModelThread(std::unique_ptr<DepthEstimator> estimator, ModelStages stages,
+                         std::size_t max_waiting, std::function<void(std::exception_ptr)> on_error)
+    : builder_(std::move(stages)),
+      on_error_(std::move(on_error)),
+      max_waiting_(max_waiting),
+      depth_(std::move(estimator), ThreadPriority::kTenth) {
   thread_ = std::thread([this] {
     LowerThreadPriority(ThreadPriority::kTenth);
     Run();
@@ -56,6 +60,7 @@ void ModelThread::Add(ImageBundle bundle, KeyframePosesPtr poses) {
     bundles_.push_back(std::move(bundle));
     poses_ = std::move(poses);
     have_poses_changed_ = true;
+    TakeNextBundle();
   }
   changed_.notify_all();
 }
@@ -73,6 +78,12 @@ void ModelThread::Update(KeyframePosesPtr poses) {
 void ModelThread::Wait() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return error_ || is_ending_ || (!HasWork() && !is_busy_); });
+  Rethrow();
+}
+
+void ModelThread::WaitForRoom() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return error_ || is_ending_ || bundles_.empty(); });
   Rethrow();
 }
 
@@ -118,10 +129,16 @@ bool ModelThread::WaitForWork(std::unique_lock<std::mutex>& lock) {
   return !is_ending_;
 }
 
-void ModelThread::Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses,
-                       DepthEffort effort) {
+// To the depth thread, once it has none.
+void ModelThread::TakeNextBundle() {
+  if (in_hand_ || bundles_.empty()) return;
+  in_hand_ = {depth_.Estimate(std::move(bundles_.front()), poses_, governor_.effort()), Clock_s()};
+  bundles_.pop_front();
+}
+
+void ModelThread::Work(std::optional<EstimatedBundle> bundle, const KeyframePosesPtr& poses) {
   if (bundle) {
-    builder_.Add(*std::move(bundle), poses, effort);
+    builder_.Add(*bundle, poses);
   } else if (poses) {
     builder_.Update(poses);
   }
@@ -132,33 +149,41 @@ void ModelThread::Run() {
   std::unique_lock lock(mutex_);
   while (WaitForWork(lock)) {
     is_busy_ = true;
-    have_poses_changed_ = false;
-    const KeyframePosesPtr poses = poses_;
-    std::optional<ImageBundle> bundle;
-    if (!bundles_.empty()) {
-      bundle = std::move(bundles_.front());
-      bundles_.pop_front();
-    }
-    const bool has_bundle = bundle.has_value();
-    const DepthEffort effort = governor_.effort();
-    lock.unlock();
-    const double begin_s = Clock_s();
+    const bool has_bundle = in_hand_.has_value();
+    double begin_s = 0;
     std::exception_ptr error;
     ModelProgress progress;
     ModelFeedback feedback;
     try {
-      Work(std::move(bundle), poses, effort);
+      std::optional<EstimatedBundle> bundle;
+      if (has_bundle) {
+        // Of this thread alone while it waits: nobody takes what is in hand.
+        std::future<EstimatedBundle>& estimated = in_hand_->estimated;
+        lock.unlock();
+        estimated.wait();
+        lock.lock();
+        begin_s = std::max(in_hand_->begin_s, last_end_s_);
+        bundle = std::exchange(in_hand_, std::nullopt)->estimated.get();
+        TakeNextBundle();
+        changed_.notify_all();
+      }
+      have_poses_changed_ = false;
+      const KeyframePosesPtr poses = poses_;
+      lock.unlock();
+      Work(std::move(bundle), poses);
       progress = builder_.Progress();
       feedback = builder_.TakeFeedback();
     } catch (...) {
       error = std::current_exception();
+      if (lock.owns_lock()) lock.unlock();
       if (on_error_) on_error_(error);
     }
     lock.lock();
     if (!error) {
       progress_ = std::move(progress);
       feedback_.Append(feedback);
-      if (has_bundle) governor_.NoteWork(Clock_s() - begin_s, bundles_.size(), max_waiting_);
+      last_end_s_ = Clock_s();
+      if (has_bundle) governor_.NoteWork(last_end_s_ - begin_s, bundles_.size(), max_waiting_);
     }
     is_busy_ = false;
     is_ending_ = is_ending_ || error;

@@ -8,25 +8,28 @@
 #include <deque>
 #include <exception>
 #include <functional>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 
 #include "pipeline/depth_governor.h"
+#include "pipeline/depth_thread.h"
 #include "pipeline/model_worker.h"
 
 namespace mono3d {
 
-// Builds the models in a thread of its own, of low priority, so that nobody waits for it. So many
-// bundles wait at most; a newer one takes the place of the oldest, which is then dropped and
-// counted (paper, section 3.1). Before that, depth maps take less work (DepthGovernor). Of the
-// keyframes' poses the latest ones wait; the models follow them before the next bundle is worked
-// at.
+// Builds the models in two threads of its own, of low priority, so that nobody waits for them: one
+// estimates the next depth map while the other one fuses the one before. So many bundles wait at
+// most; a newer one takes the place of the oldest, which is then dropped and counted (paper,
+// section 3.1). Before that, depth maps take less work (DepthGovernor). Of the keyframes' poses the
+// latest ones wait; the models follow them before the next depth map is fused.
 class ModelThread final : public ModelWorker {
  public:
   // What the work throws is handed to `on_error` as well, in this thread; it may be empty.
-  ModelThread(ModelStages stages, std::size_t max_waiting,
-              std::function<void(std::exception_ptr)> on_error = {});
+  ModelThread(std::unique_ptr<DepthEstimator> estimator, ModelStages stages,
+              std::size_t max_waiting, std::function<void(std::exception_ptr)> on_error = {});
   // Ends after the work in hand; what waits is left undone.
   ~ModelThread() override;
   ModelThread(const ModelThread&) = delete;
@@ -35,6 +38,7 @@ class ModelThread final : public ModelWorker {
   void Add(ImageBundle bundle, KeyframePosesPtr poses) override;
   void Update(KeyframePosesPtr poses) override;
   void Wait() override;
+  void WaitForRoom() override;
   ModelFeedback TakeFeedback() override;
   ModelProgress Progress() const override;
   PublishedModel Published(std::uint64_t since_version) override;
@@ -44,9 +48,16 @@ class ModelThread final : public ModelWorker {
 
  private:
   void Run();
-  bool HasWork() const { return have_poses_changed_ || !bundles_.empty(); }
+  // A bundle in the hands of the depth thread.
+  struct InHand {
+    std::future<EstimatedBundle> estimated;
+    double begin_s = 0;
+  };
+
+  bool HasWork() const { return have_poses_changed_ || in_hand_.has_value(); }
   bool WaitForWork(std::unique_lock<std::mutex>& lock);
-  void Work(std::optional<ImageBundle> bundle, const KeyframePosesPtr& poses, DepthEffort effort);
+  void TakeNextBundle();
+  void Work(std::optional<EstimatedBundle> bundle, const KeyframePosesPtr& poses);
   void Rethrow();
 
   ModelBuilder builder_;  // the thread's own while it runs
@@ -57,6 +68,8 @@ class ModelThread final : public ModelWorker {
   bool have_poses_changed_ = false;  // the models have not followed them yet
   std::size_t max_waiting_;
   std::deque<ImageBundle> bundles_;  // that wait, oldest first
+  std::optional<InHand> in_hand_;    // none only where none waits
+  double last_end_s_ = 0;            // of the work at a bundle
   DepthGovernor governor_;
   ModelProgress progress_;  // without the dropped bundles
   ModelFeedback feedback_;
@@ -64,7 +77,8 @@ class ModelThread final : public ModelWorker {
   bool is_busy_ = false;
   bool is_ending_ = false;
   std::exception_ptr error_;
-  std::thread thread_;
+  DepthThread depth_;
+  std::thread thread_;  // last: it uses the members above
 };
 
 }  // namespace mono3d

@@ -22,6 +22,8 @@ class ModelWorker {
   virtual void Update(KeyframePosesPtr poses) = 0;
   // Until nothing waits or is worked at.
   virtual void Wait() = 0;
+  // Until one more bundle can be added without one being dropped or made with less effort.
+  virtual void WaitForRoom() = 0;
 
   // As ModelBuilder has it, of the work that is done.
   virtual ModelFeedback TakeFeedback() = 0;

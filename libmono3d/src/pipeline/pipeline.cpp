@@ -19,15 +19,19 @@
 namespace mono3d {
 namespace {
 
-std::unique_ptr<ModelWorker> MakeWorker(ModelStages stages, const PipelineOptions& options,
+std::unique_ptr<ModelWorker> MakeWorker(std::unique_ptr<DepthEstimator> estimator,
+                                        ModelStages stages, const PipelineOptions& options,
                                         FirstError& error) {
   if (options.is_live) {
     return std::make_unique<ModelThread>(
-        std::move(stages), static_cast<std::size_t>(options.live.max_waiting_bundles),
+        std::move(estimator), std::move(stages),
+        static_cast<std::size_t>(options.live.max_waiting_bundles),
         [&error](const std::exception_ptr& thrown) { error.Set(thrown); });
   }
-  if (options.models_trail) return std::make_unique<TrailingModelWorker>(std::move(stages));
-  return std::make_unique<DirectModelWorker>(std::move(stages));
+  if (options.models_trail) {
+    return std::make_unique<TrailingModelWorker>(std::move(estimator), std::move(stages));
+  }
+  return std::make_unique<DirectModelWorker>(std::move(estimator), std::move(stages));
 }
 
 // A frame whose image nobody else can change: trackers keep the images of frames.
@@ -46,8 +50,9 @@ class Pipeline::Impl {
       : live_options_(options.live),
         on_frame_(std::move(observer.on_frame)),
         chain_(std::move(stages.tracker), std::move(stages.keyframe_selector),
-               MakeWorker({std::move(stages.depth_estimator), std::move(stages.create_surfel_map),
-                           std::move(observer.on_depth_map), options.surfel_export},
+               MakeWorker(std::move(stages.depth_estimator),
+                          {std::move(stages.create_surfel_map), std::move(observer.on_depth_map),
+                           options.surfel_export},
                           options, error_),
                std::move(observer.on_keyframe), options) {}
 

@@ -13,12 +13,14 @@ namespace mono3d {
 namespace {
 
 constexpr const char* kFeedbackState = "feedback of the model";
-constexpr std::uint32_t kFeedbackStateVersion = 1;
+constexpr std::uint32_t kFeedbackStateVersion = 2;
 constexpr const char* kFeedbackPart = "feedback";
 
 }  // namespace
 
-TrailingModelWorker::TrailingModelWorker(ModelStages stages) : builder_(std::move(stages)) {
+TrailingModelWorker::TrailingModelWorker(std::unique_ptr<DepthEstimator> estimator,
+                                         ModelStages stages)
+    : builder_(std::move(stages)), depth_(std::move(estimator)) {
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -27,9 +29,13 @@ TrailingModelWorker::~TrailingModelWorker() { static_cast<void>(End()); }
 void TrailingModelWorker::Add(ImageBundle bundle, KeyframePosesPtr poses) {
   {
     std::unique_lock lock(mutex_);
-    WaitUntilIdle(lock);
-    Release();
-    waiting_.push_back({std::move(bundle), std::move(poses)});
+    changed_.wait(lock, [&] { return is_ending_ || num_undone_ <= 1; });
+    // An error of the bundle before waits for the next call: so it comes at the same frame, too.
+    if (num_undone_ > 1) Rethrow();
+    Release(num_undone_ == 0 ? 1 : 0);
+    ++num_undone_;
+    std::future<EstimatedBundle> estimated = depth_.Estimate(std::move(bundle), poses);
+    waiting_.push_back({std::move(estimated), std::move(poses)});
   }
   changed_.notify_all();
 }
@@ -45,18 +51,27 @@ void TrailingModelWorker::Update(KeyframePosesPtr poses) {
 void TrailingModelWorker::Wait() {
   std::unique_lock lock(mutex_);
   WaitUntilIdle(lock);
-  Release();
+  Release(0);
+  progress_ = builder_.Progress();
 }
 
-// Throws what the work has thrown, once.
 void TrailingModelWorker::WaitUntilIdle(std::unique_lock<std::mutex>& lock) {
-  changed_.wait(lock, [&] { return error_ || is_ending_ || (waiting_.empty() && !is_busy_); });
+  changed_.wait(lock, [&] { return is_ending_ || (waiting_.empty() && !is_busy_); });
+  Rethrow();
+}
+
+// What the work has thrown, once.
+void TrailingModelWorker::Rethrow() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void TrailingModelWorker::Release() {
-  released_.Append(builder_.TakeFeedback());
-  progress_ = builder_.Progress();
+// All but so many of the latest.
+void TrailingModelWorker::Release(std::size_t num_kept) {
+  while (outcomes_.size() > num_kept) {
+    released_.Append(outcomes_.front().feedback);
+    progress_ = std::move(outcomes_.front().progress);
+    outcomes_.erase(outcomes_.begin());
+  }
 }
 
 ModelFeedback TrailingModelWorker::TakeFeedback() {
@@ -69,13 +84,20 @@ ModelProgress TrailingModelWorker::Progress() const {
   return progress_;
 }
 
-// What is not let out yet stays in the builder, so that a run that is saved does what others do.
+template <typename Archive>
+void TrailingModelWorker::ExchangeFeedback(Archive& archive) {
+  using mono3d::ExchangeState;
+  ExchangeState(archive, released_);
+  archive.List(outcomes_, [&](Outcome& outcome) { ExchangeState(archive, outcome.feedback); });
+}
+
+// What is not let out yet is saved as such, so that a run that goes on does what others do.
 void TrailingModelWorker::SaveState(StateFolder& folder) {
   std::unique_lock lock(mutex_);
   WaitUntilIdle(lock);
   builder_.SaveState(folder);
   StateWriter writer(kFeedbackState, kFeedbackStateVersion, SavedImages::kByIndex);
-  ExchangeState(writer, released_);
+  ExchangeFeedback(writer);
   PutSections(folder, kFeedbackPart, writer.TakeState());
 }
 
@@ -85,9 +107,10 @@ void TrailingModelWorker::RestoreState(const StateFolder& folder, const Keyframe
   builder_.RestoreState(folder, poses);
   const std::string state = GetSections(folder, kFeedbackPart);
   StateReader reader(state, kFeedbackState, kFeedbackStateVersion, folder.path().string(), {});
-  ExchangeState(reader, released_);
+  ExchangeFeedback(reader);
   reader.CheckEnd();
   progress_ = builder_.Progress();
+  for (Outcome& outcome : outcomes_) outcome.progress = progress_;
 }
 
 // What was done before an error counts.
@@ -106,7 +129,7 @@ ModelBuilder& TrailingModelWorker::End() {
 
 void TrailingModelWorker::Do(Work work) {
   if (work.bundle) {
-    builder_.Add(*std::move(work.bundle), work.poses);
+    builder_.Add(work.bundle->get(), work.poses);
   } else {
     builder_.Update(work.poses);
   }
@@ -121,15 +144,22 @@ void TrailingModelWorker::Run() {
     Work work = std::move(waiting_.front());
     waiting_.pop_front();
     is_busy_ = true;
+    const bool has_bundle = work.bundle.has_value();
     lock.unlock();
     std::exception_ptr error;
+    Outcome outcome;
     try {
       Do(std::move(work));
+      if (has_bundle) outcome = {builder_.TakeFeedback(), builder_.Progress()};
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
     is_busy_ = false;
+    if (has_bundle && !error) {
+      --num_undone_;
+      outcomes_.push_back(std::move(outcome));
+    }
     is_ending_ = is_ending_ || error;
     error_ = std::move(error);
     changed_.notify_all();

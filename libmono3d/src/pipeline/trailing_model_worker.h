@@ -4,28 +4,36 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <exception>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <vector>
 
+#include "pipeline/depth_thread.h"
 #include "pipeline/model_worker.h"
 
 namespace mono3d {
 
-// A thread of its own builds the models while the next frames are tracked, everything in the order
-// in which it came. Add waits until the bundle before is done, and only Add and Wait let out what
-// the work has come to (feedback, progress, what it threw): so it reaches the caller at the same
-// frame, however fast the thread was, and the same input gives the same result.
+// Threads of their own build the models while the next frames are tracked, everything in the order
+// in which it came: one estimates depth maps, the other one fuses the one before. Add waits until
+// at most one bundle is not done, and only Add and Wait let out what the work has come to
+// (feedback, progress, what it threw), Add that of all bundles but the one before: so it reaches
+// the caller at the same frame, however fast the threads were, and the same input gives the same
+// result.
 class TrailingModelWorker final : public ModelWorker {
  public:
-  explicit TrailingModelWorker(ModelStages stages);
+  TrailingModelWorker(std::unique_ptr<DepthEstimator> estimator, ModelStages stages);
   ~TrailingModelWorker() override;
 
   void Add(ImageBundle bundle, KeyframePosesPtr poses) override;
   void Update(KeyframePosesPtr poses) override;
   void Wait() override;
+  void WaitForRoom() override {}  // Add does
   ModelFeedback TakeFeedback() override;
   ModelProgress Progress() const override;
   PublishedModel Published(std::uint64_t since_version) override {
@@ -37,14 +45,22 @@ class TrailingModelWorker final : public ModelWorker {
 
  private:
   struct Work {
-    std::optional<ImageBundle> bundle;  // none: only the poses have changed
+    std::optional<std::future<EstimatedBundle>> bundle;  // none: only the poses have changed
     KeyframePosesPtr poses;
+  };
+  // What a bundle has come to, and what came before it.
+  struct Outcome {
+    ModelFeedback feedback;
+    ModelProgress progress;
   };
 
   void Run();
   void Do(Work work);
   void WaitUntilIdle(std::unique_lock<std::mutex>& lock);
-  void Release();
+  void Rethrow();
+  void Release(std::size_t num_kept);
+  template <typename Archive>
+  void ExchangeFeedback(Archive& archive);
 
   ModelBuilder builder_;  // of the thread; of the caller while nothing waits and is worked at
   mutable std::mutex mutex_;
@@ -52,9 +68,12 @@ class TrailingModelWorker final : public ModelWorker {
   std::deque<Work> waiting_;
   bool is_busy_ = false;
   bool is_ending_ = false;
-  std::exception_ptr error_;  // nothing is done any more
+  std::exception_ptr error_;       // nothing is done any more
+  std::size_t num_undone_ = 0;     // bundles
+  std::vector<Outcome> outcomes_;  // of bundles that are done, not let out yet; two at most
   ModelFeedback released_;
   ModelProgress progress_;
+  DepthThread depth_;
   std::thread thread_;  // last: it uses the members above
 };
 

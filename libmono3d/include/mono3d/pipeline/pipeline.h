@@ -32,7 +32,7 @@ struct PipelineProgress {
 };
 
 // Called from within Process and Finish; what they throw comes out there. Where the models are made
-// by a thread of their own (PipelineOptions), on_depth_map is called by that one, one call at a
+// by threads of their own (PipelineOptions), on_depth_map is called by one of these, one call at a
 // time; live, the others, after Start, by the one that tracks; what they throw comes out of a later
 // call.
 struct PipelineObserver {
@@ -65,7 +65,7 @@ class Pipeline {
   ~Pipeline();
 
   // Takes the next frame through tracking and the choice of keyframes, and the bundle that it may
-  // complete through depth and fusion, in a thread of its own or before Process returns
+  // complete through depth and fusion, in threads of their own or before Process returns
   // (PipelineOptions::models_trail). The caller may change its image afterwards: where the frame is
   // not the only one that holds it, it is copied. Throws Error after Start.
   void Process(Frame frame);

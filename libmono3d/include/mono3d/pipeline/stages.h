@@ -50,9 +50,10 @@ struct PipelineOptions {
   // section 3.1). Else everything is processed in the order of the frames, and the same input with
   // the same options gives the same result, if the tracker does.
   bool is_live = false;  // not among the listed options: tools have --live for it
-  // In the order of the frames: a thread of its own makes the models while the next frames are
-  // tracked, one bundle behind at most; what it tells the tracker comes at the same frame in each
-  // run. False: each Process ends with the models up to date. Not among the listed options either.
+  // In the order of the frames: threads of their own make the models while the next frames are
+  // tracked, one the next depth map while the other one fuses the one before, two bundles behind at
+  // most; what they tell the tracker comes at the same frame in each run. False: each Process ends
+  // with the models up to date. Not among the listed options either.
   bool models_trail = true;
   // Photographs in any order instead of a video: CreatePhotoMapper instead of the tracker, and the
   // views of a depth map are chosen among all of them, in Finish. Not with is_live. Not among the
