@@ -8,8 +8,6 @@
 namespace mono3d {
 namespace {
 
-// The plane z = 2 + 0.3 x + 0.2 y, before scaling.
-const Eigen::Vector3d kNormal(-0.3, -0.2, 1);
 constexpr double kOffset = 2;
 constexpr int kTextureSide = 700;
 constexpr double kTexelsPerUnit = 150;
@@ -26,18 +24,20 @@ cv::Mat Texture(double contrast, int blank) {
 }
 
 // Where the ray of a pixel meets the plane, in the unscaled world.
-Eigen::Vector3d Meet(const CameraModel& camera, const Pose& T_world_cam, double x, double y) {
+Eigen::Vector3d Meet(const Eigen::Vector3d& plane, const CameraModel& camera,
+                     const Pose& T_world_cam, double x, double y) {
   const Eigen::Vector3d origin = T_world_cam.translation();
   const Eigen::Vector3d ray = T_world_cam.rotation() * camera.Unproject({x, y});
-  return origin + (kOffset - kNormal.dot(origin)) / kNormal.dot(ray) * ray;
+  return origin + (kOffset - plane.dot(origin)) / plane.dot(ray) * ray;
 }
 
-cv::Mat Render(const CameraModel& camera, const Pose& T_world_cam, const cv::Mat& texture) {
+cv::Mat Render(const Eigen::Vector3d& plane, const CameraModel& camera, const Pose& T_world_cam,
+               const cv::Mat& texture) {
   cv::Mat map_x(camera.height, camera.width, CV_32FC1);
   cv::Mat map_y(camera.height, camera.width, CV_32FC1);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      const Eigen::Vector3d p = Meet(camera, T_world_cam, x, y);
+      const Eigen::Vector3d p = Meet(plane, camera, T_world_cam, x, y);
       map_x.at<float>(y, x) = static_cast<float>(p.x() * kTexelsPerUnit + kTextureSide / 2.0);
       map_y.at<float>(y, x) = static_cast<float>(p.y() * kTexelsPerUnit + kTextureSide / 2.0);
     }
@@ -56,7 +56,7 @@ cv::Mat PlaneScene::TrueDepth() const {
   cv::Mat depth(camera.height, camera.width, CV_32FC1);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      depth.at<float>(y, x) = static_cast<float>(scale * Meet(camera, Pose(), x, y).z());
+      depth.at<float>(y, x) = static_cast<float>(scale * Meet(plane, camera, Pose(), x, y).z());
     }
   }
   return depth;
@@ -75,7 +75,7 @@ ImageBundle PlaneScene::Bundle() const {
     keyframe.frame = {.index = 20 + i,
                       .timestamp_s = 0.5 * i,
                       .name = "plane",
-                      .bgr = Render(camera, T_world_cam, texture),
+                      .bgr = Render(plane, camera, T_world_cam, texture),
                       .camera = camera};
     bundle.keyframes.push_back(keyframe);
     // The world is the reference's camera.

@@ -11,6 +11,7 @@ namespace mono3d {
 
 // A textured, tilted plane seen by cameras on a line: every depth is known in closed form.
 struct PlaneScene {
+  Eigen::Vector3d plane{-0.3, -0.2, 1};  // z = 2 + 0.3 x + 0.2 y, before scaling: plane.p = 2
   CameraModel camera{.width = 160, .height = 96, .fx = 150, .fy = 150, .cx = 79.5, .cy = 47.5};
   double scale = 1;                       // of the world
   double baseline = 0.2;                  // between neighbours, before scaling; the plane is 2 away

@@ -219,7 +219,7 @@ DepthResult VulkanDepthEstimator::EstimateAtSize(const ImageBundle& bundle) {
     return static_cast<double>(CountEstimates(map)) /
            static_cast<double>(reference.ContentOrAll().area());
   };
-  const std::optional<SideDifferences> sides = MeasureSides(greys, geometry, map.depth);
+  const std::optional<SideDifferences> sides = MeasureSides(greys, geometry, map.depth, map.normal);
   const bool are_unrelated = density() >= kMinDensity && sides && AreUnrelated(*sides);
   const cv::Mat doubtful = ClearDoubtful(geometry, plan, map);
   const double certain_density = density();

@@ -22,10 +22,12 @@ struct SideDifferences {
 };
 
 // The means over some hundred pixels that have a depth (CV_32FC1; 0: no estimate) and are in view
-// of images on both sides, at the places to which the depth projects them. Empty when there are
-// fewer than 25 such pixels.
+// of images on both sides, at the places to which the depth projects them. Windows follow the
+// surface by its normal (CV_32FC3, camera frame): a slanted one is stretched in the images of one
+// side and compressed in those of the other, which looks as if the sides were independent. Empty
+// when there are fewer than 25 such pixels.
 std::optional<SideDifferences> MeasureSides(const GreyImages& images, const SweepGeometry& geometry,
-                                            const cv::Mat& depth);
+                                            const cv::Mat& depth, const cv::Mat& normal);
 
 // True when the images do not show the same scene, so that the depths are chance matches. The sweep
 // picks the depth at which both sides resemble the reference. If that resemblance is chance, the
