@@ -222,6 +222,34 @@ TEST(Registration, MovesNothingWhereItIsTold) {
   EXPECT_FALSE(apart.starts_submap);
 }
 
+// A wall that was never seen, before most of what was: what it hides says nothing, the rest agrees.
+TEST(Registration, WhatANewSurfaceHidesSaysNothingWhereNothingMoves) {
+  TrackedMap behind_wall = HouseView({}, 4);
+  const int shown = behind_wall.depth.cols / 4;  // beside the wall
+  behind_wall.depth.colRange(shown, behind_wall.depth.cols).setTo(3);
+  SurfelMapOptions options = Registered();
+  for (const bool moves : {false, true}) {
+    options.registration.moves = moves;
+    const auto map = CreateTrackedModel(options);
+    (void)map->Integrate(HouseView({}, 0));
+    const FusionResult second = map->Integrate(behind_wall);
+    // A tracker may have drifted, and the depth map be too near: that is refused.
+    EXPECT_EQ(second.status, moves ? FusionStatus::kRejected : FusionStatus::kFused)
+        << second.reason;
+    if (moves) continue;
+    EXPECT_TRUE(second.registration.registered);
+    EXPECT_GT(second.registration.agreement, 0.9);
+  }
+  // With the wall alone in view nothing is left to register with.
+  options.registration.moves = false;
+  const auto map = CreateTrackedModel(options);
+  (void)map->Integrate(HouseView({}, 0));
+  behind_wall.depth.setTo(3);
+  const FusionResult second = map->Integrate(behind_wall);
+  EXPECT_EQ(second.status, FusionStatus::kFused) << second.reason;
+  EXPECT_FALSE(second.registration.registered);
+}
+
 TEST(Registration, KeepsThePredictionWithoutOverlap) {
   const auto map = CreateTrackedModel(Registered());
   (void)map->Integrate(HouseView({}, 0));

@@ -22,11 +22,11 @@ std::string Found(const char* what, double found, const char* expected, double l
 
 RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
                                 const RegistrationSystem& system, std::uint32_t stride,
-                                const Similarity& S_world_kf) {
+                                const Similarity& S_world_kf, SurfelsBehind behind) {
   RegistrationEvidence evidence;
   const auto agree = static_cast<double>(system.num_agree);
-  const auto in_view =
-      static_cast<double>(system.num_agree + system.num_before + system.num_behind);
+  const auto num_behind = behind == SurfelsBehind::kCount ? system.num_behind : 0;
+  const auto in_view = static_cast<double>(system.num_agree + system.num_before + num_behind);
   const auto num_pixels = static_cast<double>(CountEstimates(problem.map));
   evidence.overlap = num_pixels > 0 ? std::min(1.0, in_view * stride / num_pixels) : 0;
   evidence.agreement = in_view > 0 ? agree / in_view : 0;

@@ -10,10 +10,17 @@
 
 namespace mono3d {
 
+// What is done with surfels behind the surface that a depth map shows.
+enum class SurfelsBehind {
+  kCount,       // they disagree: the depth map may be too near
+  kAreLeftOut,  // the depth map hides them
+};
+
 // What `system`, evaluated at `S_world_kf` over every `stride`-th surfel, says of the registration.
 RegistrationEvidence EvidenceOf(const RegistrationProblem& problem,
                                 const RegistrationSystem& system, std::uint32_t stride,
-                                const Similarity& S_world_kf);
+                                const Similarity& S_world_kf,
+                                SurfelsBehind behind = SurfelsBehind::kCount);
 
 // Why a depth map with this evidence must not be fused; empty: it may.
 std::string RejectionReason(const RegistrationEvidence& evidence,

@@ -203,6 +203,7 @@ struct Registrar::Target {
   const SurfelMapOptions& options;
   StageTimes* times;
   bool leaves_out_hidden = false;  // surfels that others hide
+  SurfelsBehind behind = SurfelsBehind::kCount;
 
   bool with_grey(const DepthMap& map) const {
     return options.registration.with_grey && !map.bgr.empty();
@@ -243,8 +244,8 @@ Registrar::Assessment Registrar::Assess(const Target& target, const Registration
         misfit, Misfit(evaluation.system, Solve(problem, evaluation.system, evaluation.S_world_kf,
                                                 evaluation.stride)));
   }
-  RegistrationEvidence evidence =
-      EvidenceOf(of_tracker, evaluation.system, evaluation.stride, evaluation.S_world_kf);
+  RegistrationEvidence evidence = EvidenceOf(of_tracker, evaluation.system, evaluation.stride,
+                                             evaluation.S_world_kf, target.behind);
   evidence.registered = evidence.overlap >= target.options.gate.min_overlap;
   evidence.tracker_misfit = misfit;
   evidence.num_iterations = num_evaluations;
@@ -364,12 +365,18 @@ Registration Registrar::Register(Recorder& recorder, const DepthMap& map,
           is_tracker_wrong};
 }
 
-// Where the tracker has it, and nowhere else.
+// Where the tracker has it, and nowhere else. All poses are of one adjustment, so that a depth map
+// behind which most of the model lies is hardly too near: it shows a surface that the model lacks.
+// Only what it does not hide can speak for or against it.
 Registration Registrar::Judge(Target& target, const RegistrationProblem& of_tracker,
                               const Similarity& predicted) {
   int num_evaluations = 0;
   Assessment assessment = AssessVisible(target, of_tracker, predicted, num_evaluations);
   const RegistrationEvidence& evidence = assessment.evidence;
+  if (evidence.registered && evidence.agreement < target.options.gate.min_agreement) {
+    target.behind = SurfelsBehind::kAreLeftOut;
+    assessment = Assess(target, of_tracker, predicted, num_evaluations);
+  }
   if (!evidence.registered) return {predicted, evidence, {}, {}, {}};
   std::string rejection = RejectionReason(evidence, target.options.gate);
   if (!rejection.empty()) {
