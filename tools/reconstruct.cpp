@@ -209,8 +209,9 @@ void PlaceTogether(ReconstructArguments& arguments, const std::shared_ptr<Device
     } else if (StopRequested()) {
       std::printf("stopped: the result of before stays\n");
     } else {
-      std::printf("placed together, %zu images are in one map: the result of before stays\n",
-                  together.outcome.num_in_model);
+      std::printf("placed together, %zu images are in one map%s: the result of before stays\n",
+                  together.outcome.num_in_model,
+                  together.outcome.is_broken ? ", and the model is broken" : "");
     }
   } catch (const Error& error) {
     Log(LogLevel::kWarning, std::string("placed together, the images make no model, the result of "

@@ -4,6 +4,8 @@
 // mono3d-reconstruct on images of a flight that cannot be followed from one to the next: the middle
 // third of it is missing.
 
+#include "reconstruct/placed_together.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -129,6 +131,24 @@ TEST_F(PlacedTogether, LeaveTheResultWhereTheyAreNoBetter) {
   EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), kNumBefore);
   EXPECT_GT(ReadPly(Run() / "model.ply").size(), 0U);
   EXPECT_FALSE(std::filesystem::exists(Run() / "unfinished_1"));
+}
+
+TEST(RunOutcome, ABrokenModelOfMoreImagesIsNoBetterThanAWholeOne) {
+  tools::RunOutcome tracked;
+  tracked.is_whole = true;
+  tracked.num_images = 200;
+  tracked.num_in_model = 105;
+  tools::RunOutcome together = tracked;
+  together.num_in_model = 195;
+  EXPECT_TRUE(together.IsBetterThan(tracked));
+  EXPECT_FALSE(tracked.IsBetterThan(together));
+  together.is_broken = true;
+  EXPECT_FALSE(together.IsBetterThan(tracked));
+  tracked.is_broken = true;
+  EXPECT_TRUE(together.IsBetterThan(tracked));
+  tracked.is_broken = false;
+  tracked.is_whole = false;  // it has no model
+  EXPECT_TRUE(together.IsBetterThan(tracked));
 }
 
 }  // namespace

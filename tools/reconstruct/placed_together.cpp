@@ -28,7 +28,9 @@ RunOutcome OutcomeOf(const Reconstruction& reconstruction, const RunRecord& reco
                                   static_cast<double>(reconstruction.counts.num_keyframes);
   }
   if (!reconstruction.maps.empty()) {
-    outcome.num_in_model = reconstruction.maps.front().trajectory.size();
+    const MapReconstruction& model = reconstruction.maps.front();
+    outcome.is_broken = model.health.state == HealthState::kBroken;
+    outcome.num_in_model = model.trajectory.size();
   }
   return outcome;
 }

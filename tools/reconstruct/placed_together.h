@@ -20,14 +20,16 @@ struct RunOutcome {
   bool was_tracked = false;     // from one image to the next
   bool was_track_lost = false;  // on the way
   std::int64_t num_images = 0;
+  bool is_broken = false;          // the model, by its health
   std::size_t num_in_model = 0;    // images with a pose in the map of the model
   std::int64_t num_posed = 0;      // images with a pose in any map
   double images_per_keyframe = 0;  // of those that were followed; 0: there is no keyframe
   double wall_s = 0;
 
-  // More of its images are in the model.
+  // More of its images are in the model, and that is not broken where the other one is not.
   bool IsBetterThan(const RunOutcome& other) const {
-    return is_whole &&
+    const bool is_worse = is_broken && other.is_whole && !other.is_broken;
+    return is_whole && !is_worse &&
            static_cast<double>(num_in_model) * static_cast<double>(other.num_images) >
                static_cast<double>(other.num_in_model) * static_cast<double>(num_images);
   }
