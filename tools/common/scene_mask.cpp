@@ -62,6 +62,13 @@ cv::Mat FindStatic(const std::string& input, const CameraModel& camera,
 }
 
 cv::Mat ReadMask(const std::string& file, const CameraModel& camera) {
+  if (!std::filesystem::exists(file)) {
+    throw UsageError(
+        ErrorParts{.what = "there is no such mask",
+                   .where = file,
+                   .expected = "auto, none, or an image that is black where no scene is",
+                   .found = {}});
+  }
   const cv::Mat mask = ReadImage(file);
   // To a pixel, as a mask may be of smaller images.
   const double scale = static_cast<double>(camera.width) / mask.cols;
