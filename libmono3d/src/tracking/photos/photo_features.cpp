@@ -4,6 +4,7 @@
 #include "tracking/photos/photo_features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <opencv2/features2d.hpp>
@@ -46,10 +47,18 @@ cv::Mat ShrunkGrey(const cv::Mat& bgr, int max_side_px) {
 
 // Grey levels from the darkest to the brightest hundredth.
 double RangeOf(const cv::Mat& grey) {
-  cv::Mat sorted = grey.clone().reshape(1, 1);
-  cv::sort(sorted, sorted, cv::SORT_EVERY_ROW | cv::SORT_ASCENDING);
-  const int hundredth = sorted.cols / 100;
-  return sorted.at<std::uint8_t>(sorted.cols - 1 - hundredth) - sorted.at<std::uint8_t>(hundredth);
+  std::array<std::size_t, 256> num_of_level{};
+  for (int y = 0; y < grey.rows; ++y) {
+    const auto* row = grey.ptr<std::uint8_t>(y);
+    for (int x = 0; x < grey.cols; ++x) ++num_of_level[row[x]];
+  }
+  const auto level_behind = [&](std::size_t num_before) {
+    std::size_t level = 0, num = num_of_level[0];
+    while (num <= num_before) num += num_of_level[++level];
+    return static_cast<double>(level);
+  };
+  const std::size_t hundredth = grey.total() / 100;
+  return level_behind(grey.total() - 1 - hundredth) - level_behind(hundredth);
 }
 
 double ContrastOfFeatures(const cv::Mat& grey) {
