@@ -19,9 +19,9 @@ constexpr int kMinNumPixels = 25;  // fewer lie next to each other and are no in
 // estimate, 46 of 124 (WinnerTakesAllOptions); resampling alone makes sharp images differ in up to
 // a quarter of the bits.
 constexpr double kMaxSureDifference = 0.3;
-// On a scale from independent noise, 0, to independent images, 1. Measured: up to 0.45 in videos and
-// up to 0.65 for photographs among trees, because the depth is fitted to the noise of the reference
-// as well; 0.95 for unrelated images.
+// On a scale from independent noise, 0, to independent images, 1. Measured: up to 0.45 in videos
+// and up to 0.65 for photographs among trees, because the depth is fitted to the noise of the
+// reference as well; 0.95 for unrelated images.
 constexpr double kMaxIndependence = 0.75;
 constexpr int kRadiusX = 4;  // of the census window, 9x7
 constexpr int kRadiusY = 3;
