@@ -144,6 +144,7 @@ class Sides {
       const Eigen::Matrix<double, 3, 2> change =
           projection.A.leftCols<2>() + projection.b * plane.gradient;
       const Eigen::Matrix2d jacobian = (change.topRows<2>() - pixel * change.row(2)) / at.z();
+      if (!jacobian.allFinite()) continue;  // next to the source's centre
       seen.push_back(WarpedCensus(sources_[source], pixel, jacobian));
     }
     return seen;

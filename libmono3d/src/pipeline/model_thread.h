@@ -47,13 +47,13 @@ class ModelThread final : public ModelWorker {
   ModelBuilder& End() override;
 
  private:
-  void Run();
   // A bundle in the hands of the depth thread.
   struct InHand {
     std::future<EstimatedBundle> estimated;
     double begin_s = 0;
   };
 
+  void Run();
   bool HasWork() const { return have_poses_changed_ || in_hand_.has_value(); }
   bool WaitForWork(std::unique_lock<std::mutex>& lock);
   void TakeNextBundle();

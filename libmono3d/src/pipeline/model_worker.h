@@ -32,7 +32,7 @@ class ModelWorker {
   // As ModelPublisher::Latest.
   virtual PublishedModel Published(std::uint64_t since_version) = 0;
 
-  // Of a worker without a thread of its own; as ModelBuilder. Throws UsageError on another.
+  // As ModelBuilder, once all is at rest. Throws UsageError on that of a live run.
   virtual void SaveState(StateFolder& folder) = 0;
   virtual void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) = 0;
 
