@@ -33,8 +33,8 @@ const float kClipped = 1020.0;
 
 // How bright a clipped channel is, is not known: what is known stands.
 vec3 MergedColour(vec3 old, vec3 measured, float share) {
-  const vec3 known =
-      mix(mix(old, measured, share), measured, greaterThanEqual(old, vec3(kClipped)));
+  precise vec3 mean = old * (1.0 - share) + measured * share;
+  const vec3 known = mix(mean, measured, greaterThanEqual(old, vec3(kClipped)));
   return mix(known, old, greaterThanEqual(measured, vec3(kClipped)));
 }
 
@@ -59,28 +59,33 @@ Surfel Merged(uint i, uint block, uint pixel, vec4 measured_normal, out float sh
   const vec4 old_normal = imageLoad(old_normal_weight, int(i));
   const vec4 old_position = imageLoad(old_position_radius, int(i));
   const vec3 p_cam = PointToCamera(old_position.xyz);
-  const vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
+  precise vec3 ray = vec3(p_cam.xy / p_cam.z, 1.0);
   const vec3 pixel_ray = Ray(vec2(PixelOf(pixel)));
 
   const float old_weight = WeightToCamera(old_normal.w);
-  const float w = 1.0 / p_cam.z;
+  precise float w = 1.0 / p_cam.z;
   const float measured =
       TangentPlaneInverseDepth(measured_normal.xyz, pixel_ray, 1.0 / measured_depth, ray);
   // Information on depth, 1/su^2: sigma(z) = sigma(w) z^2.
-  const float sigma = InverseDepthSigma(measured) / (measured * measured);
-  const float weight = measured_normal.w / (sigma * sigma);
-  share = weight / (weight + old_weight);
+  precise float sigma = InverseDepthSigma(measured) / (measured * measured);
+  precise float weight = measured_normal.w / (sigma * sigma);
+  precise float share_in_depth = weight / (weight + old_weight);
+  share = share_in_depth;
   // In inverse depth information is z^4 times as much.
-  const float ratio = w / measured;
-  const float weight_here = weight * ratio * ratio * ratio * ratio;
-  const float share_in_inverse_depth = weight_here / (weight_here + old_weight);
-  const float merged = mix(w, measured, share_in_inverse_depth);
+  precise float ratio = w / measured;
+  precise float weight_here = weight * ratio * ratio * ratio * ratio;
+  precise float share_in_inverse_depth = weight_here / (weight_here + old_weight);
+  precise float merged = w + share_in_inverse_depth * (measured - w);
+  precise vec3 p_merged = ray / merged;
 
-  const vec3 normal = mix(old_normal.xyz, DirectionToAnchor(measured_normal.xyz), share);
-  const float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray) *
-                       float(params.merge_radius_px);
-  return Surfel(vec4(PointToAnchor(ray / merged), min(old_position.w, radius / scale)),
-                vec4(normalize(normal), old_normal.w + WeightToAnchor(weight)));
+  precise vec3 normal =
+      old_normal.xyz * (1.0 - share) + DirectionToAnchor(measured_normal.xyz) * share;
+  precise vec3 unit_normal = normal * (1.0 / sqrt(Dot(normal, normal)));
+  precise float radius = SurfelRadius(measured_depth, measured_normal.xyz, pixel_ray) *
+                         float(params.merge_radius_px) / scale;
+  precise float sum_of_weights = old_normal.w + WeightToAnchor(weight);
+  return Surfel(vec4(PointToAnchor(p_merged), min(old_position.w, radius)),
+                vec4(unit_normal, sum_of_weights));
 }
 
 void main() {

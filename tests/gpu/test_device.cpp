@@ -6,6 +6,8 @@
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdlib>
 #include <iostream>
 #include <string_view>
 #include <utility>
@@ -17,16 +19,28 @@
 namespace mono3d {
 namespace {
 
-std::shared_ptr<Device>& Slot(HostMemory host_memory) {
-  static std::shared_ptr<Device> mapped;
-  static std::shared_ptr<Device> staged;
-  return host_memory == HostMemory::kHidden ? staged : mapped;
+enum class Way { kHostKernels, kShaders, kStaged };
+
+std::shared_ptr<Device>& Slot(Way way) {
+  static std::array<std::shared_ptr<Device>, 3> slots;
+  return slots.at(static_cast<std::size_t>(way));
 }
 
-std::shared_ptr<Device> Open(HostMemory host_memory) {
-  std::shared_ptr<Device>& slot = Slot(host_memory);
-  if (!slot) slot = OpenDeviceWith({.device = "", .validation = true}, host_memory);
+std::shared_ptr<Device> Open(Way way) {
+  std::shared_ptr<Device>& slot = Slot(way);
+  if (!slot) {
+    DeviceOptions options;
+    options.validation = true;
+    options.host_kernels = way == Way::kHostKernels;
+    slot = OpenDeviceWith(
+        options, way == Way::kStaged ? HostMemory::kHidden : HostMemory::kMappedIfPossible);
+  }
   return slot;
+}
+
+bool ShadersAreWanted() {
+  const char* const kernels = std::getenv("MONO3D_TEST_KERNELS");
+  return kernels != nullptr && std::string_view(kernels) == "shaders";
 }
 
 // Closes the devices before the program ends, so that objects left behind are reported as well.
@@ -43,8 +57,8 @@ class ValidationCheck : public ::testing::Environment {
   }
 
   void TearDown() override {
-    for (const HostMemory host_memory : {HostMemory::kMappedIfPossible, HostMemory::kHidden}) {
-      std::shared_ptr<Device> device = std::move(Slot(host_memory));
+    for (const Way way : {Way::kHostKernels, Way::kShaders, Way::kStaged}) {
+      std::shared_ptr<Device> device = std::move(Slot(way));
       if (!device) continue;
       EXPECT_EQ(NumValidationMessages(*device), 0) << "messages of the Vulkan validation layer";
       EXPECT_EQ(device.use_count(), 1) << "something still holds the device: it cannot be checked";
@@ -63,8 +77,12 @@ const ::testing::Environment* const kValidationCheck =
 
 }  // namespace
 
-std::shared_ptr<Device> TestDevice() { return Open(HostMemory::kMappedIfPossible); }
+std::shared_ptr<Device> TestDevice() {
+  return Open(ShadersAreWanted() ? Way::kShaders : Way::kHostKernels);
+}
 
-std::shared_ptr<Device> StagedTestDevice() { return Open(HostMemory::kHidden); }
+std::shared_ptr<Device> ShaderTestDevice() { return Open(Way::kShaders); }
+
+std::shared_ptr<Device> StagedTestDevice() { return Open(Way::kStaged); }
 
 }  // namespace mono3d

@@ -99,6 +99,8 @@ Tool::Tool(const std::string& name, const std::string& description, ToolKind kin
   app_.add_option("--device", common_.device.device,
                   "Vulkan device: its index or part of its name (see --list-devices)");
   app_.add_flag("--list-devices", common_.list_devices, "list the Vulkan devices and end");
+  app_.add_flag("!--no-host-kernels", common_.device.host_kernels,
+                "without a GPU, all kernels by the driver, to compare: slower, the same result");
   app_.add_flag("--validation", common_.device.validation,
                 "run with the Khronos validation layer (for developers)");
 }

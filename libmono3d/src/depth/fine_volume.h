@@ -20,6 +20,10 @@ inline std::size_t NumFinePixels(LevelSize size) {
   return std::size_t{8} * ((size.width_px + 7) / 8) * size.height_px;
 }
 
+inline std::size_t FinePixelAt(std::size_t x, std::size_t y, std::size_t height_px) {
+  return (x / 8 * height_px + y) * 8 + x % 8;
+}
+
 // Texels of two words of the census of an image (shaders/depth/fine_census.glsl).
 inline std::size_t NumFineCensusTexels(LevelSize size) { return size.num_strided_pixels() + 2; }
 

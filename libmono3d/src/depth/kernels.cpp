@@ -17,6 +17,7 @@
 #include "depth/fine_sgm.spirv.h"
 #include "depth/fine_sweep.spirv.h"
 #include "depth/fine_volume.h"
+#include "depth/host/host_kernels.h"
 #include "depth/inference.spirv.h"
 #include "depth/inference_data.params.h"
 #include "depth/inference_data.spirv.h"
@@ -119,9 +120,9 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       sgm_(device, {"depth/sgm", depth_sgm_spirv}),
       winner_takes_all_(device, {"depth/winner_takes_all", depth_winner_takes_all_spirv}),
       prior_(device, {"depth/prior", depth_prior_spirv}),
-      fine_census_(device, {"depth/fine_census", depth_fine_census_spirv}),
+      fine_census_(device, {"depth/fine_census", depth_fine_census_spirv, kFineCensusOnHost}),
       fine_sweep_(device, {"depth/fine_sweep", depth_fine_sweep_spirv}),
-      fine_sgm_(device, {"depth/fine_sgm", depth_fine_sgm_spirv}),
+      fine_sgm_(device, {"depth/fine_sgm", depth_fine_sgm_spirv, kFineSgmOnHost}),
       median_(device, {"depth/median", depth_median_spirv}),
       normals_(device, {"depth/normals", depth_normals_spirv}),
       upsample_(device, {"depth/upsample", depth_upsample_spirv}),

@@ -11,6 +11,7 @@
 #include "fusion/free_space.spirv.h"
 #include "fusion/give_way.spirv.h"
 #include "fusion/grid.h"
+#include "fusion/host/host_kernels.h"
 #include "fusion/index_map.spirv.h"
 #include "fusion/index_map_depth.spirv.h"
 #include "fusion/index_map_id.spirv.h"
@@ -23,17 +24,18 @@
 namespace mono3d {
 FusionKernels::FusionKernels(const std::shared_ptr<Device>& device, bool allow_int64_atomics)
     : prepare_(device, {"fusion/prepare", fusion_prepare_spirv}),
-      associate_(device, {"fusion/associate", fusion_associate_spirv}),
+      associate_(device, {"fusion/associate", fusion_associate_spirv, kAssociateOnHost}),
       exposure_cells_(device, {"fusion/exposure_cells", fusion_exposure_cells_spirv}),
-      select_new_(device, {"fusion/select_new", fusion_select_new_spirv}),
-      merge_(device, {"fusion/merge", fusion_merge_spirv}),
+      select_new_(device, {"fusion/select_new", fusion_select_new_spirv, kSelectNewOnHost}),
+      merge_(device, {"fusion/merge", fusion_merge_spirv, kMergeOnHost}),
       free_space_(device, {"fusion/free_space", fusion_free_space_spirv}),
       give_way_(device, {"fusion/give_way", fusion_give_way_spirv}),
       insert_(device, {"fusion/insert", fusion_insert_spirv}) {
   if (allow_int64_atomics && Limits(*device).has_int64_atomics) {
     index_map_.emplace(device, KernelSource{"fusion/index_map", fusion_index_map_spirv});
-    associate_draw_.emplace(device,
-                            KernelSource{"fusion/associate_draw", fusion_associate_draw_spirv});
+    associate_draw_.emplace(
+        device,
+        KernelSource{"fusion/associate_draw", fusion_associate_draw_spirv, kAssociateDrawOnHost});
   } else {
     index_map_depth_.emplace(device,
                              KernelSource{"fusion/index_map_depth", fusion_index_map_depth_spirv});

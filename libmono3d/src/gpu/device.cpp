@@ -10,7 +10,9 @@
 #include "gpu/address_space.h"
 #include "gpu/device_handle.h"
 #include "gpu/device_internals.h"
+#include "gpu/host_kernel.h"
 #include "gpu/host_memory.h"
+#include "gpu/host_threads.h"
 #include "gpu/staging.h"
 #include "mono3d/core/thread_priority.h"
 
@@ -31,12 +33,21 @@ std::uint64_t TimestampMask(const Candidate& candidate) {
   return (std::uint64_t{1} << bits) - 1;
 }
 
+bool RunsHostKernels() {
+#if MONO3D_HAS_AVX2
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt");
+#else
+  return false;
+#endif
+}
+
 }  // namespace
 
-Device::Device(Instance instance, Candidate candidate, bool validation, HostMemory host_memory)
+Device::Device(Instance instance, Candidate candidate, const DeviceOptions& options,
+               HostMemory host_memory)
     : instance_(std::move(instance)),
       candidate_(std::move(candidate)),
-      validation_(validation),
+      validation_(options.validation),
       features_(QueryFeatures(candidate_.physical)),
       limits_(QueryLimits(candidate_.physical, features_)),
       memory_properties_(candidate_.physical.getMemoryProperties()),
@@ -48,6 +59,9 @@ Device::Device(Instance instance, Candidate candidate, bool validation, HostMemo
       staging_(std::make_unique<Staging>()) {
   buffers_are_mappable_ = host_memory == HostMemory::kMappedIfPossible &&
                           FindMemoryType(~std::uint32_t{0}, kLocalAndMapped).has_value();
+  if (options.host_kernels && limits_.is_cpu && buffers_are_mappable_ && RunsHostKernels()) {
+    host_threads_ = std::make_unique<HostThreads>(!options.yields);
+  }
 }
 
 Device::~Device() = default;
@@ -99,8 +113,7 @@ std::shared_ptr<Device> OpenDeviceHere(const DeviceOptions& options, HostMemory 
   Candidate& chosen = candidates[ChooseCandidate(candidates, options.device)];
   const std::string name = chosen.info.name;
   return CallVulkan(name, "opening the device", [&] {
-    return std::make_shared<Device>(std::move(instance), std::move(chosen), options.validation,
-                                    host_memory);
+    return std::make_shared<Device>(std::move(instance), std::move(chosen), options, host_memory);
   });
 }
 

@@ -18,13 +18,15 @@
 
 namespace mono3d {
 
+class HostThreads;
 class Staging;
 
 // The open device as the files of this module see it. Its public face is mono3d/gpu/device.h and
 // gpu/device_handle.h. Thread-safe.
 class Device {
  public:
-  Device(Instance instance, Candidate candidate, bool validation, HostMemory host_memory);
+  Device(Instance instance, Candidate candidate, const DeviceOptions& options,
+         HostMemory host_memory);
   ~Device();
 
   const DeviceInfo& info() const { return candidate_.info; }
@@ -61,6 +63,9 @@ class Device {
 
   Staging& staging() { return *staging_; }
 
+  // Null where the driver runs all kernels.
+  HostThreads* host_threads() const { return host_threads_.get(); }
+
  private:
   std::optional<std::uint32_t> FindMemoryType(std::uint32_t type_bits,
                                               vk::MemoryPropertyFlags flags) const;
@@ -79,6 +84,7 @@ class Device {
   vk::raii::Queue queue_;
   mutable std::mutex queue_mutex_;
   std::unique_ptr<Staging> staging_;
+  std::unique_ptr<HostThreads> host_threads_;
 };
 
 }  // namespace mono3d

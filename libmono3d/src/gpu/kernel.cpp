@@ -79,8 +79,9 @@ bool UsesSubgroups(const KernelPipeline& kernel) {
                    SpvCapabilityGroupNonUniform) != kernel.interface.capabilities.end();
 }
 
-vk::raii::Pipeline MakePipeline(const KernelPipeline& kernel, std::span<const std::uint32_t> spirv,
-                                const std::vector<std::uint32_t>& specialization) {
+vk::raii::Pipeline MakePipeline(const KernelPipeline& kernel,
+                                std::span<const std::uint32_t> spirv) {
+  const std::vector<std::uint32_t>& specialization = kernel.specialization;
   const Device& device = *kernel.device;
   const vk::raii::ShaderModule module =
       device.vulkan().createShaderModule({{}, spirv.size_bytes(), spirv.data()});
@@ -142,11 +143,17 @@ Kernel::Kernel(std::shared_ptr<Device> device, const KernelSource& source,
   }
   CheckCapabilities(*kernel);
   CheckLimits(*kernel);
+  kernel->host = kernel->device->host_threads() == nullptr ? nullptr : source.host;
+  kernel->specialization = std::move(specialization);
+  if (kernel->host != nullptr) {
+    pipeline_ = std::move(kernel);
+    return;
+  }
   RequireAddressSpace(source.name, kDriverCallBytes);
   CallVulkan(source.name, "making the pipeline", [&] {
     kernel->set_layout = MakeSetLayout(*kernel);
     kernel->layout = MakeLayout(*kernel);
-    kernel->pipeline = MakePipeline(*kernel, source.spirv, specialization);
+    kernel->pipeline = MakePipeline(*kernel, source.spirv);
     kernel->device->SetName(*kernel->pipeline, source.name);
   });
   pipeline_ = std::move(kernel);

@@ -11,14 +11,17 @@
 #include <string>
 #include <vector>
 
+#include "gpu/host_kernel.h"
 #include "mono3d/gpu/device.h"
 
 namespace mono3d {
 
-// An embedded compute shader: {"depth/census", depth_census_spirv}.
+// An embedded compute shader: {"depth/census", depth_census_spirv}, and the same as compiled code
+// where there is such.
 struct KernelSource {
   std::string name;
   std::span<const std::uint32_t> spirv;
+  HostKernel host = nullptr;
 };
 
 struct KernelPipeline;  // the Vulkan side, gpu/kernel_pipeline.h

@@ -3,10 +3,13 @@
 
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "gpu/device_internals.h"
+#include "gpu/host_kernel.h"
 #include "gpu/shader_interface.h"
 
 namespace mono3d {
@@ -16,6 +19,8 @@ struct KernelPipeline {
   std::shared_ptr<Device> device;
   std::string name;
   ShaderInterface interface;
+  HostKernel host = nullptr;  // what runs in place of the pipeline, which is then not made
+  std::vector<std::uint32_t> specialization;
   std::uint32_t num_storage_buffers = 0;
   std::uint32_t num_texel_buffers = 0;
   vk::raii::DescriptorSetLayout set_layout = nullptr;

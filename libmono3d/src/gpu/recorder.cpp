@@ -10,6 +10,7 @@
 
 #include "gpu/buffer_memory.h"
 #include "gpu/descriptor_pools.h"
+#include "gpu/host_threads.h"
 #include "gpu/kernel_pipeline.h"
 #include "gpu/step_clock.h"
 
@@ -101,16 +102,30 @@ class Recorder::Implementation {
   }
 
  private:
-  void BeginStep(const std::string& name);
+  // A dispatch that compiled code does, between the command buffers before and behind it.
+  struct HostStep {
+    std::size_t num_command_buffers = 0;  // that come before it
+    const KernelPipeline* kernel = nullptr;
+    std::vector<std::byte*> buffers;
+    std::vector<std::byte> push;
+    std::uint32_t num_workgroups = 0;
+  };
+
+  vk::raii::CommandBuffer& BeginStep(const std::string& name);
+  void EndCommands();
+  void RunHostStep(const HostStep& step);
+  void RunAll();
   void Clear();
 
   std::shared_ptr<Device> device_;
   vk::raii::CommandPool command_pool_;
-  vk::raii::CommandBuffer commands_;
+  std::vector<vk::raii::CommandBuffer> command_buffers_;  // kept from one submission to the next
+  std::size_t num_command_buffers_ = 0;                   // of this one
   vk::raii::Fence fence_;
   DescriptorPools descriptors_;
   StepClock clock_;
-  bool is_recording_ = false;
+  bool is_recording_ = false;  // to the last of them
+  std::vector<HostStep> host_steps_;
   std::vector<std::shared_ptr<const void>> in_use_;  // kernels and buffers of the steps so far
 };
 
@@ -118,10 +133,6 @@ Recorder::Implementation::Implementation(std::shared_ptr<Device> device)
     : device_(std::move(device)),
       command_pool_(device_->vulkan().createCommandPool(
           {vk::CommandPoolCreateFlagBits::eTransient, device_->queue_family()})),
-      commands_(std::move(
-          device_->vulkan()
-              .allocateCommandBuffers({*command_pool_, vk::CommandBufferLevel::ePrimary, 1})
-              .front())),
       fence_(device_->vulkan().createFence({})),
       clock_(device_) {}
 
@@ -134,13 +145,32 @@ BufferMemory& Recorder::Implementation::Use(const std::shared_ptr<BufferMemory>&
   return *memory;
 }
 
-void Recorder::Implementation::BeginStep(const std::string& name) {
+// The command buffer to record to.
+vk::raii::CommandBuffer& Recorder::Implementation::BeginStep(const std::string& name) {
   if (!is_recording_) {
-    commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    if (num_command_buffers_ == command_buffers_.size()) {
+      command_buffers_.push_back(std::move(
+          device_->vulkan()
+              .allocateCommandBuffers({*command_pool_, vk::CommandBufferLevel::ePrimary, 1})
+              .front()));
+    }
+    command_buffers_[num_command_buffers_].begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    ++num_command_buffers_;
     is_recording_ = true;
   }
-  clock_.BeginStep(commands_, name);
-  BarrierBetweenSteps(commands_);
+  vk::raii::CommandBuffer& commands = command_buffers_[num_command_buffers_ - 1];
+  clock_.BeginStep(commands, name);
+  BarrierBetweenSteps(commands);
+  return commands;
+}
+
+void Recorder::Implementation::EndCommands() {
+  if (!is_recording_) return;
+  const vk::raii::CommandBuffer& commands = command_buffers_[num_command_buffers_ - 1];
+  clock_.EndLastStep(commands);
+  BarrierToHost(commands);
+  commands.end();
+  is_recording_ = false;
 }
 
 void Recorder::Implementation::Dispatch(const std::shared_ptr<const KernelPipeline>& kernel,
@@ -148,40 +178,68 @@ void Recorder::Implementation::Dispatch(const std::shared_ptr<const KernelPipeli
                                         std::span<const std::byte> push,
                                         const std::array<std::uint32_t, 3>& num_workgroups) {
   RequireOwn(*kernel->device, kernel->name);
+  if (kernel->host != nullptr) {
+    HostStep step{.kernel = kernel.get(),
+                  .buffers = {},
+                  .push = {push.begin(), push.end()},
+                  .num_workgroups = num_workgroups[0] * num_workgroups[1] * num_workgroups[2]};
+    for (const BufferMemory* buffer : buffers) step.buffers.push_back(buffer->mapped);
+    in_use_.push_back(kernel);
+    EndCommands();
+    step.num_command_buffers = num_command_buffers_;
+    host_steps_.push_back(std::move(step));
+    return;
+  }
   const vk::DescriptorSet set = descriptors_.Make(*kernel, buffers);
   in_use_.push_back(kernel);
-  BeginStep(kernel->name);
+  const vk::raii::CommandBuffer& commands = BeginStep(kernel->name);
   constexpr auto kCompute = vk::PipelineBindPoint::eCompute;
-  commands_.bindPipeline(kCompute, *kernel->pipeline);
-  if (!buffers.empty()) commands_.bindDescriptorSets(kCompute, *kernel->layout, 0, set, {});
+  commands.bindPipeline(kCompute, *kernel->pipeline);
+  if (!buffers.empty()) commands.bindDescriptorSets(kCompute, *kernel->layout, 0, set, {});
   if (!push.empty()) {
-    commands_.pushConstants<std::byte>(*kernel->layout, vk::ShaderStageFlagBits::eCompute, 0,
-                                       {static_cast<std::uint32_t>(push.size()), push.data()});
+    commands.pushConstants<std::byte>(*kernel->layout, vk::ShaderStageFlagBits::eCompute, 0,
+                                      {static_cast<std::uint32_t>(push.size()), push.data()});
   }
-  commands_.dispatch(num_workgroups[0], num_workgroups[1], num_workgroups[2]);
+  commands.dispatch(num_workgroups[0], num_workgroups[1], num_workgroups[2]);
 }
 
 void Recorder::Implementation::Fill(const BufferMemory& buffer, std::uint32_t value) {
-  BeginStep("gpu/fill");
-  commands_.fillBuffer(*buffer.buffer, 0, buffer.allocated_bytes, value);
+  BeginStep("gpu/fill").fillBuffer(*buffer.buffer, 0, buffer.allocated_bytes, value);
 }
 
 void Recorder::Implementation::Copy(const BufferMemory& from, const BufferMemory& to,
                                     const vk::BufferCopy& region) {
-  BeginStep("gpu/copy");
-  commands_.copyBuffer(*from.buffer, *to.buffer, region);
+  BeginStep("gpu/copy").copyBuffer(*from.buffer, *to.buffer, region);
+}
+
+void Recorder::Implementation::RunHostStep(const HostStep& step) {
+  const double start_ms = WallClockMs();
+  device_->host_threads()->Run(step.kernel->host, {.constants = step.kernel->specialization,
+                                                   .push = step.push,
+                                                   .buffers = step.buffers,
+                                                   .num_workgroups = step.num_workgroups});
+  clock_.AddHostStep(step.kernel->name, WallClockMs() - start_ms);
+}
+
+void Recorder::Implementation::RunAll() {
+  EndCommands();
+  auto host_step = host_steps_.begin();
+  for (std::size_t i = 0; i <= num_command_buffers_; ++i) {
+    for (; host_step != host_steps_.end() && host_step->num_command_buffers == i; ++host_step) {
+      RunHostStep(*host_step);
+    }
+    if (i < num_command_buffers_) device_->Run(command_buffers_[i], fence_, "the submission");
+  }
 }
 
 void Recorder::Implementation::Submit(StageTimes* times) {
-  if (!is_recording_) return Clear();
   try {
-    clock_.EndLastStep(commands_);
-    BarrierToHost(commands_);
-    commands_.end();
-    device_->Run(commands_, fence_, "the submission");
+    RunAll();
     if (times != nullptr) clock_.AddTo(*times);
   } catch (...) {
     is_recording_ = false;  // the device is lost: nothing here can be used again
+    num_command_buffers_ = 0;
+    host_steps_.clear();
     throw;
   }
   Clear();
@@ -189,6 +247,8 @@ void Recorder::Implementation::Submit(StageTimes* times) {
 
 void Recorder::Implementation::Clear() {
   is_recording_ = false;
+  num_command_buffers_ = 0;
+  host_steps_.clear();
   command_pool_.reset();
   descriptors_.Reset();
   clock_.Reset();

@@ -19,11 +19,19 @@ void StepClock::BeginStep(const vk::raii::CommandBuffer& commands, const std::st
   names_.push_back(name);
 }
 
-void StepClock::EndLastStep(const vk::raii::CommandBuffer& commands) { Write(commands); }
+void StepClock::EndLastStep(const vk::raii::CommandBuffer& commands) {
+  Write(commands);
+  names_.emplace_back();
+}
+
+void StepClock::AddHostStep(const std::string& name, double wall_ms) {
+  host_ms_.emplace_back(name, wall_ms);
+}
 
 void StepClock::Reset() {
   num_written_ = 0;
   names_.clear();
+  host_ms_.clear();
 }
 
 void StepClock::Write(const vk::raii::CommandBuffer& commands) {
@@ -57,21 +65,26 @@ std::vector<std::uint64_t> StepClock::ReadTimestamps() const {
 void StepClock::AddTo(StageTimes& times) const {
   const std::vector<std::uint64_t> timestamps = ReadTimestamps();
   std::vector<std::pair<std::string, double>> sums_ms;
+  const auto add = [&](const std::string& name, double step_ms) {
+    const auto found = std::find_if(sums_ms.begin(), sums_ms.end(),
+                                    [&](const auto& sum) { return sum.first == name; });
+    if (found == sums_ms.end()) {
+      sums_ms.emplace_back(name, step_ms);
+    } else {
+      found->second += step_ms;
+    }
+  };
   for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (names_[i].empty()) continue;
     double step_ms = 0;
     if (!timestamps.empty()) {
       // Masked: a counter of few bits may wrap around between the two.
       const std::uint64_t ticks = (timestamps[i + 1] - timestamps[i]) & device_->timestamp_mask();
       step_ms = static_cast<double>(ticks) * device_->timestamp_period_ns() * 1e-6;
     }
-    const auto found = std::find_if(sums_ms.begin(), sums_ms.end(),
-                                    [&](const auto& sum) { return sum.first == names_[i]; });
-    if (found == sums_ms.end()) {
-      sums_ms.emplace_back(names_[i], step_ms);
-    } else {
-      found->second += step_ms;
-    }
+    add(names_[i], step_ms);
   }
+  for (const auto& [name, wall_ms] : host_ms_) add(name, wall_ms);
   for (const auto& [name, gpu_ms] : sums_ms) times.Add(name, 0, gpu_ms);
 }
 

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gpu/device_internals.h"
@@ -12,18 +13,20 @@
 
 namespace mono3d {
 
-// GPU times of the steps of one command buffer: a timestamp where the name changes and one at the
-// end. The steps are kept apart by barriers, so the difference is the time of the steps between.
-// Not one per step, because lavapipe takes twice as long for a timestamp as for a small dispatch.
+// Times of the steps of one submission, of its command buffers and of the host kernels between
+// them. In a command buffer a timestamp where the name changes and one at the end. The steps are
+// kept apart by barriers, so the difference is the time of the steps between. Not one per step,
+// because lavapipe takes twice as long for a timestamp as for a small dispatch.
 class StepClock {
  public:
   explicit StepClock(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
   void BeginStep(const vk::raii::CommandBuffer& commands, const std::string& name);
-  void EndLastStep(const vk::raii::CommandBuffer& commands);
-  void Reset();  // before the next command buffer
+  void EndLastStep(const vk::raii::CommandBuffer& commands);  // of this command buffer
+  void AddHostStep(const std::string& name, double wall_ms);
+  void Reset();  // before the next submission
 
-  // After the command buffer has run: adds one call per name, in the order of first appearance.
+  // After all has run: adds one call per name, those of host kernels last.
   void AddTo(StageTimes& times) const;
 
  private:
@@ -33,7 +36,8 @@ class StepClock {
   std::shared_ptr<Device> device_;
   std::vector<vk::raii::QueryPool> pools_;  // kept from one submission to the next
   std::uint32_t num_written_ = 0;
-  std::vector<std::string> names_;  // after timestamp i runs names_[i]
+  std::vector<std::string> names_;  // after timestamp i runs names_[i]; empty: nothing
+  std::vector<std::pair<std::string, double>> host_ms_;
 };
 
 }  // namespace mono3d

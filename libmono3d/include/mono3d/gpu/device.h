@@ -29,6 +29,10 @@ struct DeviceOptions {
   // Threads of a driver that computes on the processor yield to all others of the process, for
   // good: for live runs, whose tracking must not wait for depth. Not on every system.
   bool yields = false;
+  // On a device that computes on the processor, kernels that the library has as compiled code, too,
+  // run as such: the same results, several times as fast as what the driver makes of their shaders.
+  // False: all by the driver, to compare. Today on x86-64 with AVX2.
+  bool host_kernels = true;
 };
 
 // An open device, shared by the stages that run on it. What it can do is private to the library.

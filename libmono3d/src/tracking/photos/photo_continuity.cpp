@@ -79,12 +79,13 @@ std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) 
   }
   TwoViewRansacOptions ransac;
   ransac.sigma_px = std::max(1.0, static_cast<double>(bgr.cols) / kMaxSide_px);
+  const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
+  const double longer_side_px = std::max(bgr.cols, bgr.rows);
+  // First, since what can be had of a picture at most costs as much as all that was done so far.
+  if (F && IsStep(pairs, *F, longer_side_px)) return 1;
   const double at_most = ShareFoundInItself(bgr, a, 3 * ransac.sigma_px);
   if (at_most < kMinShare) return std::nullopt;
-  const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
   if (!F) return 0;
-  const double longer_side_px = std::max(bgr.cols, bgr.rows);
-  if (IsStep(pairs, *F, longer_side_px)) return 1;
   return std::min(1., F->num_inliers / (at_most * num_features));
 }
 
