@@ -10,6 +10,15 @@
 #include "mono3d/io/output_file.h"
 
 namespace mono3d::tools {
+namespace {
+
+void AddDeviceOptions(CLI::App& app, DeviceOptions& device) {
+  app.add_option("--device", device.device, "Vulkan device: its index or part of its name");
+  app.add_flag("!--no-host-kernels", device.host_kernels,
+               "without a GPU, all kernels by the driver, to compare");
+}
+
+}  // namespace
 
 DepthCommand::DepthCommand(CLI::App& tool)
     : app_(*tool.add_subcommand("depth", "what a depth map costs, by stage")) {
@@ -27,7 +36,7 @@ DepthCommand::DepthCommand(CLI::App& tool)
   app_.add_option("--repeat", options_.num_repeats, "maps that are timed")->capture_default_str();
   app_.add_flag("!--alone", options_.compare, "do not measure OpenCV's StereoSGBM beside it");
   app_.add_option("--json", json_, "write the figures as JSON");
-  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  AddDeviceOptions(app_, device_);
   Tool::AddOptions(app_, ListOptions(options_.depth), "depth.");
 }
 
@@ -52,7 +61,7 @@ FusionCommand::FusionCommand(CLI::App& tool)
   app_.add_option("--error", options_.error_px, "of the wrong poses, in pixels of the image")
       ->capture_default_str();
   app_.add_option("--json", json_, "write the figures as JSON");
-  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  AddDeviceOptions(app_, device_);
   Tool::AddOptions(app_, ListOptions(options_.fusion), "fusion.");
 }
 
@@ -85,7 +94,7 @@ FlightCommand::FlightCommand(CLI::App& tool)
   app_.add_option("--again", options_.num_maps_again, "maps of the beginning, flown once more")
       ->capture_default_str();
   app_.add_flag("--save", options_.with_save, "save the state of the model after each row");
-  app_.add_option("--device", device_.device, "Vulkan device: its index or part of its name");
+  AddDeviceOptions(app_, device_);
   Tool::AddOptions(app_, ListOptions(options_.fusion), "fusion.");
 }
 

@@ -3,6 +3,8 @@
 
 #include "depth/inference_tiles.h"
 
+#include <opencv2/core.hpp>
+
 #include "gpu/recorder.h"
 
 namespace mono3d {

@@ -128,13 +128,14 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       upsample_(device, {"depth/upsample", depth_upsample_spirv}),
       detail_(device, {"depth/detail", depth_detail_spirv}),
       photometric_(device, {"depth/photometric", depth_photometric_spirv}),
-      surface_(device, {"depth/surface", depth_surface_spirv}),
+      surface_(device, {"depth/surface", depth_surface_spirv, kSurfaceOnHost}),
       dog_(device, {"depth/dog", depth_dog_spirv}),
       texture_filter_(device, {"depth/texture_filter", depth_texture_filter_spirv}),
       inference_data_(device, {"depth/inference_data", depth_inference_data_spirv}),
       inference_halve_(device, {"depth/inference_halve", depth_inference_halve_spirv}),
       inference_expand_(device, {"depth/inference_expand", depth_inference_expand_spirv}),
-      inference_relax_(device, {"depth/inference_relax", depth_inference_relax_spirv}),
+      inference_relax_(
+          device, {"depth/inference_relax", depth_inference_relax_spirv, kInferenceRelaxOnHost}),
       inference_(device, {"depth/inference", depth_inference_spirv}),
       inference_normals_(device, {"depth/inference_normals", depth_inference_normals_spirv}) {}
 

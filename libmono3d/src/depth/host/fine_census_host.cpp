@@ -101,7 +101,7 @@ MONO3D_AVX2 void CensusOfRow(const std::uint8_t* row, std::ptrdiff_t row_bytes, 
   }
 }
 
-void FineCensus(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num_parts) {
+void RunFineCensus(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num_parts) {
   const auto push = dispatch.PushAs<FineCensusParams>();
   const LevelSize size{push.width_px, push.height_px};
   const std::size_t num = 4 * std::size_t{size.groups_per_row()};
@@ -127,7 +127,7 @@ void FineCensus(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t 
 
 }  // namespace
 
-const HostKernel kFineCensusOnHost = FineCensus;
+const HostKernel kFineCensusOnHost = RunFineCensus;
 #else
 const HostKernel kFineCensusOnHost = nullptr;
 #endif

@@ -330,7 +330,7 @@ MONO3D_AVX2 void RunScanlines(const PathParams& params, int first_scanline, int 
   }
 }
 
-void FineSgm(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num_parts) {
+void RunFineSgm(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num_parts) {
   const PathParams params(dispatch);
   const bool is_row = params.push.step_y == 0;
   const HostShare share =
@@ -347,7 +347,7 @@ void FineSgm(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num
 
 }  // namespace
 
-const HostKernel kFineSgmOnHost = FineSgm;
+const HostKernel kFineSgmOnHost = RunFineSgm;
 #else
 const HostKernel kFineSgmOnHost = nullptr;
 #endif

@@ -13,5 +13,7 @@ namespace mono3d {
 // processor.
 extern const HostKernel kFineCensusOnHost;
 extern const HostKernel kFineSgmOnHost;
+extern const HostKernel kInferenceRelaxOnHost;
+extern const HostKernel kSurfaceOnHost;
 
 }  // namespace mono3d

@@ -155,8 +155,8 @@ MONO3D_AVX2 inline unsigned Covered(const ViewParams& view, const SelectBuffers&
   return found & host::BitsOf(_mm256_and_ps(near, alike));
 }
 
-MONO3D_AVX2 void SelectNew(const HostDispatch& dispatch, std::uint32_t part,
-                           std::uint32_t num_parts) {
+MONO3D_AVX2 void RunSelectNew(const HostDispatch& dispatch, std::uint32_t part,
+                              std::uint32_t num_parts) {
   const auto view = dispatch.PushAs<ViewParams>();
   const SelectBuffers buffers(dispatch);
   const std::uint32_t num_pixels = view.width_px * view.height_px;
@@ -195,7 +195,7 @@ MONO3D_AVX2 void SelectNew(const HostDispatch& dispatch, std::uint32_t part,
 
 }  // namespace
 
-const HostKernel kSelectNewOnHost = SelectNew;
+const HostKernel kSelectNewOnHost = RunSelectNew;
 #else
 const HostKernel kSelectNewOnHost = nullptr;
 #endif
