@@ -83,7 +83,7 @@ MONO3D_AVX2 inline void StorePairs(const std::uint32_t* words, std::size_t num,
 MONO3D_AVX2 void CensusOfRow(const std::uint8_t* row, std::ptrdiff_t row_bytes, std::size_t num,
                              std::uint32_t* words) {
   if (num < kCensusLanes) {
-    // A narrow image: what is read beyond it is that of the rows below, or of the padding.
+    // Rows of a narrow image end before 32 pixels: through a copy that is as wide.
     std::array<std::uint8_t, 7 * (kCensusLanes + 8)> window{};
     constexpr std::ptrdiff_t kWindowBytes = kCensusLanes + 8;
     for (std::ptrdiff_t y = 0; y < 7; ++y) {
