@@ -14,6 +14,8 @@
 // Eight lanes at once, as host kernels use them.
 namespace mono3d::host {
 
+inline constexpr std::uint32_t kLanes = 8;
+
 struct Vec3 {
   __m256 x, y, z;
 };

@@ -30,8 +30,8 @@ struct DeviceOptions {
   // good: for live runs, whose tracking must not wait for depth. Not on every system.
   bool yields = false;
   // On a device that computes on the processor, kernels that the library has as compiled code, too,
-  // run as such: the same results, several times as fast as what the driver makes of their shaders.
-  // False: all by the driver, to compare. Today on x86-64 with AVX2.
+  // run as such: the same results in less time than what the driver makes of their shaders takes.
+  // False: all by the driver, to compare. On x86-64 with AVX2.
   bool host_kernels = true;
 };
 

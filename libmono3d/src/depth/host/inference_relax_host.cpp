@@ -21,8 +21,6 @@ using host::Less;
 using host::Splat;
 using host::Vec4;
 
-constexpr std::size_t kRelaxLanes = 8;
-
 // Sums of inverse depths, confidences and weights.
 struct RelaxSums {
   __m256 depth, confidence, weight;
@@ -51,13 +49,13 @@ MONO3D_AVX2 void RelaxRow(const HostDispatch& dispatch, const InferenceRelaxPara
   auto* const after = dispatch.BufferAs<float>(2);
   const __m256 all = _mm256_castsi256_ps(Splat(-1));
   const __m256 none = _mm256_setzero_ps();
-  for (std::size_t x = 0; x < width; x += kRelaxLanes) {
-    const std::size_t num = std::min(kRelaxLanes, width - x);
+  for (std::size_t x = 0; x < width; x += host::kLanes) {
+    const std::size_t num = std::min<std::size_t>(host::kLanes, width - x);
     const std::size_t pixel = y * width + x;
     // Of lanes beyond the image the last pixel; of neighbours outside the pixel itself.
-    alignas(32) std::array<std::int32_t, kRelaxLanes> here, left, right, above, below;
-    alignas(32) std::array<float, kRelaxLanes> has_left, has_right;
-    for (std::size_t i = 0; i < kRelaxLanes; ++i) {
+    alignas(32) std::array<std::int32_t, host::kLanes> here, left, right, above, below;
+    alignas(32) std::array<float, host::kLanes> has_left, has_right;
+    for (std::size_t i = 0; i < host::kLanes; ++i) {
       const std::size_t column = x + std::min(i, num - 1);
       const auto at = static_cast<std::int32_t>(y * width + column);
       const auto row = static_cast<std::int32_t>(width);

@@ -27,7 +27,6 @@ using host::Splat;
 
 constexpr int kFitRadius = static_cast<int>(kMeasurementBorder);
 constexpr std::size_t kWindowRows = 2 * kFitRadius + 1;
-constexpr std::size_t kFitLanes = 8;
 // As surface.comp has them.
 constexpr std::array<float, 4> kFitFalloff = {1.0F, 0.8007F, 0.4111F, 0.1353F};
 constexpr float kWholeWindow = 13.6686F;
@@ -66,11 +65,11 @@ struct FitRow {
 MONO3D_AVX2 void UnpackRow(const SurfaceBuffers& buffers, std::size_t row, FitRow& to) {
   const std::uint32_t* const from = buffers.measurements + 2 * row * buffers.measurements_per_row;
   const std::size_t num = buffers.measurements_per_row;
-  for (std::size_t first = 0; first < num; first += kFitLanes) {
+  for (std::size_t first = 0; first < num; first += host::kLanes) {
     // The last ones overlap those before; narrow images have room for eight.
-    alignas(32) std::array<std::uint32_t, kFitLanes> depths{};
-    alignas(32) std::array<std::uint32_t, kFitLanes> fields{};
-    for (std::size_t i = 0; i < kFitLanes && first + i < num; ++i) {
+    alignas(32) std::array<std::uint32_t, host::kLanes> depths{};
+    alignas(32) std::array<std::uint32_t, host::kLanes> fields{};
+    for (std::size_t i = 0; i < host::kLanes && first + i < num; ++i) {
       depths[i] = from[2 * (first + i)];
       fields[i] = from[2 * (first + i) + 1];
     }
@@ -191,7 +190,7 @@ MONO3D_AVX2 inline void StoreFit(const SurfaceBuffers& buffers, const FitSums& s
   const __m256 fitted =
       _mm256_max_ps(middle + per_plane * Clamped(g0, -1.0F, 1.0F), Splat(0.5F) * middle);
   const __m256 w = Select(is_fitted, fitted, middle);
-  alignas(32) std::array<float, kFitLanes> results;
+  alignas(32) std::array<float, host::kLanes> results;
   _mm256_store_ps(results.data(), w);
   std::copy_n(results.data(), num, buffers.inverse_depth + pixel);
   if constexpr (kWithConfidence) {
@@ -201,7 +200,7 @@ MONO3D_AVX2 inline void StoreFit(const SurfaceBuffers& buffers, const FitSums& s
                          Splat(4.0F);
     const __m256 deviation =
         _mm256_sqrt_ps((Splat(1.0F) + misfit) / s.n) * per_plane + slope + s.bends;
-    alignas(32) std::array<float, kFitLanes> unique{};
+    alignas(32) std::array<float, host::kLanes> unique{};
     std::copy_n(buffers.uniqueness + pixel, num, unique.data());
     const __m256 explained = s.support / Splat(kWholeWindow);
     const __m256 evidence =
@@ -220,7 +219,7 @@ MONO3D_AVX2 void FitRows(const SurfaceBuffers& buffers, std::uint32_t first, std
   const std::size_t width = buffers.push.width_px;
   // The rows of the window, each at its number modulo theirs, and room for eight lanes.
   std::array<FitRow, kWindowRows + 1> rows;
-  for (FitRow& row : rows) row.Resize(buffers.measurements_per_row + 3 * kFitLanes);
+  for (FitRow& row : rows) row.Resize(buffers.measurements_per_row + 3 * host::kLanes);
   const auto place = [&](std::size_t row) { return row % rows.size(); };
   for (std::size_t row = first; row < first + kWindowRows - 1; ++row) {
     UnpackRow(buffers, row, rows[place(row)]);
@@ -231,7 +230,7 @@ MONO3D_AVX2 void FitRows(const SurfaceBuffers& buffers, std::uint32_t first, std
     UnpackRow(buffers, y + kWindowRows - 1, rows[place(y + kWindowRows - 1)]);
     std::array<std::size_t, kWindowRows> order;
     for (std::size_t i = 0; i < kWindowRows; ++i) order[i] = place(y + i);
-    for (std::size_t x = 0; x < width; x += kFitLanes) {
+    for (std::size_t x = 0; x < width; x += host::kLanes) {
       const __m256 middle = _mm256_loadu_ps(rows[order[kFitRadius]].w.data() + x + kFitRadius);
       const __m256 zero = _mm256_setzero_ps();
       FitSums sums = {zero,     zero, zero, zero, zero, zero, zero,
@@ -243,7 +242,7 @@ MONO3D_AVX2 void FitRows(const SurfaceBuffers& buffers, std::uint32_t first, std
       }
       if constexpr (kWithConfidence) sums.bends = BendsOf(rows, order, x, middle);
       StoreFit<kWithConfidence>(buffers, sums, middle, y * width + x,
-                                std::min(kFitLanes, width - x));
+                                std::min<std::size_t>(host::kLanes, width - x));
     }
   }
 }

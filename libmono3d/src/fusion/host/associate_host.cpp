@@ -21,8 +21,6 @@ using host::LessOrEqual;
 using host::Select;
 using host::Splat;
 
-constexpr std::uint32_t kLanes = 8;
-
 // The bindings of associate.comp and of associate_draw.comp.
 struct AssociateBuffers {
   explicit AssociateBuffers(const HostDispatch& dispatch)
@@ -122,7 +120,7 @@ MONO3D_AVX2 inline void Associate(const ViewParams& view, const AssociateBuffers
                        _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(rounded.y),
                                                            Splat(static_cast<int>(view.width_px))),
                                         _mm256_cvttps_epi32(rounded.x)));
-  alignas(32) std::array<std::int32_t, kLanes> pixel;
+  alignas(32) std::array<std::int32_t, host::kLanes> pixel;
   _mm256_store_si256(reinterpret_cast<__m256i*>(pixel.data()), pixels);
   const host::Vec4 candidate = host::GatherVec4(buffers.candidate, pixel.data());
   const host::Vec3 measured_normal = {candidate.x, candidate.y, candidate.z};
@@ -145,8 +143,8 @@ MONO3D_AVX2 inline void Associate(const ViewParams& view, const AssociateBuffers
   unsigned others = host::BitsOf(_mm256_andnot_ps(near, asks));
   if (others == 0) return;
   const unsigned faces_away = host::BitsOf(LessOrEqual(zero, Dot(placed.n_cam, placed.p_cam)));
-  alignas(32) std::array<float, kLanes> inverse_depths;
-  alignas(32) std::array<float, kLanes> weights;
+  alignas(32) std::array<float, host::kLanes> inverse_depths;
+  alignas(32) std::array<float, host::kLanes> weights;
   _mm256_store_ps(inverse_depths.data(), inverse_depth);
   _mm256_store_ps(weights.data(), placed.weight);
   for (; others != 0; others &= others - 1) {
@@ -184,8 +182,8 @@ MONO3D_AVX2 inline void Draw(const ViewParams& view, const PlacedSurfels& placed
                                              Less(cell.y, Splat(static_cast<float>(height)))));
   lanes &= host::BitsOf(draws);
   if (lanes == 0) return;
-  alignas(32) std::array<std::int32_t, kLanes> cells;
-  alignas(32) std::array<float, kLanes> depths;
+  alignas(32) std::array<std::int32_t, host::kLanes> cells;
+  alignas(32) std::array<float, host::kLanes> depths;
   _mm256_store_si256(reinterpret_cast<__m256i*>(cells.data()),
                      _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(cell.y),
                                                          Splat(static_cast<int>(width))),
@@ -212,18 +210,18 @@ MONO3D_AVX2 void AssociateBlocks(const HostDispatch& dispatch, std::uint32_t par
     if (first_of_block >= view.num_surfels) continue;
     const host::CameraFromAnchor from =
         host::FromAnchor(buffers.anchors, buffers.anchor_of_block[buffers.blocks[listed]]);
-    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += kLanes) {
+    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += host::kLanes) {
       const auto first = static_cast<std::uint32_t>(first_of_block) + lane;
       unsigned lanes = 0;
-      for (std::uint32_t i = 0; i < kLanes; ++i) {
+      for (std::uint32_t i = 0; i < host::kLanes; ++i) {
         const bool asks = first + i >= first_surfel && first + i < view.num_surfels;
         lanes |= (asks ? 1U : 0U) << i;
       }
       if (lanes == 0) continue;
       const PlacedSurfels placed = Place(view, buffers, from, first);
-      alignas(32) std::array<std::uint32_t, kLanes> said;
+      alignas(32) std::array<std::uint32_t, host::kLanes> said;
       Associate(view, buffers, placed, said.data());
-      for (std::size_t i = 0; i < kLanes; ++i) {
+      for (std::size_t i = 0; i < host::kLanes; ++i) {
         if ((lanes >> i & 1U) != 0) buffers.association[first + i] = said[i];
       }
       if constexpr (kDraws) {

@@ -20,8 +20,6 @@ using host::Dot;
 using host::Select;
 using host::Splat;
 
-constexpr std::uint32_t kMergeLanes = 8;
-
 // The bindings of merge.comp. Three of them are there twice, to read and to write.
 struct MergeBuffers {
   explicit MergeBuffers(const HostDispatch& dispatch)
@@ -103,7 +101,7 @@ Surfels::Uint4 MergedHistory(const Surfels::Uint4& old, std::uint32_t colour, fl
 MONO3D_AVX2 inline void MergeSurfels(const ViewParams& view, const MergeBuffers& buffers,
                                      const host::CameraFromAnchor& from, std::size_t first,
                                      unsigned lanes) {
-  alignas(32) std::array<std::int32_t, kMergeLanes> pixels{};
+  alignas(32) std::array<std::int32_t, host::kLanes> pixels{};
   for (unsigned left = lanes; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
     pixels[i] = static_cast<std::int32_t>(buffers.association[first + i]);
@@ -157,8 +155,8 @@ MONO3D_AVX2 inline void MergeSurfels(const ViewParams& view, const MergeBuffers&
                   {normal.x * over_length, normal.y * over_length, normal.z * over_length,
                    old_normal.w + host::WeightToAnchor(from, weight)},
                   lanes);
-  alignas(32) std::array<float, kMergeLanes> shares;
-  alignas(32) std::array<float, kMergeLanes> confidences;
+  alignas(32) std::array<float, host::kLanes> shares;
+  alignas(32) std::array<float, host::kLanes> confidences;
   _mm256_store_ps(shares.data(), share);
   _mm256_store_ps(confidences.data(), measured_normal.w);
   for (; lanes != 0; lanes &= lanes - 1) {
@@ -182,10 +180,10 @@ MONO3D_AVX2 void MergeBlocks(const HostDispatch& dispatch, std::uint32_t part,
     const host::CameraFromAnchor from =
         host::FromAnchor(buffers.anchors, buffers.anchor_of_block[block]);
     std::uint32_t num_confirmed = 0;
-    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += kMergeLanes) {
+    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += host::kLanes) {
       const auto first = static_cast<std::uint32_t>(first_of_block) + lane;
       unsigned confirmed = 0;
-      for (std::uint32_t i = 0; i < kMergeLanes && first + i < view.num_surfels; ++i) {
+      for (std::uint32_t i = 0; i < host::kLanes && first + i < view.num_surfels; ++i) {
         const std::uint32_t said = buffers.association[first + i];
         if (IsPixel(said)) {
           confirmed |= 1U << i;

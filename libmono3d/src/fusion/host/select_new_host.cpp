@@ -21,8 +21,6 @@ using host::LessOrEqual;
 using host::Select;
 using host::Splat;
 
-constexpr std::uint32_t kPixelLanes = 8;
-
 // The bindings of select_new.comp.
 struct SelectBuffers {
   explicit SelectBuffers(const HostDispatch& dispatch)
@@ -127,14 +125,14 @@ MONO3D_AVX2 inline unsigned Covered(const ViewParams& view, const SelectBuffers&
   const unsigned found = host::BitsOf(is_found);
   if (found == 0) return 0;
 
-  alignas(32) std::array<std::int32_t, kPixelLanes> cells;
-  alignas(32) std::array<std::int32_t, kPixelLanes> surfels{};
-  alignas(32) std::array<std::int32_t, kPixelLanes> rotations{};
-  alignas(32) std::array<std::int32_t, kPixelLanes> translations{};
+  alignas(32) std::array<std::int32_t, host::kLanes> cells;
+  alignas(32) std::array<std::int32_t, host::kLanes> surfels{};
+  alignas(32) std::array<std::int32_t, host::kLanes> rotations{};
+  alignas(32) std::array<std::int32_t, host::kLanes> translations{};
   _mm256_store_si256(reinterpret_cast<__m256i*>(cells.data()), search.cell);
   // Lanes without a surfel take one that is there, and do not count.
   const auto any = static_cast<std::size_t>(std::countr_zero(found));
-  for (std::size_t i = 0; i < kPixelLanes; ++i) {
+  for (std::size_t i = 0; i < host::kLanes; ++i) {
     const std::int32_t cell = cells[(found >> i & 1U) != 0 ? i : any];
     const std::uint32_t listed = buffers.index_map[2 * std::size_t(cell)];
     const std::uint32_t block = buffers.surfel_blocks[listed / kSurfelsPerBlock];
@@ -165,11 +163,11 @@ MONO3D_AVX2 void RunSelectNew(const HostDispatch& dispatch, std::uint32_t part,
     const std::uint64_t first_of_block = std::uint64_t{buffers.blocks[listed]} * kSurfelsPerBlock;
     if (first_of_block >= num_pixels) continue;
     std::uint64_t selected = 0;  // of the block
-    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += kPixelLanes) {
+    for (std::uint32_t lane = 0; lane < kSurfelsPerBlock; lane += host::kLanes) {
       const auto first = static_cast<std::uint32_t>(first_of_block) + lane;
-      alignas(32) std::array<std::int32_t, kPixelLanes> pixels{};
+      alignas(32) std::array<std::int32_t, host::kLanes> pixels{};
       unsigned lanes = 0;
-      for (std::uint32_t i = 0; i < kPixelLanes && first + i < num_pixels; ++i) {
+      for (std::uint32_t i = 0; i < host::kLanes && first + i < num_pixels; ++i) {
         if (!(buffers.candidate[4 * std::size_t{first + i} + 3] > 0)) continue;
         lanes |= 1U << i;
         pixels[i] = static_cast<std::int32_t>(first + i);

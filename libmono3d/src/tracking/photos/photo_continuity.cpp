@@ -81,7 +81,7 @@ std::optional<double> ContinuityOf(const cv::Mat& bgr, const cv::Mat& next_bgr) 
   ransac.sigma_px = std::max(1.0, static_cast<double>(bgr.cols) / kMaxSide_px);
   const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
   const double longer_side_px = std::max(bgr.cols, bgr.rows);
-  // First, since what can be had of a picture at most costs as much as all that was done so far.
+  // First, since what can be had of a picture at most takes its features once more.
   if (F && IsStep(pairs, *F, longer_side_px)) return 1;
   const double at_most = ShareFoundInItself(bgr, a, 3 * ransac.sigma_px);
   if (at_most < kMinShare) return std::nullopt;
