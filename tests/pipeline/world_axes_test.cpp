@@ -32,13 +32,13 @@ Pose CameraOver(const Eigen::Vector3d& centre, double heading_deg, double down_d
 // A flight over ground with walls, in the frame of its first camera, as the tracker has it.
 class Flight {
  public:
-  explicit Flight(double share_of_walls = 0.4) {
+  explicit Flight(double share_of_walls = 0.4, double angle_of_walls = 0.4) {
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0, 0.05);
     std::uniform_real_distribution<double> place(-2, 2);
     for (int i = 0; i < 2000; ++i) {
       const bool is_wall = i < share_of_walls * 2000;
-      const double angle = i % 2 == 0 ? 0.4 : 0.4 + std::numbers::pi / 2;
+      const double angle = angle_of_walls + (i % 2 == 0 ? 0 : std::numbers::pi / 2);
       Eigen::Vector3d normal = is_wall ? Eigen::Vector3d(std::cos(angle), -std::sin(angle), 0)
                                        : Eigen::Vector3d(0, 0, 1);
       normal += Eigen::Vector3d(noise(random), noise(random), noise(random));
@@ -107,6 +107,26 @@ TEST(WorldAxes, OfAStraightPassAreLevelByTheGround) {
     for (int i = 0; i < 24; ++i) flight.Add(CameraOver({0.05 * i, -1, kHeight}, 0, down_deg));
     EXPECT_LT(TiltOf(flight.AsTracked(), CameraOver({0, -1, kHeight}, 0, down_deg)), 3) << down_deg;
   }
+}
+
+TEST(WorldAxes, OfADroneThatRisesAreLevelByTheGround) {
+  // Straight up, the view from the horizon downwards as a gimbal turns it, or straight down.
+  for (const double down_deg : {15, 90}) {
+    Flight flight(0.4, 0);  // half of the walls face the camera
+    const auto camera = [&](int i) {
+      const double share = down_deg == 90 ? 1 : i / 23.0;
+      return CameraOver({0, -1, 0.05 + 0.05 * i}, 0, share * down_deg);
+    };
+    for (int i = 0; i < 24; ++i) flight.Add(camera(i));
+    EXPECT_LT(TiltOf(flight.AsTracked(), camera(0)), 3) << down_deg;
+  }
+}
+
+TEST(WorldAxes, OfADroneThatFliesBackwardsAndUpAreLevelByTheGround) {
+  Flight flight(0.7, 0);
+  const auto camera = [](int i) { return CameraOver({0, -0.1 - 0.04 * i, 0.1 + 0.04 * i}, 0, 45); };
+  for (int i = 0; i < 24; ++i) flight.Add(camera(i));
+  EXPECT_LT(TiltOf(flight.AsTracked(), camera(0)), 3);
 }
 
 TEST(WorldAxes, HaveTheViewAlongYAndTheOriginOnTheGround) {

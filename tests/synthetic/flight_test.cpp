@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -132,6 +133,50 @@ TEST(Flight, TakeOffRisesFromTheHorizonToItsPitch) {
   EXPECT_GT(flight.PoseAt(90).translation().x(), 10);  // then on ahead
 }
 
+TEST(Flight, RocketRisesLookingStraightDown) {
+  const Flight flight(OfKind("rocket"));
+  for (const double t_s : {0.0, 20.0, 90.0}) {
+    EXPECT_NEAR(Ahead(flight.PoseAt(t_s)).z(), -1, kFlightRounding);
+    EXPECT_LT(flight.PoseAt(t_s).translation().head<2>().norm(), 1e-6);
+  }
+  EXPECT_NEAR(flight.PoseAt(0).translation().z(), 5, kFlightRounding);
+  EXPECT_NEAR(flight.PoseAt(90).translation().z(), 71, 1e-6);
+}
+
+TEST(Flight, DronieAndHelixLookAtTheTargetWhileTheyLeaveIt) {
+  for (const char* kind : {"dronie", "helix"}) {
+    FlightOptions options = OfKind(kind);
+    options.speed_m_per_s = 4;
+    options.target_x_m = 3;
+    const Flight flight(options);
+    for (const double t_s : {0.0, 5.0, 20.0, 90.0}) {
+      const Pose pose = flight.PoseAt(t_s);
+      const Eigen::Vector3d to_target = Eigen::Vector3d(3, 0, 0) - pose.translation();
+      EXPECT_LT((to_target.normalized() - Ahead(pose)).norm(), 1e-6) << kind;
+    }
+    EXPECT_NEAR(flight.PoseAt(0).translation().z(), 5, 1e-6) << kind;
+    EXPECT_NEAR(flight.PoseAt(89).translation().z(), 71, 1e-6) << kind;
+    const Eigen::Vector3d end = flight.PoseAt(89).translation() - Eigen::Vector3d(3, 0, 0);
+    EXPECT_NEAR(end.head<2>().norm(), options.radius_m, 1e-6) << kind;
+  }
+  // A dronie stays in one vertical plane, a helix goes once around.
+  FlightOptions options = OfKind("helix");
+  options.speed_m_per_s = 4;
+  const Flight helix(options);
+  EXPECT_GT(helix.PoseAt(0).translation().x(), 0);
+  double least_x = 0;
+  for (int t_s = 0; t_s < 90; ++t_s) {
+    least_x = std::min(least_x, helix.PoseAt(t_s).translation().x());
+  }
+  EXPECT_LT(least_x, -30);
+  options.kind = "dronie";
+  const Flight dronie(options);
+  for (int t_s = 0; t_s < 90; ++t_s) {
+    EXPECT_NEAR(dronie.PoseAt(t_s).translation().y(), 0, 1e-9);
+    EXPECT_LT(dronie.PoseAt(t_s).translation().x(), 0);
+  }
+}
+
 TEST(Flight, StopAndTurnTurnsInPlace) {
   const Flight flight(OfKind("stop_and_turn"));
   const double turn_s = 60.0 / 8 + 3;
@@ -204,9 +249,11 @@ TEST(Flight, RefusesBadOptions) {
   FlightOptions options;
   options.duration_s = 5;  // less than two ramps
   EXPECT_THROW(Flight{options}, UsageError);
-  options = OfKind("take_off");
-  options.take_off_height_m = 80;
-  EXPECT_THROW(Flight{options}, UsageError);
+  for (const char* kind : {"take_off", "rocket", "dronie", "helix"}) {
+    options = OfKind(kind);
+    options.take_off_height_m = 80;
+    EXPECT_THROW(Flight{options}, UsageError) << kind;
+  }
   options = OfKind("stop_and_turn");
   options.turn_deg = 3600;
   EXPECT_THROW(Flight{options}, UsageError);

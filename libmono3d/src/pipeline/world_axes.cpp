@@ -97,17 +97,40 @@ double MeanDot(const Directions& directions, const Eigen::Vector3d& up) {
   return sum / static_cast<double>(directions.size());
 }
 
-// The smaller, the better.
-double Cost(const UpEvidence& evidence, const Eigen::Vector3d& up) {
-  // Roll of a gimbal or a steady hand; a climb; roofs and slopes about the horizontal.
+// As Tilt, of steps: a climb straight up or down costs half of what a slanted one does.
+double SlantOfSteps(const Directions& steps, const Eigen::Vector3d& up, double tolerance_rad) {
+  constexpr double kCostOfClimb = 0.5;
+  if (steps.empty()) return 0;
+  const double tolerance = std::pow(std::sin(tolerance_rad), 2);
+  double sum = 0;
+  for (const Eigen::Vector3d& step : steps) {
+    const double upwards = std::pow(step.dot(up), 2);
+    const double from_level = upwards / (upwards + tolerance);
+    const double from_vertical = (1 - upwards) / (1 - upwards + tolerance);
+    sum += from_level * (kCostOfClimb + (1 - kCostOfClimb) * from_vertical);
+  }
+  return sum / static_cast<double>(steps.size());
+}
+
+// Roofs and slopes about the horizontal.
+constexpr double kSlope = 10 * kDegree;
+
+double SupportOfSurface(const UpEvidence& evidence, const Eigen::Vector3d& up) {
+  return Support(evidence.normals, up, kSlope);
+}
+
+// The smaller, the better. `most_support`: of the surface, in any direction that is possible.
+double Cost(const UpEvidence& evidence, double most_support, const Eigen::Vector3d& up) {
+  // Roll of a gimbal or a steady hand; a climb.
   constexpr double kRoll = 4 * kDegree;
   constexpr double kClimb = 10 * kDegree;
-  constexpr double kSlope = 10 * kDegree;
   // A flight may climb all along, and a wall may fill all images: both count less than the cameras.
   constexpr double kStepWeight = 0.3;
   constexpr double kSurfaceWeight = 0.6;
-  return Tilt(evidence.rights, up, kRoll) + kStepWeight * Tilt(evidence.steps, up, kClimb) -
-         kSurfaceWeight * Support(evidence.normals, up, kSlope);
+  // Of leaves and hedges, whose normals point anywhere, no direction has more than this.
+  constexpr double kSupportOfLeaves = 0.1;
+  return Tilt(evidence.rights, up, kRoll) + kStepWeight * SlantOfSteps(evidence.steps, up, kClimb) -
+         kSurfaceWeight * SupportOfSurface(evidence, up) / (most_support + kSupportOfLeaves);
 }
 
 // No camera is upside down in the mean, and none looks up steeply.
@@ -134,17 +157,17 @@ Directions AllDirections() {
 }
 
 // Downhill in ever smaller steps around the axes across `up`.
-Eigen::Vector3d Refined(const UpEvidence& evidence, Eigen::Vector3d up) {
+Eigen::Vector3d Refined(const UpEvidence& evidence, double most_support, Eigen::Vector3d up) {
   constexpr double kFirstStep = 1.5 * kDegree;
   constexpr double kLastStep = 0.02 * kDegree;
-  double cost = Cost(evidence, up);
+  double cost = Cost(evidence, most_support, up);
   for (double step = kFirstStep; step > kLastStep;) {
     const Eigen::Vector3d across = up.unitOrthogonal();
     bool is_better = false;
     for (const Eigen::Vector3d& axis : {across, Eigen::Vector3d(up.cross(across))}) {
       for (const double angle : {-step, step}) {
         const Eigen::Vector3d candidate = Eigen::AngleAxisd(angle, axis) * up;
-        const double candidate_cost = Cost(evidence, candidate);
+        const double candidate_cost = Cost(evidence, most_support, candidate);
         if (candidate_cost >= cost || !IsPossible(evidence, candidate)) continue;
         up = candidate.normalized();
         cost = candidate_cost;
@@ -157,17 +180,16 @@ Eigen::Vector3d Refined(const UpEvidence& evidence, Eigen::Vector3d up) {
 }
 
 std::optional<Eigen::Vector3d> FindUp(const UpEvidence& evidence) {
-  std::optional<Eigen::Vector3d> best;
-  double best_cost = 0;
-  for (const Eigen::Vector3d& up : AllDirections()) {
-    if (!IsPossible(evidence, up)) continue;
-    const double cost = Cost(evidence, up);
-    if (best && cost >= best_cost) continue;
-    best = up;
-    best_cost = cost;
+  Directions candidates = AllDirections();
+  std::erase_if(candidates, [&](const Eigen::Vector3d& up) { return !IsPossible(evidence, up); });
+  if (candidates.empty()) return std::nullopt;
+  double most_support = 0;
+  for (const Eigen::Vector3d& up : candidates) {
+    most_support = std::max(most_support, SupportOfSurface(evidence, up));
   }
-  if (best) best = Refined(evidence, *best);
-  return best;
+  const Eigen::Vector3d best = *std::ranges::min_element(
+      candidates, {}, [&](const Eigen::Vector3d& up) { return Cost(evidence, most_support, up); });
+  return Refined(evidence, most_support, best);
 }
 
 // The rotation into axes with z along `up` and y along what of `forward` is level.

@@ -113,8 +113,10 @@ Flight::Flight(const FlightOptions& options, const GroundHeightFunction& ground_
   options.Validate();
   const auto impl = std::make_shared<Impl>(Impl{LegsOf(options), Hand(options.unsteadiness)});
   const Eigen::Vector2d target(options.target_x_m, options.target_y_m);
-  const bool is_about_target = options.kind == "orbit" || options.kind == "take_off";
-  impl->heading_rad = options.kind == "orbit" ? 0 : Radians(options.heading_deg);
+  const bool is_in_circles = options.kind == "orbit" || options.kind == "helix";
+  const bool is_about_target = is_in_circles || options.kind == "take_off" ||
+                               options.kind == "rocket" || options.kind == "dronie";
+  impl->heading_rad = is_in_circles ? 0 : Radians(options.heading_deg);
   impl->shift.head<2>() = target;
   if (!is_about_target) {
     const Eigen::Rotation2Dd turn(impl->heading_rad);

@@ -112,6 +112,35 @@ Legs TakeOff(const FlightOptions& options) {
   return legs;
 }
 
+// From take_off_height_m towards height_m on the surface of a cone with its apex in the target, at
+// which it looks; `turns_rad_per_m` around the target for each metre of height.
+Leg AwayFromTarget(const FlightOptions& options, double radius_m, double turns_rad_per_m) {
+  const double low_m = options.take_off_height_m;
+  const double slope = radius_m / options.height_m;
+  // Length of the way for each metre of height, that of a helix at its middle radius.
+  const double middle_m = slope * (low_m + options.height_m) / 2;
+  const double way_per_m = std::hypot(1, slope, turns_rad_per_m * middle_m);
+  const double way_m =
+      std::min((options.height_m - low_m) * way_per_m, DistanceIn(options.duration_s, options));
+  const SmoothWay way = WayOf(way_m, options);
+  const double start_rad = turns_rad_per_m == 0 ? pi : Radians(options.start_deg);
+  const double pitch_rad = std::atan2(options.height_m, radius_m);
+  const auto aim = [=](double t_s) {
+    const double climbed_m = way.At(t_s) / way_per_m;
+    const double z = low_m + climbed_m;
+    const double angle = start_rad + turns_rad_per_m * climbed_m;
+    return Aim{
+        {slope * z * std::cos(angle), slope * z * std::sin(angle), z}, angle + pi, pitch_rad};
+  };
+  return {options.duration_s, aim};
+}
+
+// Once around the target on its way, whatever the height.
+Leg Helix(const FlightOptions& options) {
+  return AwayFromTarget(options, options.radius_m,
+                        2 * pi / (options.height_m - options.take_off_height_m));
+}
+
 Legs StopAndTurn(const FlightOptions& options) {
   const double turn_rad = Radians(options.turn_deg);
   const SmoothWay turn(std::abs(turn_rad), Radians(options.turn_deg_per_s), options.ramp_s);
@@ -145,6 +174,9 @@ Legs LegsOf(const FlightOptions& options) {
   if (options.kind == "lateral") return StraightFlight(options, pi / 2);
   if (options.kind == "take_off") return TakeOff(options);
   if (options.kind == "stop_and_turn") return StopAndTurn(options);
+  if (options.kind == "rocket") return {AwayFromTarget(options, 0, 0)};
+  if (options.kind == "dronie") return {AwayFromTarget(options, options.radius_m, 0)};
+  if (options.kind == "helix") return {Helix(options)};
   return {Orbit(options)};
 }
 

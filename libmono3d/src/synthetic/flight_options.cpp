@@ -51,7 +51,8 @@ void UnsteadinessOptions::Validate() const {
 }
 
 void FlightOptions::Visit(OptionVisitor& visit) {
-  visit("kind", kind, "orbit, lawnmower, cruise, lateral, take_off, stop_and_turn");
+  visit("kind", kind,
+        "orbit, lawnmower, cruise, lateral, take_off, stop_and_turn, rocket, dronie, helix");
   visit("target_x_m", target_x_m, "what the flight is about, x, metres");
   visit("target_y_m", target_y_m, "what the flight is about, y, metres");
   visit("height_m", height_m, "height above the ground, metres");
@@ -60,12 +61,12 @@ void FlightOptions::Visit(OptionVisitor& visit) {
   visit("ramp_s", ramp_s, "that speeding up and slowing down take, seconds");
   visit("heading_deg", heading_deg, "direction of the flight, degrees from x towards y");
   visit("pitch_deg", pitch_deg, "of the view below the horizon, degrees; not for an orbit");
-  visit("radius_m", radius_m, "orbit: radius of the circle, metres");
-  visit("start_deg", start_deg, "orbit: where on the circle it starts, degrees");
+  visit("radius_m", radius_m, "orbit, dronie, helix: radius of the circle, metres");
+  visit("start_deg", start_deg, "orbit, helix: where on the circle it starts, degrees");
   visit("full_circle", full_circle, "orbit: once round; the duration follows");
   visit("row_length_m", row_length_m, "lawnmower: length of a row, metres");
   visit("row_spacing_m", row_spacing_m, "lawnmower: from row to row, metres");
-  visit("take_off_height_m", take_off_height_m, "take_off: where the climb begins, metres");
+  visit("take_off_height_m", take_off_height_m, "where a climb begins, metres");
   visit("turn_deg", turn_deg, "stop_and_turn: turn in place, left positive, degrees");
   visit("turn_deg_per_s", turn_deg_per_s, "stop_and_turn: yaw rate, degrees per second");
   visit("sideways_s", sideways_s, "stop_and_turn: begin with so long a flight to the right");
@@ -91,7 +92,8 @@ void FlightOptions::Validate() const {
   RequireAboveZero("flight.row_length_m", row_length_m);
   RequireAboveZero("flight.row_spacing_m", row_spacing_m);
   RequireAboveZero("flight.take_off_height_m", take_off_height_m);
-  RequireOption(kind != "take_off" || take_off_height_m < height_m, "flight.take_off_height_m",
+  const bool climbs = kind == "take_off" || kind == "rocket" || kind == "dronie" || kind == "helix";
+  RequireOption(!climbs || take_off_height_m < height_m, "flight.take_off_height_m",
                 "below height_m", take_off_height_m);
   RequireFinite("flight.turn_deg", turn_deg);
   RequireAboveZero("flight.turn_deg_per_s", turn_deg_per_s);

@@ -34,8 +34,15 @@ struct UnsteadinessOptions {
 //   stop_and_turn  a cruise that stops in the middle, hovers, yaws in place by turn_deg and flies
 //   on
 //                  where it looks then; with sideways_s it begins to the right instead of ahead
-inline constexpr std::array<const char*, 6> kFlightKinds = {
-    "orbit", "lawnmower", "cruise", "lateral", "take_off", "stop_and_turn"};
+// and those that consumer drones fly by themselves, about the target, from take_off_height_m to
+// height_m, where they hover for the rest of the time:
+//   rocket         straight up, looking straight down
+//   dronie         backwards and up, looking at the target; it ends radius_m away from it and comes
+//                  from there in a straight line
+//   helix          the same once around the target, its circle growing
+inline constexpr std::array<const char*, 9> kFlightKinds = {"orbit",   "lawnmower", "cruise",
+                                                            "lateral", "take_off",  "stop_and_turn",
+                                                            "rocket",  "dronie",    "helix"};
 
 struct FlightOptions {
   std::string kind = "orbit";  // one of kFlightKinds
@@ -49,8 +56,8 @@ struct FlightOptions {
   double ramp_s = 3;             // that speeding up takes, and slowing down; above 0
   double heading_deg = 0;        // of the flight, from the world's x axis towards y
   double pitch_deg = 40;         // of the view below the horizon, 0 to 90; not for an orbit
-  double radius_m = 80;          // orbit: in the horizontal plane
-  double start_deg = 0;          // orbit: of the camera's place, from the world's x axis towards y
+  double radius_m = 80;          // orbit, dronie, helix (at its end): in the horizontal plane
+  double start_deg = 0;          // orbit, helix: of the camera's place, from the x axis towards y
   bool full_circle = false;      // orbit: fly once round, end where it began; duration_s is ignored
   double row_length_m = 80;      // lawnmower
   double row_spacing_m = 25;     // lawnmower

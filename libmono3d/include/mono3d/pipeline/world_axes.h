@@ -14,8 +14,9 @@ namespace MONO3D_EXPORT mono3d {
 //
 // Which way is up is not measured, but found as the direction
 // - to which the cameras' right axes are perpendicular: cameras are held, or hung, level;
-// - to which the steps between the cameras are perpendicular: flights are mostly level ones;
-// - in which many surfaces face: ground and roofs;
+// - to which the steps between the cameras are perpendicular, or else parallel: flights are mostly
+//   level ones, and drones rise and sink;
+// - in which more of the surface faces than in others: ground and roofs;
 // among those in which no camera is upside down or looks steeply up. Where the cameras turn, the
 // first of these decides. Of a map with fewer than three keyframes: its own axes, source
 // kFirstCamera. `turn_deg`: ReadShownTurn of the images, which are not turned themselves.
