@@ -256,12 +256,11 @@ class ViewPlanner {
                                                           const CellPicture* picture) const {
     std::vector<std::pair<std::uint32_t, double>> shown;
     const Eigen::Vector3d& centre = candidate.T_world_cam.translation();
-    const Pose T_cam_world = candidate.T_world_cam.Inverse();
-    const Eigen::Matrix3d R = T_cam_world.rotation().toRotationMatrix();
+    const PinholeView view(camera_, candidate.T_world_cam);
     for (std::size_t i = 0; i < places_.size(); ++i) {
-      const Eigen::Vector3d p_cam = R * places_[i].centre + T_cam_world.translation();
+      const Eigen::Vector3d p_cam = view.InCamera(places_[i].centre);
       if (!(p_cam.z() >= kNearest * distance_su_ && p_cam.z() <= kFarthest * distance_su_) ||
-          !camera_.Contains(camera_.Project(p_cam))) {
+          !view.Sees(p_cam)) {
         continue;
       }
       if (picture != nullptr &&

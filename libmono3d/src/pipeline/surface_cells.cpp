@@ -94,27 +94,45 @@ Eigen::Vector3d CellGrid::Centre(const Eigen::Vector3i& cell) const {
   return low_ + cell_su_ * (cell.cast<double>().array() + 0.5).matrix();
 }
 
+PinholeView::PinholeView(const CameraModel& camera, const Pose& T_world_cam)
+    : camera_(camera),
+      R_(T_world_cam.rotation().toRotationMatrix().transpose()),
+      t_(-(R_ * T_world_cam.translation())),
+      left_(-camera.cx),
+      right_(camera.width - 1 - camera.cx),
+      top_(-camera.cy),
+      bottom_(camera.height - 1 - camera.cy) {}
+
 CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam,
                          std::span<const SurfaceCell> surface, double cell_su)
-    : camera_(camera),
-      T_cam_world_(T_world_cam.Inverse()),
+    : view_(camera, T_world_cam),
       depths_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
               std::numeric_limits<float>::infinity()) {
-  const Eigen::Matrix3d R = T_cam_world_.rotation().toRotationMatrix();
-  const Eigen::Vector3d& t = T_cam_world_.translation();
   // As far as the corners of a cell are from its middle.
   const double radius_su = 0.87 * cell_su;
   rays_x_.reserve(static_cast<std::size_t>(camera.width));
   for (int x = 0; x < camera.width; ++x) rays_x_.push_back((x - camera.cx) / camera.fx);
   for (const SurfaceCell& cell : surface) {
-    const Eigen::Vector3d centre = R * cell.centre + t;
+    const Eigen::Vector3d centre = view_.InCamera(cell.centre);
     if (centre.z() <= cell_su) continue;
     const cv::Rect pixels = PixelsOfDisc(centre, radius_su);
-    if (!pixels.empty()) DrawDisc(pixels, centre, R * cell.normal, radius_su);
+    if (!pixels.empty()) DrawDisc(pixels, centre, view_.Turned(cell.normal), radius_su);
   }
 }
 
 cv::Rect CellPicture::PixelsOfDisc(const Eigen::Vector3d& centre_cam, double radius_su) const {
+  const CameraModel& camera = view_.camera();
+  // Most are beside the picture: that is told without a division.
+  const auto is_beside = [&centre_cam](double middle, double half, double centre, int end) {
+    return middle + half < -centre * centre_cam.z() ||
+           middle - half > (end - centre) * centre_cam.z();
+  };
+  const double middle_x = camera.fx * centre_cam.x(), half_x = camera.fx * radius_su;
+  const double middle_y = camera.fy * centre_cam.y(), half_y = camera.fy * radius_su;
+  if (is_beside(middle_x, half_x, camera.cx, camera.width) ||
+      is_beside(middle_y, half_y, camera.cy, camera.height)) {
+    return {};
+  }
   const double per_depth = 1 / centre_cam.z();
   // From the first pixel within `half` of `middle` to behind the last, of pixels from 0 to `end`.
   const auto within = [](double middle, double half, int end) {
@@ -125,46 +143,57 @@ cv::Rect CellPicture::PixelsOfDisc(const Eigen::Vector3d& centre_cam, double rad
     return cv::Range(before < first ? before + 1 : before,
                      last < end ? static_cast<int>(last) + 1 : end);
   };
-  const cv::Range columns = within(camera_.fx * centre_cam.x() * per_depth + camera_.cx,
-                                   camera_.fx * radius_su * per_depth, camera_.width);
-  const cv::Range rows = within(camera_.fy * centre_cam.y() * per_depth + camera_.cy,
-                                camera_.fy * radius_su * per_depth, camera_.height);
+  const cv::Range columns =
+      within(middle_x * per_depth + camera.cx, half_x * per_depth, camera.width);
+  const cv::Range rows =
+      within(middle_y * per_depth + camera.cy, half_y * per_depth, camera.height);
   return {columns.start, rows.start, std::max(columns.size(), 0), std::max(rows.size(), 0)};
 }
 
 void CellPicture::DrawDisc(const cv::Rect& pixels, const Eigen::Vector3d& centre_cam,
                            const Eigen::Vector3d& normal_cam, double radius_su) {
-  const double along = normal_cam.dot(centre_cam);
+  const CameraModel& camera = view_.camera();
+  // The ray r meets the disc's plane at depth a / q, where a = n.c and q = n.r, and within its
+  // radius where |a / q r - c|^2 <= radius^2: a (a r.r - 2 q c.r) + (c.c - radius^2) q^2 <= 0.
+  const double a = normal_cam.dot(centre_cam);
+  const double beyond = centre_cam.squaredNorm() - radius_su * radius_su;
+  const auto nearest_of_disc = static_cast<float>(centre_cam.z() - radius_su);
   for (int y = pixels.y; y < pixels.y + pixels.height; ++y) {
-    const double ray_y = (y - camera_.cy) / camera_.fy;
+    const double ray_y = (y - camera.cy) / camera.fy;
+    const double normal_of_row = normal_cam.y() * ray_y + normal_cam.z();
+    const double centre_of_row = centre_cam.y() * ray_y + centre_cam.z();
+    const double square_of_row = ray_y * ray_y + 1;
+    float* const row = depths_.data() + static_cast<std::ptrdiff_t>(y) * camera.width;
     for (int x = pixels.x; x < pixels.x + pixels.width; ++x) {
-      const Eigen::Vector3d ray(rays_x_[static_cast<std::size_t>(x)], ray_y, 1);
-      const double depth = along / normal_cam.dot(ray);
-      if (!((depth * ray - centre_cam).squaredNorm() <= radius_su * radius_su)) continue;
-      float& nearest = depths_[static_cast<std::size_t>(y * camera_.width + x)];
-      nearest = std::min(nearest, static_cast<float>(depth));
+      if (row[x] <= nearest_of_disc) continue;
+      const double ray_x = rays_x_[static_cast<std::size_t>(x)];
+      const double q = normal_cam.x() * ray_x + normal_of_row;
+      const double along = centre_cam.x() * ray_x + centre_of_row;
+      const double square = ray_x * ray_x + square_of_row;
+      if (!(a * (a * square - 2 * q * along) + beyond * q * q <= 0) || q == 0) continue;
+      row[x] = std::min(row[x], static_cast<float>(a / q));
     }
   }
 }
 
 CellPicture::Depths CellPicture::At(const Eigen::Vector3d& p_world) const {
-  const Eigen::Vector3d p_cam = T_cam_world_ * p_world;
-  if (!(p_cam.z() > 0)) return {};
-  const Eigen::Vector2d pixel = camera_.Project(p_cam);
-  if (!camera_.Contains(pixel)) return {};
-  const auto x = static_cast<int>(std::lround(pixel.x()));
-  const auto y = static_cast<int>(std::lround(pixel.y()));
-  return {p_cam.z(), depths_[static_cast<std::size_t>(y * camera_.width + x)]};
+  const Eigen::Vector3d p_cam = view_.InCamera(p_world);
+  if (!view_.Sees(p_cam)) return {};
+  const CameraModel& camera = view_.camera();
+  const Eigen::Vector2d pixel = camera.Project(p_cam);
+  const int x = std::clamp(static_cast<int>(pixel.x() + 0.5), 0, camera.width - 1);
+  const int y = std::clamp(static_cast<int>(pixel.y() + 0.5), 0, camera.height - 1);
+  return {p_cam.z(), depths_[static_cast<std::size_t>(y * camera.width + x)]};
 }
 
 void CellPicture::OpenSky(const Eigen::Vector3d& up_world) {
   constexpr double kUpright = 0.5;
   constexpr float kFarAway = 1e30F;
-  const Eigen::Vector3d up_cam = T_cam_world_.rotation() * up_world;
-  if (-up_cam.y() < kUpright) return;
-  for (int x = 0; x < camera_.width; ++x) {
-    for (int y = 0; y < camera_.height; ++y) {
-      float& depth = depths_[static_cast<std::size_t>(y * camera_.width + x)];
+  if (-view_.Turned(up_world).y() < kUpright) return;
+  const int width = view_.camera().width;
+  for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < view_.camera().height; ++y) {
+      float& depth = depths_[static_cast<std::size_t>(y * width + x)];
       if (std::isfinite(depth)) break;
       depth = kFarAway;
     }

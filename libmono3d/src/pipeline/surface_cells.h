@@ -54,6 +54,31 @@ class CellGrid {
   std::vector<SurfaceCell> surface_;
 };
 
+// Where a camera without distortion sees points of the world.
+class PinholeView {
+ public:
+  PinholeView(const CameraModel& camera, const Pose& T_world_cam);
+
+  const CameraModel& camera() const { return camera_; }
+  Eigen::Vector3d InCamera(const Eigen::Vector3d& p_world) const { return R_ * p_world + t_; }
+  Eigen::Vector3d Turned(const Eigen::Vector3d& direction_world) const {
+    return R_ * direction_world;
+  }
+  // Is the point before the camera, and its pixel between the middles of the outermost ones?
+  bool Sees(const Eigen::Vector3d& p_cam) const {
+    const double x = camera_.fx * p_cam.x();
+    const double y = camera_.fy * p_cam.y();
+    const double z = p_cam.z();
+    return z > 0 && x >= left_ * z && x <= right_ * z && y >= top_ * z && y <= bottom_ * z;
+  }
+
+ private:
+  CameraModel camera_;
+  Eigen::Matrix3d R_;  // camera from world
+  Eigen::Vector3d t_;
+  double left_, right_, top_, bottom_;  // of the picture from the principal point, px
+};
+
 // The depth at which a camera sees the surface of cells, each drawn as a disc.
 class CellPicture {
  public:
@@ -81,8 +106,7 @@ class CellPicture {
   void DrawDisc(const cv::Rect& pixels, const Eigen::Vector3d& centre_cam,
                 const Eigen::Vector3d& normal_cam, double radius_su);
 
-  CameraModel camera_;
-  Pose T_cam_world_;
+  PinholeView view_;
   std::vector<float> depths_;
   std::vector<double> rays_x_;  // of the columns of pixels
 };

@@ -83,10 +83,12 @@ double Tilt(const Directions& directions, const Eigen::Vector3d& up, double tole
 // The share of the directions that are `up`.
 double Support(const Directions& directions, const Eigen::Vector3d& up, double tolerance_rad) {
   if (directions.empty()) return 0;
+  const double squared_tolerance = tolerance_rad * tolerance_rad;
   double sum = 0;
   for (const Eigen::Vector3d& direction : directions) {
     const double squared_rad = 2 * (1 - std::min(1.0, direction.dot(up)));
-    sum += std::exp(-squared_rad / (2 * tolerance_rad * tolerance_rad));
+    if (squared_rad > 16 * squared_tolerance) continue;  // less than 0.0004
+    sum += std::exp(-squared_rad / (2 * squared_tolerance));
   }
   return sum / static_cast<double>(directions.size());
 }
@@ -120,7 +122,8 @@ double SupportOfSurface(const UpEvidence& evidence, const Eigen::Vector3d& up) {
 }
 
 // The smaller, the better. `most_support`: of the surface, in any direction that is possible.
-double Cost(const UpEvidence& evidence, double most_support, const Eigen::Vector3d& up) {
+double Cost(const UpEvidence& evidence, const Eigen::Vector3d& up, double support,
+            double most_support) {
   // Roll of a gimbal or a steady hand; a climb.
   constexpr double kRoll = 4 * kDegree;
   constexpr double kClimb = 10 * kDegree;
@@ -130,7 +133,7 @@ double Cost(const UpEvidence& evidence, double most_support, const Eigen::Vector
   // Of leaves and hedges, whose normals point anywhere, no direction has more than this.
   constexpr double kSupportOfLeaves = 0.1;
   return Tilt(evidence.rights, up, kRoll) + kStepWeight * SlantOfSteps(evidence.steps, up, kClimb) -
-         kSurfaceWeight * SupportOfSurface(evidence, up) / (most_support + kSupportOfLeaves);
+         kSurfaceWeight * support / (most_support + kSupportOfLeaves);
 }
 
 // No camera is upside down in the mean, and none looks up steeply.
@@ -160,14 +163,17 @@ Directions AllDirections() {
 Eigen::Vector3d Refined(const UpEvidence& evidence, double most_support, Eigen::Vector3d up) {
   constexpr double kFirstStep = 1.5 * kDegree;
   constexpr double kLastStep = 0.02 * kDegree;
-  double cost = Cost(evidence, most_support, up);
+  const auto cost_of = [&](const Eigen::Vector3d& direction) {
+    return Cost(evidence, direction, SupportOfSurface(evidence, direction), most_support);
+  };
+  double cost = cost_of(up);
   for (double step = kFirstStep; step > kLastStep;) {
     const Eigen::Vector3d across = up.unitOrthogonal();
     bool is_better = false;
     for (const Eigen::Vector3d& axis : {across, Eigen::Vector3d(up.cross(across))}) {
       for (const double angle : {-step, step}) {
         const Eigen::Vector3d candidate = Eigen::AngleAxisd(angle, axis) * up;
-        const double candidate_cost = Cost(evidence, most_support, candidate);
+        const double candidate_cost = cost_of(candidate);
         if (candidate_cost >= cost || !IsPossible(evidence, candidate)) continue;
         up = candidate.normalized();
         cost = candidate_cost;
@@ -180,16 +186,22 @@ Eigen::Vector3d Refined(const UpEvidence& evidence, double most_support, Eigen::
 }
 
 std::optional<Eigen::Vector3d> FindUp(const UpEvidence& evidence) {
-  Directions candidates = AllDirections();
-  std::erase_if(candidates, [&](const Eigen::Vector3d& up) { return !IsPossible(evidence, up); });
-  if (candidates.empty()) return std::nullopt;
+  struct Candidate {
+    Eigen::Vector3d up;
+    double support = 0;
+  };
+  std::vector<Candidate> candidates;
   double most_support = 0;
-  for (const Eigen::Vector3d& up : candidates) {
-    most_support = std::max(most_support, SupportOfSurface(evidence, up));
+  for (const Eigen::Vector3d& up : AllDirections()) {
+    if (!IsPossible(evidence, up)) continue;
+    candidates.push_back({up, SupportOfSurface(evidence, up)});
+    most_support = std::max(most_support, candidates.back().support);
   }
-  const Eigen::Vector3d best = *std::ranges::min_element(
-      candidates, {}, [&](const Eigen::Vector3d& up) { return Cost(evidence, most_support, up); });
-  return Refined(evidence, most_support, best);
+  if (candidates.empty()) return std::nullopt;
+  const auto best = std::ranges::min_element(candidates, {}, [&](const Candidate& candidate) {
+    return Cost(evidence, candidate.up, candidate.support, most_support);
+  });
+  return Refined(evidence, most_support, best->up);
 }
 
 // The rotation into axes with z along `up` and y along what of `forward` is level.
