@@ -233,7 +233,14 @@ class ViewPlanner {
 
   void Draw(CandidateView& candidate) const {
     candidate.is_drawn = true;
-    const CellPicture picture(camera_, candidate.T_world_cam, grid_.surface(), grid_.cell_su());
+    CellPicture picture(camera_, candidate.T_world_cam);
+    // What is farther than all places hides none of them: it is drawn where it matters for how much
+    // is known.
+    const double farthest_su = kFarthest * distance_su_ + grid_.cell_su();
+    picture.Draw(grid_.surface(), grid_.cell_su(), 0, farthest_su);
+    if (picture.ShareCovered() < kMinKnownShare) {
+      picture.Draw(grid_.surface(), grid_.cell_su(), farthest_su);
+    }
     // Where a picture shows too little that is known, the camera would be lost.
     if (picture.ShareCovered() >= kMinKnownShare) {
       candidate.shown = FindShown(candidate, &picture);

@@ -103,18 +103,22 @@ PinholeView::PinholeView(const CameraModel& camera, const Pose& T_world_cam)
       top_(-camera.cy),
       bottom_(camera.height - 1 - camera.cy) {}
 
-CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam,
-                         std::span<const SurfaceCell> surface, double cell_su)
+CellPicture::CellPicture(const CameraModel& camera, const Pose& T_world_cam)
     : view_(camera, T_world_cam),
       depths_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
               std::numeric_limits<float>::infinity()) {
-  // As far as the corners of a cell are from its middle.
-  const double radius_su = 0.87 * cell_su;
   rays_x_.reserve(static_cast<std::size_t>(camera.width));
   for (int x = 0; x < camera.width; ++x) rays_x_.push_back((x - camera.cx) / camera.fx);
+}
+
+void CellPicture::Draw(std::span<const SurfaceCell> surface, double cell_su, double min_depth_su,
+                       double max_depth_su) {
+  // As far as the corners of a cell are from its middle.
+  const double radius_su = 0.87 * cell_su;
+  min_depth_su = std::max(min_depth_su, cell_su);
   for (const SurfaceCell& cell : surface) {
     const Eigen::Vector3d centre = view_.InCamera(cell.centre);
-    if (centre.z() <= cell_su) continue;
+    if (!(centre.z() > min_depth_su && centre.z() <= max_depth_su)) continue;
     const cv::Rect pixels = PixelsOfDisc(centre, radius_su);
     if (!pixels.empty()) DrawDisc(pixels, centre, view_.Turned(cell.normal), radius_su);
   }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core/types.hpp>
 #include <span>
 #include <vector>
@@ -82,9 +83,13 @@ class PinholeView {
 // The depth at which a camera sees the surface of cells, each drawn as a disc.
 class CellPicture {
  public:
-  // `camera` has no distortion.
-  CellPicture(const CameraModel& camera, const Pose& T_world_cam,
-              std::span<const SurfaceCell> surface, double cell_su);
+  // Empty. `camera` has no distortion.
+  CellPicture(const CameraModel& camera, const Pose& T_world_cam);
+
+  // Cells whose middle is above `min_depth_su` and not above `max_depth_su` away; none is drawn
+  // that is nearer than its size.
+  void Draw(std::span<const SurfaceCell> surface, double cell_su, double min_depth_su = 0,
+            double max_depth_su = std::numeric_limits<double>::infinity());
 
   // Of a point of the world: its depth, and that of the surface at its pixel, infinite where there
   // is none. Depth 0: the camera does not see there.

@@ -72,7 +72,8 @@ class Looks {
     cv::parallel_for_({0, static_cast<int>(views.size())}, [&](const cv::Range& range) {
       for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end);
            ++i) {
-        drawn[i].emplace(camera, views[i], grid.surface(), grid.cell_su());
+        drawn[i].emplace(camera, views[i]);
+        drawn[i]->Draw(grid.surface(), grid.cell_su());
         drawn[i]->OpenSky(up);
       }
     });
