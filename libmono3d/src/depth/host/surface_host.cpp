@@ -56,9 +56,17 @@ struct SurfaceBuffers {
 // A row of measurements, each as the fit needs it. Without an estimate all but the step is 0.
 struct FitRow {
   std::vector<float> w, step, information, support;
+  // Of the part of the row that a window has which begins there: how many estimates, and the bits
+  // of the greatest and, less 1, of the least of the middle five.
+  std::vector<float> found;
+  std::vector<std::uint32_t> nearest, farthest;
 
   void Resize(std::size_t size) {
-    for (std::vector<float>* of : {&w, &step, &information, &support}) of->assign(size, 0.0F);
+    for (std::vector<float>* of : {&w, &step, &information, &support, &found}) {
+      of->assign(size, 0.0F);
+    }
+    nearest.assign(size, 0);
+    farthest.assign(size, 0);
   }
 };
 
@@ -90,6 +98,30 @@ MONO3D_AVX2 void UnpackRow(const SurfaceBuffers& buffers, std::size_t row, FitRo
   }
 }
 
+MONO3D_AVX2 inline __m256i LoadBits(const std::uint32_t* from) {
+  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+}
+
+// What windows have of a row that no middle has a say in, so that it is added up once a row.
+MONO3D_AVX2 void AddUpRow(std::size_t width, FitRow& row) {
+  for (std::size_t x = 0; x < width; x += host::kLanes) {
+    __m256 found = _mm256_setzero_ps();
+    __m256i nearest = _mm256_setzero_si256();
+    __m256i farthest = Splat(-1);
+    for (int i = 0; i <= 2 * kFitRadius; ++i) {
+      const __m256 w = _mm256_loadu_ps(row.w.data() + x + static_cast<std::size_t>(i));
+      found = found + _mm256_and_ps(Less(_mm256_setzero_ps(), w), Splat(1.0F));
+      if (i < 1 || i >= 2 * kFitRadius) continue;
+      const __m256i bits = _mm256_castps_si256(w);
+      nearest = _mm256_max_epu32(nearest, bits);
+      farthest = _mm256_min_epu32(farthest, _mm256_sub_epi32(bits, Splat(1)));
+    }
+    _mm256_storeu_ps(row.found.data() + x, found);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(row.nearest.data() + x), nearest);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(row.farthest.data() + x), farthest);
+  }
+}
+
 // Sums of surface.comp, of eight pixels side by side.
 struct FitSums {
   __m256 n, x, y, xx, xy, yy, v, xv, yv, vv, support, found, bends;
@@ -103,51 +135,67 @@ MONO3D_AVX2 inline __m256 Bend(__m256 before, __m256 after, __m256 middle) {
   return _mm256_and_ps(both, Abs(Splat(0.5F) * (before + after) - middle));
 }
 
-template <bool kWithConfidence>
+// One tap of the window. What a column or row of 0 would add, which is 0, is left out.
+template <bool kWithConfidence, int kDx, int kDy>
+MONO3D_AVX2 inline void AddTap(FitSums& of_row, const FitRow& row, std::size_t x, __m256 middle,
+                               __m256 per_plane) {
+  constexpr int kAcross = std::max(kDx, -kDx);
+  constexpr auto kReach = static_cast<float>(std::max({kAcross, kDy, -kDy, 1}));
+  const std::size_t at = x + static_cast<std::size_t>(kDx + kFitRadius);
+  const __m256 planes = (_mm256_loadu_ps(row.w.data() + at) - middle) * per_plane;
+  const __m256 falloff =
+      _mm256_and_ps(LessOrEqual(Abs(planes), Splat(kReach)), Splat(kFitFalloff[kAcross]));
+  const __m256 u = falloff * _mm256_loadu_ps(row.information.data() + at);
+  const __m256 v = planes + _mm256_loadu_ps(row.step.data() + at);
+  const __m256 uv = u * v;
+  of_row.n = of_row.n + u;
+  of_row.v = of_row.v + uv;
+  if constexpr (kDx != 0) {
+    of_row.x = of_row.x + u * Splat(static_cast<float>(kDx));
+    of_row.xx = of_row.xx + u * Splat(static_cast<float>(kDx * kDx));
+    of_row.xv = of_row.xv + uv * Splat(static_cast<float>(kDx));
+  }
+  if constexpr (kWithConfidence) {
+    of_row.vv = of_row.vv + uv * v;
+    of_row.support = of_row.support + falloff * _mm256_loadu_ps(row.support.data() + at);
+  }
+}
+
+template <bool kWithConfidence, int kDy>
 MONO3D_AVX2 inline void AddRow(FitSums& sums, const FitRow& row, std::size_t x, __m256 middle,
-                               __m256 per_plane, int dy) {
-  const __m256 zero = _mm256_setzero_ps();
-  __m256 n = zero, sx = zero, sxx = zero, sv = zero, sxv = zero, svv = zero, support = zero;
-  for (int dx = -kFitRadius; dx <= kFitRadius; ++dx) {
-    const std::size_t at = x + static_cast<std::size_t>(dx + kFitRadius);
-    const __m256 w = _mm256_loadu_ps(row.w.data() + at);
-    const int reach = std::max({dx, -dx, dy, -dy, 1});
-    const __m256 planes = (w - middle) * per_plane;
-    const __m256 falloff =
-        _mm256_and_ps(LessOrEqual(Abs(planes), Splat(static_cast<float>(reach))),
-                      Splat(kFitFalloff[static_cast<std::size_t>(std::max(dx, -dx))]));
-    const __m256 u = falloff * _mm256_loadu_ps(row.information.data() + at);
-    const __m256 v = planes + _mm256_loadu_ps(row.step.data() + at);
-    const __m256 uv = u * v;
-    n = n + u;
-    sx = sx + u * Splat(static_cast<float>(dx));
-    sxx = sxx + u * Splat(static_cast<float>(dx * dx));
-    sv = sv + uv;
-    sxv = sxv + uv * Splat(static_cast<float>(dx));
-    if constexpr (kWithConfidence) {
-      svv = svv + uv * v;
-      support = support + falloff * _mm256_loadu_ps(row.support.data() + at);
-      sums.found = sums.found + _mm256_and_ps(Less(zero, w), Splat(1.0F));
-      if (reach <= 2) {
-        const __m256i bits = _mm256_castps_si256(w);
-        sums.nearest = _mm256_max_epu32(sums.nearest, bits);
-        sums.farthest = _mm256_min_epu32(sums.farthest, _mm256_sub_epi32(bits, Splat(1)));
-      }
+                               __m256 per_plane) {
+  FitSums of_row = {};
+  AddTap<kWithConfidence, -3, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, -2, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, -1, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, 0, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, 1, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, 2, kDy>(of_row, row, x, middle, per_plane);
+  AddTap<kWithConfidence, 3, kDy>(of_row, row, x, middle, per_plane);
+  constexpr int kAway = std::max(kDy, -kDy);
+  constexpr float kFalloff = kFitFalloff[kAway];
+  const __m256 falloff = Splat(kFalloff);
+  sums.n = sums.n + falloff * of_row.n;
+  sums.x = sums.x + falloff * of_row.x;
+  sums.xx = sums.xx + falloff * of_row.xx;
+  sums.v = sums.v + falloff * of_row.v;
+  sums.xv = sums.xv + falloff * of_row.xv;
+  if constexpr (kDy != 0) {
+    const __m256 falloff_dy = Splat(kFalloff * static_cast<float>(kDy));
+    sums.y = sums.y + falloff_dy * of_row.n;
+    sums.xy = sums.xy + falloff_dy * of_row.x;
+    sums.yy = sums.yy + falloff_dy * Splat(static_cast<float>(kDy)) * of_row.n;
+    sums.yv = sums.yv + falloff_dy * of_row.v;
+  }
+  if constexpr (kWithConfidence) {
+    sums.vv = sums.vv + falloff * of_row.vv;
+    sums.support = sums.support + falloff * of_row.support;
+    sums.found = sums.found + _mm256_loadu_ps(row.found.data() + x);
+    if constexpr (kAway <= 2) {
+      sums.nearest = _mm256_max_epu32(sums.nearest, LoadBits(row.nearest.data() + x));
+      sums.farthest = _mm256_min_epu32(sums.farthest, LoadBits(row.farthest.data() + x));
     }
   }
-  const __m256 falloff = Splat(kFitFalloff[static_cast<std::size_t>(std::max(dy, -dy))]);
-  const __m256 falloff_dy = falloff * Splat(static_cast<float>(dy));
-  sums.n = sums.n + falloff * n;
-  sums.x = sums.x + falloff * sx;
-  sums.y = sums.y + falloff_dy * n;
-  sums.xx = sums.xx + falloff * sxx;
-  sums.xy = sums.xy + falloff_dy * sx;
-  sums.yy = sums.yy + falloff_dy * Splat(static_cast<float>(dy)) * n;
-  sums.v = sums.v + falloff * sv;
-  sums.xv = sums.xv + falloff * sxv;
-  sums.yv = sums.yv + falloff_dy * sv;
-  sums.vv = sums.vv + falloff * svv;
-  sums.support = sums.support + falloff * support;
 }
 
 // The ends of the four directions across the window, added as surface.comp does.
@@ -221,13 +269,15 @@ MONO3D_AVX2 void FitRows(const SurfaceBuffers& buffers, std::uint32_t first, std
   std::array<FitRow, kWindowRows + 1> rows;
   for (FitRow& row : rows) row.Resize(buffers.measurements_per_row + 3 * host::kLanes);
   const auto place = [&](std::size_t row) { return row % rows.size(); };
-  for (std::size_t row = first; row < first + kWindowRows - 1; ++row) {
+  const auto unpack = [&](std::size_t row) {
     UnpackRow(buffers, row, rows[place(row)]);
-  }
+    if constexpr (kWithConfidence) AddUpRow(width, rows[place(row)]);
+  };
+  for (std::size_t row = first; row < first + kWindowRows - 1; ++row) unpack(row);
   const __m256 per_plane = Splat(1.0F / buffers.push.inverse_depth_step);
   for (std::size_t y = first; y < end; ++y) {
     // The border moves the windows' corner to the pixel.
-    UnpackRow(buffers, y + kWindowRows - 1, rows[place(y + kWindowRows - 1)]);
+    unpack(y + kWindowRows - 1);
     std::array<std::size_t, kWindowRows> order;
     for (std::size_t i = 0; i < kWindowRows; ++i) order[i] = place(y + i);
     for (std::size_t x = 0; x < width; x += host::kLanes) {
@@ -236,10 +286,13 @@ MONO3D_AVX2 void FitRows(const SurfaceBuffers& buffers, std::uint32_t first, std
       FitSums sums = {zero,     zero, zero, zero, zero, zero, zero,
                       zero,     zero, zero, zero, zero, zero, _mm256_setzero_si256(),
                       Splat(-1)};
-      for (std::size_t i = 0; i < kWindowRows; ++i) {
-        AddRow<kWithConfidence>(sums, rows[order[i]], x, middle, per_plane,
-                                static_cast<int>(i) - kFitRadius);
-      }
+      AddRow<kWithConfidence, -3>(sums, rows[order[0]], x, middle, per_plane);
+      AddRow<kWithConfidence, -2>(sums, rows[order[1]], x, middle, per_plane);
+      AddRow<kWithConfidence, -1>(sums, rows[order[2]], x, middle, per_plane);
+      AddRow<kWithConfidence, 0>(sums, rows[order[3]], x, middle, per_plane);
+      AddRow<kWithConfidence, 1>(sums, rows[order[4]], x, middle, per_plane);
+      AddRow<kWithConfidence, 2>(sums, rows[order[5]], x, middle, per_plane);
+      AddRow<kWithConfidence, 3>(sums, rows[order[6]], x, middle, per_plane);
       if constexpr (kWithConfidence) sums.bends = BendsOf(rows, order, x, middle);
       StoreFit<kWithConfidence>(buffers, sums, middle, y * width + x,
                                 std::min<std::size_t>(host::kLanes, width - x));
