@@ -141,7 +141,6 @@ cv::Rect CellPicture::PixelsOfDisc(const Eigen::Vector3d& centre_cam, double rad
   // From the first pixel within `half` of `middle` to behind the last, of pixels from 0 to `end`.
   const auto within = [](double middle, double half, int end) {
     const double last = middle + half;
-    if (!(last >= 0 && middle - half <= end)) return cv::Range(0, 0);
     const double first = std::max(middle - half, 0.0);
     const int before = static_cast<int>(first);
     return cv::Range(before < first ? before + 1 : before,

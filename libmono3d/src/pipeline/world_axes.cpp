@@ -130,7 +130,8 @@ double Cost(const UpEvidence& evidence, const Eigen::Vector3d& up, double suppor
   // A flight may climb all along, and a wall may fill all images: both count less than the cameras.
   constexpr double kStepWeight = 0.3;
   constexpr double kSurfaceWeight = 0.6;
-  // Of leaves and hedges, whose normals point anywhere, no direction has more than this.
+  // Normals that point anywhere in a half sphere, as those of leaves, give each direction kSlope
+  // squared, .03: what no direction has clearly more of says little.
   constexpr double kSupportOfLeaves = 0.1;
   return Tilt(evidence.rights, up, kRoll) + kStepWeight * SlantOfSteps(evidence.steps, up, kClimb) -
          kSurfaceWeight * support / (most_support + kSupportOfLeaves);

@@ -116,10 +116,10 @@ Legs TakeOff(const FlightOptions& options) {
 // which it looks; `turns_rad_per_m` around the target for each metre of height.
 Leg AwayFromTarget(const FlightOptions& options, double radius_m, double turns_rad_per_m) {
   const double low_m = options.take_off_height_m;
-  const double slope = radius_m / options.height_m;
+  const double radius_per_m = radius_m / options.height_m;  // of height
   // Length of the way for each metre of height, that of a helix at its middle radius.
-  const double middle_m = slope * (low_m + options.height_m) / 2;
-  const double way_per_m = std::hypot(1, slope, turns_rad_per_m * middle_m);
+  const double middle_m = radius_per_m * (low_m + options.height_m) / 2;
+  const double way_per_m = std::hypot(1, radius_per_m, turns_rad_per_m * middle_m);
   const double way_m =
       std::min((options.height_m - low_m) * way_per_m, DistanceIn(options.duration_s, options));
   const SmoothWay way = WayOf(way_m, options);
@@ -129,8 +129,9 @@ Leg AwayFromTarget(const FlightOptions& options, double radius_m, double turns_r
     const double climbed_m = way.At(t_s) / way_per_m;
     const double z = low_m + climbed_m;
     const double angle = start_rad + turns_rad_per_m * climbed_m;
-    return Aim{
-        {slope * z * std::cos(angle), slope * z * std::sin(angle), z}, angle + pi, pitch_rad};
+    return Aim{{radius_per_m * z * std::cos(angle), radius_per_m * z * std::sin(angle), z},
+               angle + pi,
+               pitch_rad};
   };
   return {options.duration_s, aim};
 }

@@ -60,13 +60,16 @@ void FlightOptions::Visit(OptionVisitor& visit) {
   visit("duration_s", duration_s, "from standstill to standstill, seconds");
   visit("ramp_s", ramp_s, "that speeding up and slowing down take, seconds");
   visit("heading_deg", heading_deg, "direction of the flight, degrees from x towards y");
-  visit("pitch_deg", pitch_deg, "of the view below the horizon, degrees; not for an orbit");
-  visit("radius_m", radius_m, "orbit, dronie, helix: radius of the circle, metres");
+  visit("pitch_deg", pitch_deg,
+        "of the view below the horizon, degrees; not of what looks at its target");
+  visit("radius_m", radius_m,
+        "orbit: radius of the circle; dronie, helix: distance on the ground at the end, metres");
   visit("start_deg", start_deg, "orbit, helix: where on the circle it starts, degrees");
   visit("full_circle", full_circle, "orbit: once round; the duration follows");
   visit("row_length_m", row_length_m, "lawnmower: length of a row, metres");
   visit("row_spacing_m", row_spacing_m, "lawnmower: from row to row, metres");
-  visit("take_off_height_m", take_off_height_m, "where a climb begins, metres");
+  visit("take_off_height_m", take_off_height_m,
+        "take_off, rocket, dronie, helix: where the climb begins, metres");
   visit("turn_deg", turn_deg, "stop_and_turn: turn in place, left positive, degrees");
   visit("turn_deg_per_s", turn_deg_per_s, "stop_and_turn: yaw rate, degrees per second");
   visit("sideways_s", sideways_s, "stop_and_turn: begin with so long a flight to the right");
