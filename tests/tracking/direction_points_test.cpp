@@ -69,12 +69,13 @@ TEST(DirectionPoints, CarryTheTrackThroughATurnOnTheSpot) {
     const Pose truth = sequence.T_world_cam[0].Inverse() * sequence.T_world_cam[i];
     EXPECT_LT((T_first.Inverse() * truth).RotationAngle(), 0.01) << i;  // 0.6 of 90 degrees
   }
-  // What is handed on has depths where they are known: none in the middle of the turn's new part.
+  // What is handed on has depths where they are known: of what has come into view since the turn
+  // began, only where the camera's drift has told them by then.
   const auto middle = std::find_if(keyframes.begin(), keyframes.end(), [](const Keyframe& k) {
-    return k.frame.index >= kNumSideways + kNumTurning - 3;
+    return k.frame.index >= kNumSideways + kNumTurning / 2;
   });
   ASSERT_NE(middle, keyframes.end());
-  EXPECT_LT(middle->sparse_depths_su.size(), keyframes.front().sparse_depths_su.size() / 4);
+  EXPECT_LT(middle->sparse_depths_su.size(), keyframes.front().sparse_depths_su.size() / 2);
 }
 
 // Then nothing tells how far what comes after is: one map would be a wrong one.

@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <utility>
 
 #include "tracking/alignment/image_alignment.h"
+#include "tracking/alignment/image_cells.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/feature_extraction.h"
 #include "tracking/optimisation/view_pose.h"
@@ -123,6 +127,73 @@ TEST(TrackDirectly, KnowsPointsNoBetterThanThePatchSigma) {
     EXPECT_GE(smallest, 0.999 * each.patch_sigma_px);
     EXPECT_LT(smallest, 1.5 * each.patch_sigma_px);  // the image has little noise
   }
+}
+
+// What compression, low light and blur do: patches are found elsewhere than they are.
+View DisturbedView(int index, double sigma_px) {
+  std::mt19937 random(SeedFromTestName());
+  View view = ViewOf(index);
+  const int width = view.octaves[0].cols;
+  const int height = view.octaves[0].rows;
+  // A shift that differs from block to block of 12 px, smoothly between them.
+  cv::Mat coarse(height / 12 + 1, width / 12 + 1, CV_32FC2);
+  for (auto& shift : cv::Mat_<cv::Vec2f>(coarse)) {
+    shift = {static_cast<float>(Normal(random, sigma_px)),
+             static_cast<float>(Normal(random, sigma_px))};
+  }
+  cv::Mat map;
+  cv::resize(coarse, map, {width, height}, 0, 0, cv::INTER_CUBIC);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      map.at<cv::Vec2f>(y, x) += cv::Vec2f(static_cast<float>(x), static_cast<float>(y));
+    }
+  }
+  cv::Mat disturbed;
+  cv::remap(view.octaves[0], disturbed, map, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  view.octaves = BuildOctaves(disturbed);
+  return view;
+}
+
+TEST(TrackDirectly, StatesTheNoiseThatItFinds) {
+  for (const double sigma_px : {0., 0.3}) {
+    Map map = GroundMap();
+    const View previous = map.keyframe(1).view;
+    EXPECT_FALSE(previous.patch_noise);
+    View view = DisturbedView(2, sigma_px);
+    view.T_cam_world = previous.T_cam_world;
+    const PoseResult result = TrackDirectly(map, previous, view);
+    ASSERT_TRUE(view.patch_noise);
+    const auto num_found = static_cast<double>(view.features.size());
+    EXPECT_GT(result.num_inliers, 0.8 * num_found) << sigma_px;
+    if (sigma_px == 0) {
+      EXPECT_EQ(view.patch_noise, 1);
+    } else {
+      EXPECT_GT(view.patch_noise, 1.5);
+    }
+  }
+}
+
+TEST(TrackDirectly, LetsTheNoiseGrowSlowlyFromImageToImage) {
+  Map map = GroundMap();
+  View previous = map.keyframe(1).view;
+  previous.patch_noise = 1;
+  View view = DisturbedView(2, 0.3);
+  view.T_cam_world = previous.T_cam_world;
+  TrackDirectly(map, previous, view);
+  EXPECT_DOUBLE_EQ(view.patch_noise.value_or(0), 1.1);
+}
+
+TEST(ImageCells, AreAsManyInSmallImages) {
+  for (const auto& [width, height] : {std::pair(768, 448), std::pair(384, 224), {480, 270}}) {
+    CameraModel camera;
+    camera.width = width;
+    camera.height = height;
+    EXPECT_NEAR(static_cast<double>(ImageCells(camera).size()), 640, 60) << width;
+  }
+  CameraModel tiny;  // of which a patch is a large part
+  tiny.width = 96;
+  tiny.height = 64;
+  EXPECT_EQ(ImageCells(tiny).size(), 70U);
 }
 
 TEST(TrackDirectly, FindsTheNextViewsToAFractionOfAPixel) {
@@ -243,7 +314,7 @@ TEST(EstimatePatchNormals, LeavesThemAloneWithoutImages) {
 TEST(CountTrackable, TakesOnePointOfACellSeenByThreeKeyframes) {
   Map map(0, SmallCamera(), FeatureOptions{});
   for (int i = 0; i < 3; ++i) {
-    map.AddKeyframe(MakeView(SmallCamera(), {{10, 10}, {14, 14}, {100, 100}, {200, 100}}));
+    map.AddKeyframe(MakeView(SmallCamera(), {{4, 4}, {8, 8}, {100, 100}, {200, 100}}));
   }
   for (std::size_t feature = 0; feature < 4; ++feature) {
     const PointId point = map.AddPoint({0, 0, 4});

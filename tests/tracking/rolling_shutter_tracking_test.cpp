@@ -137,7 +137,9 @@ TEST(RollingShutterTracking, StartsOnceTheWayOutweighsTheMotionDuringTheReadout)
 TEST(RollingShutterTracking, HandsOutKeyframesOnceTheirMapHasSettled) {
   const Sequence rolling = FlyUnsteadily(RollingGround(), RollingCamera(kTrackedReadout_s, false),
                                          5 * kNumRollingFrames / 2);
-  const std::unique_ptr<Tracker> tracker = CreateTracker();
+  TrackerOptions options;
+  options.insertion.max_baseline_share = 0.04;  // so many that a short flight suffices
+  const std::unique_ptr<Tracker> tracker = CreateTracker(options);
   std::vector<std::int64_t> ids;
   std::vector<Pose> T_world_cam;  // when they were handed out
   const auto take = [&](const std::vector<Keyframe>& keyframes) {

@@ -95,6 +95,22 @@ TEST(StartFromTwoViews, RecoversTheMotionOverReliefWithWrongMatches) {
   EXPECT_EQ(attempt.candidates[0].p_a.size(), attempt.candidates[0].matches.size());
 }
 
+// A hundredth of the depth sideways moves the points by less than noise lets a turn of the camera
+// hide: 3.5 px of 345, of which a turn leaves a twentieth.
+TEST(StartFromTwoViews, WaitsWhereATurnOnTheSpotExplainsTheViewsAsWell) {
+  std::mt19937 random(SeedFromTestName());
+  for (const double share : {0.02, 0.1}) {
+    const auto views = MakeViews(true, {Pose(), Motion(share)}, random);
+    const StartAttempt attempt = Start(views, MatchAll());
+    EXPECT_TRUE(attempt.candidates.empty()) << share;
+    EXPECT_THAT(attempt.reason, HasSubstr("parallax")) << share;
+  }
+  const auto views = MakeViews(true, {Pose(), Motion(1)}, random);
+  const StartAttempt attempt = Start(views, MatchAll());
+  EXPECT_FALSE(attempt.candidates.empty()) << attempt.reason;
+  EXPECT_FALSE(attempt.is_near_turn);
+}
+
 TEST(StartFromTwoViews, HoldsTheMotionOverAPlaneAmongItsCandidates) {
   std::mt19937 random(SeedFromTestName());
   const auto views = MakeViews(true, {Pose(), Motion(1)}, random);

@@ -78,7 +78,8 @@ PoseResult FrameTracker::FindPose(View& view) const {
     PredictVelocity(view);
     pose = TrackDirectly(atlas_->map(), previous, view);
     if (pose.num_inliers >= options_.min_inliers &&
-        pose.num_inliers >= kMinKeptShare * CountExpected(atlas_->map(), previous, view)) {
+        CountTracked(atlas_->map(), view) >=
+            kMinKeptShare * CountExpected(atlas_->map(), previous, view)) {
       return pose;
     }
   }

@@ -38,7 +38,7 @@ double ImageMotion(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 3;
+constexpr std::uint32_t kTrackerStateVersion = 4;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));

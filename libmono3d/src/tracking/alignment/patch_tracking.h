@@ -21,6 +21,9 @@ PoseResult TrackDirectly(Map& map, const View& previous, View& view);
 // keyframes are searched. Counts for each point tried whether it was found.
 PoseResult TrackPatches(Map& map, const View& near, View& view);
 
+// How many points the view is tracked by, one for each cell of the image.
+int CountTracked(const Map& map, const View& view);
+
 // How many of the view's points a view at the same place would be tracked by: those that three
 // keyframes see, one for each cell of the image.
 int CountTrackable(const Map& map, const View& view);

@@ -48,8 +48,11 @@ struct View {
   Frame frame;
   std::vector<Feature> features;
   FeatureGrid grid;
-  Octaves octaves;                             // empty where they are no longer needed
-  double log_sharpness = 0;                    // LogSharpness
+  Octaves octaves;           // empty where they are no longer needed
+  double log_sharpness = 0;  // LogSharpness
+  // Standard deviation of where patches are found in the image by what is stated of them, 1 or
+  // more, once it is known. See TrackPatches.
+  std::optional<double> patch_noise;
   std::vector<std::optional<PointId>> points;  // of each feature
   Pose T_cam_world;                            // at the middle line of a rolling shutter
   ShutterMotion shutter;                       // in the unit of T_cam_world

@@ -144,6 +144,7 @@ void ExchangeState(Archive& archive, View& view) {
     archive.Optional(point, [&](PointId& id) { ExchangeState(archive, id); });
   });
   ExchangeBounded(archive, view.log_sharpness);
+  archive.Optional(view.patch_noise, [&](double& noise) { ExchangeBounded(archive, noise); });
   ExchangeState(archive, view.T_cam_world);
   CameraModel sensor = view.shutter.sensor();
   bool is_of_frame = sensor == view.frame.sensor;

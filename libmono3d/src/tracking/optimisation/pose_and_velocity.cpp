@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <utility>
 
 #include "tracking/optimisation/chi2.h"
 
@@ -163,8 +164,11 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
     state = solver.Minimise(state, estimate.is_inlier, round < kRobustRounds);
     estimate.num_inliers = 0;
     double sum_px2 = 0;
+    std::vector<double> all_chi2;
+    all_chi2.reserve(measurements.size());
     for (std::size_t i = 0; i < measurements.size(); ++i) {
       const double chi2 = solver.Chi2(state, i);
+      all_chi2.push_back(chi2);
       const bool fits = chi2 <= kChi2TwoDof;
       estimate.is_inlier[i] = fits ? 1 : 0;
       estimate.num_inliers += fits ? 1 : 0;
@@ -173,6 +177,7 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
     if (estimate.num_inliers > 0) {
       estimate.reprojection_px = std::sqrt(sum_px2 / estimate.num_inliers);
     }
+    estimate.noise_scale = NoiseScaleOf(std::move(all_chi2));
     if (estimate.num_inliers < kMinPoseInliers) break;
   }
   estimate.T_cam_world = state.T_cam_world;

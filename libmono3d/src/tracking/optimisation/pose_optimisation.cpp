@@ -4,7 +4,10 @@
 #include "tracking/optimisation/pose_optimisation.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/pose_constraint.h"
@@ -119,6 +122,14 @@ MeasurementNoise NoiseOf(const CameraModel& camera, const Eigen::Quaterniond& R_
   return noise;
 }
 
+double NoiseScaleOf(std::vector<double> chi2) {
+  constexpr double kQuarter = 0.5754;  // of the chi-squared distribution of two dimensions, 25 %
+  if (chi2.empty()) return 1;
+  const auto quarter = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 4);
+  std::ranges::nth_element(chi2, quarter);
+  return std::sqrt(*quarter / kQuarter);
+}
+
 Eigen::Matrix<double, 2, 6> ProjectionJacobian(const CameraModel& camera,
                                                const Eigen::Vector3d& p_cam,
                                                const Eigen::Vector3d& rotated) {
@@ -146,8 +157,11 @@ PoseEstimate OptimisePose(const CameraModel& camera, const Pose& T_cam_world,
     estimate.T_cam_world = solver.Minimise(estimate.T_cam_world);
     estimate.num_inliers = 0;
     double sum_px2 = 0;
+    std::vector<double> all_chi2;
+    all_chi2.reserve(measurements.size());
     for (std::size_t i = 0; i < measurements.size(); ++i) {
       const double chi2 = PoseChi2(camera, estimate.T_cam_world, measurements[i], noises[i]);
+      all_chi2.push_back(chi2);
       const bool fits = chi2 <= kChi2TwoDof;
       estimate.is_inlier[i] = fits ? 1 : 0;
       estimate.num_inliers += fits ? 1 : 0;
@@ -156,6 +170,7 @@ PoseEstimate OptimisePose(const CameraModel& camera, const Pose& T_cam_world,
     if (estimate.num_inliers > 0) {
       estimate.reprojection_px = std::sqrt(sum_px2 / estimate.num_inliers);
     }
+    estimate.noise_scale = NoiseScaleOf(std::move(all_chi2));
     if (estimate.num_inliers < kMinPoseInliers) break;
   }
   return estimate;

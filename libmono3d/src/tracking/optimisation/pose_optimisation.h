@@ -67,7 +67,13 @@ struct PoseEstimate {
   std::vector<char> is_inlier;  // of each measurement
   int num_inliers = 0;
   double reprojection_px = 0;  // root mean square over the inliers
+  // Standard deviation of all measurements by what was stated, from the quarter of least error: so
+  // outliers have no say, up to three quarters of them.
+  double noise_scale = 1;
 };
+
+// The same of squared errors over their variances; 1 where there are none.
+double NoiseScaleOf(std::vector<double> chi2);
 
 // The pose of least reprojection error, from a start nearby: four rounds of at most ten
 // Gauss-Newton steps with damping, robust (Huber) in the first two; after each, measurements beyond

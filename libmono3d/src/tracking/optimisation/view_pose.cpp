@@ -54,7 +54,7 @@ PoseResult RefinePose(const Map& map, View& view) {
   for (std::size_t k = 0; k < all.features.size(); ++k) {
     if (estimate.is_inlier[k] == 0) view.points[all.features[k]].reset();
   }
-  return {estimate.num_inliers, estimate.reprojection_px};
+  return {estimate.num_inliers, estimate.reprojection_px, estimate.noise_scale};
 }
 
 }  // namespace mono3d::tracking

@@ -10,6 +10,7 @@ namespace mono3d::tracking {
 struct PoseResult {
   int num_inliers = 0;
   double reprojection_px = 0;
+  double noise_scale = 1;  // as in PoseEstimate
 };
 
 // Optimises the view's pose over its points; points that turn out to be outliers are taken from it.

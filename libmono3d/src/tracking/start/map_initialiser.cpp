@@ -94,6 +94,10 @@ std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& v
   const CameraModel& camera = view.frame.camera;
   StartAttempt attempt = StartFromTwoViews(a, view, Match(a, view), camera, options_, seed_);
   reason = attempt.reason;
+  if (attempt.is_near_turn && can_wait) {
+    reason = "too little parallax: a turn on the spot explains the views nearly as well";
+    return std::nullopt;
+  }
   if (attempt.candidates.size() < 2) {
     if (attempt.candidates.empty()) return std::nullopt;
     TwoViewStart& motion = attempt.candidates.front();

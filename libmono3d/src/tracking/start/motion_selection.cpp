@@ -7,12 +7,12 @@
 #include <cmath>
 #include <utility>
 
-#include "tracking/alignment/patch_alignment.h"
 #include "tracking/map/map.h"
 #include "tracking/motion_model.h"
 #include "tracking/optimisation/bundle_adjustment.h"
 #include "tracking/optimisation/chi2.h"
 #include "tracking/optimisation/pose_optimisation.h"
+#include "tracking/start/match_alignment.h"
 #include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
@@ -40,25 +40,15 @@ struct SupportView {
 // two motions over a plane differ by less than corners are sure of. Without images, the corners.
 std::vector<Place> Locate(const View& a, const View& other,
                           const std::vector<FeatureMatch>& matches) {
-  constexpr int kCoarseLevel = 4;  // 1.2^4 = 2.07, an octave
-  constexpr double kMinUnwarpedCorrelation =
-      0.9;  // stricter than in flight: the patch is not warped
   std::vector<Place> places;
   for (const FeatureMatch& match : matches) {
-    const Feature& in_a = a.features[match.feature_a];
     const Feature& in_other = other.features[match.feature_b];
     if (a.octaves.empty() || other.octaves.empty()) {
       places.push_back({match.feature_a, in_other.pixel, in_other.sigma_px});
-      continue;
+    } else if (const std::optional<PatchPosition> found = AlignMatch(a, other, match)) {
+      places.push_back(
+          {match.feature_a, found->pixel, kAlignedSigma * std::ldexp(1.0, found->octave)});
     }
-    const int octave = in_a.level >= kCoarseLevel ? 1 : 0;
-    const std::optional<Patch> patch = TakePatch(a.octaves, in_a.pixel, octave);
-    if (!patch) continue;
-    const std::optional<PatchPosition> found =
-        AlignPatch(*patch, Eigen::Matrix2d::Identity(), other.octaves, in_other.pixel);
-    if (!found || found->correlation < kMinUnwarpedCorrelation) continue;
-    places.push_back(
-        {match.feature_a, found->pixel, kAlignedSigma * std::ldexp(1.0, found->octave)});
   }
   return places;
 }

@@ -4,6 +4,7 @@
 #include "tracking/start/two_view_start.h"
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -16,8 +17,10 @@
 #include "mono3d/geometry/homography.h"
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/geometry/two_view_ransac.h"
+#include "tracking/optimisation/chi2.h"
 #include "tracking/reason.h"
 #include "tracking/start/essential_fitting.h"
+#include "tracking/start/match_alignment.h"
 #include "tracking/start/model_comparison.h"
 
 namespace mono3d::tracking {
@@ -168,6 +171,51 @@ StartAttempt FromCandidates(const Shared& shared, std::vector<StartCandidate> ca
   return attempt;
 }
 
+// Turns one set of rays onto the other (Kabsch 1976): least squares of the angles.
+Eigen::Matrix3d TurnBetween(std::span<const PointPair> pairs, const CameraModel& camera) {
+  Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+  for (const PointPair& pair : pairs) {
+    correlation +=
+        camera.Unproject(pair.b).normalized() * camera.Unproject(pair.a).normalized().transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs.z() = -1;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+// Squared distances of the pairs from where the homography takes them, over their variance, those
+// of outliers at the limit.
+std::vector<double> TransferLosses(const Eigen::Matrix3d& H_b_a, std::span<const PointPair> pairs) {
+  constexpr double kVariance_px2 = 2 * kCornerSigma_px * kCornerSigma_px;  // of both pixels
+  std::vector<double> losses;
+  losses.reserve(pairs.size());
+  for (const PointPair& pair : pairs) {
+    const Eigen::Vector2d found = (H_b_a * pair.a.homogeneous()).hnormalized();
+    const double loss = (found - pair.b).squaredNorm() / kVariance_px2;
+    losses.push_back(loss < kChi2TwoDof ? loss : kChi2TwoDof);
+  }
+  return losses;
+}
+
+// How well a turn on the spot explains the views. What it leaves is the noise and what the camera
+// has moved.
+struct TurnOnTheSpot {
+  bool is_as_good = false;  // as the homography, within chance
+  bool is_near = false;     // it leaves less than twice the noise
+};
+
+TurnOnTheSpot CompareWithTurn(const Shared& shared, const TwoViewModel& homography) {
+  constexpr double kMinRatio = 4;  // of squares
+  const std::vector<PointPair> pairs = Inliers(shared, homography);
+  const Eigen::Matrix3d K = shared.camera.Matrix();
+  const std::vector<double> by_turn =
+      TransferLosses(K * TurnBetween(pairs, shared.camera) * K.inverse(), pairs);
+  const std::vector<double> by_homography = TransferLosses(homography.matrix, pairs);
+  return {!IsClearlyBetter(by_homography, by_turn), Sum(by_turn) < kMinRatio * Sum(by_homography)};
+}
+
 // A homography also fits where what is near is little beside what is far away. Its motions are then
 // none that the views allow: what is near shows another one clearly better.
 bool IsRefutedByRelief(const StartAttempt& over_plane, const Shared& shared,
@@ -191,6 +239,11 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
     pairs.push_back({a.features[match.feature_a].pixel, b.features[match.feature_b].pixel});
+    // Corners are sure to a pixel, which between views that have hardly moved is most of what
+    // moves.
+    if (const std::optional<PatchPosition> found = AlignMatch(a, b, match)) {
+      pairs.back().b = found->pixel;
+    }
   }
   TwoViewRansacOptions ransac;
   ransac.seed = seed;
@@ -203,6 +256,15 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
                       std::max(H ? H->num_inliers : 0, F ? F->num_inliers : 0)};
   StartAttempt over_plane;
   if (H) over_plane = FromCandidates(shared, MotionsOverPlane(shared, *H), true);
+  if (!over_plane.candidates.empty()) {
+    // A shift, and a turn against it, move the images nearly alike: where the camera went, and how
+    // far, is told by noise.
+    const TurnOnTheSpot turn = CompareWithTurn(shared, *H);
+    over_plane.is_near_turn = turn.is_near;
+    if (turn.is_as_good) {
+      over_plane = {{}, "too little parallax: a turn on the spot explains the views as well"};
+    }
+  }
   const bool is_planar = score_H > kPlanarShare * (score_H + score_F);
   if (!F || (is_planar && over_plane.candidates.empty())) return over_plane;
   const std::vector<EpipolarFit> fits = FitEssentialsTo(shared, *F);

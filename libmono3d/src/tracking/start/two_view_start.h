@@ -33,6 +33,9 @@ struct StartAttempt {
   std::string reason;                    // why there is none
   // Those that the motion explains which has too little parallax for a start.
   int num_without_parallax = 0;
+  // The motions are over a plane, and a turn on the spot leaves less than twice the noise: with a
+  // longer way they will be surer.
+  bool is_near_turn = false;
 };
 
 // Homography and fundamental matrix in competition, then the motions among their decompositions
