@@ -96,16 +96,17 @@ std::vector<FootagePart> ChooseParts(std::optional<std::int64_t> num_frames,
 
 void LogRound(const CameraCalibration& result, double change_px) {
   const CameraPrior& camera = result.posterior;
-  Log(LogLevel::kDebug, "calibration, round " + std::to_string(result.num_rounds) +
-                            ": focal length " + std::to_string(camera.camera.fx) + " +- " +
-                            std::to_string(camera.camera.fx * camera.focal_sigma) +
-                            " px, readout " + std::to_string(camera.camera.shutter.readout_s) +
-                            (camera.camera.shutter.reads_columns ? " s by columns +- " : " s +- ") +
-                            std::to_string(camera.readout_sigma_s) + " s, changed by " +
-                            std::to_string(change_px) + " px, known to " +
-                            std::to_string(result.uncertainty_px) + " px, " +
-                            std::to_string(result.num_images) + " images, " +
-                            std::to_string(result.num_points) + " points");
+  Log(LogLevel::kDebug,
+      "calibration, round " + std::to_string(result.num_rounds) + ": focal length " +
+          std::to_string(camera.camera.fx) + " +- " +
+          std::to_string(camera.camera.fx * camera.focal_sigma) + " px, readout " +
+          std::to_string(camera.camera.shutter.readout_s) +
+          (camera.camera.shutter.reads_columns ? " s by columns +- " : " s +- ") +
+          std::to_string(camera.readout_sigma_s) + " s, changed by " + std::to_string(change_px) +
+          " px, known to " + std::to_string(result.uncertainty_px) + " px, residuals " +
+          std::to_string(result.sigma_px) + " px, " + std::to_string(result.num_images) +
+          " images, " + std::to_string(result.num_points) + " points, " +
+          std::to_string(result.residuals.size()) + " observations");
 }
 
 double ReadoutChange_s(const RollingShutter& a, const RollingShutter& b) {
