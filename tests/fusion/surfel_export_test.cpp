@@ -71,6 +71,19 @@ TEST(SurfelExport, LeavesOutWhatIsNotSure) {
             2 * kNine);
 }
 
+TEST(SurfelExport, KeepsTheSurestShareWhereHardlyAnythingIsSure) {
+  // Of confidences 1.5 / 4 and 1 / 2 none reaches what is asked for.
+  const Surfels surfels = Ninefold(ThreeSurfels());
+  const PointCloud surest = ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9});
+  ASSERT_EQ(surest.size(), kNine);
+  EXPECT_EQ(surest.confidences.front(), 0.5F);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9, .min_share = 0.6})
+                .size(),
+            2 * kNine);
+  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9, .min_share = 0})
+                  .empty());
+}
+
 TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
   Surfels surfels = ThreeSurfels();
   surfels.history[0] = {0, 0x00040001, 0, 127U << 16};  // seen through with 128 of 256
@@ -124,6 +137,7 @@ TEST(SurfelExport, RefusesOptionsOutOfRange) {
                UsageError);
   EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_confidence = 1}),
                UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_share = 1.5}), UsageError);
   EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.voxel_radii = -1}),
                UsageError);
 }

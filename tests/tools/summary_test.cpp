@@ -32,5 +32,24 @@ TEST(WhyNotConfirmed, IsToldWhereNoDepthMapWasComparedWithAnother) {
   EXPECT_THAT(WhyNotConfirmed(without), IsEmpty());
 }
 
+TEST(WhyUncertain, IsToldWhereHalfOfTheSurfelsAreOfNoSureDepth) {
+  EXPECT_THAT(WhyUncertain({}), IsEmpty());
+  Reconstruction model = ModelOf(1, 0);
+  model.maps[0].model.confidences = {0.2F, 0.15F, 0.01F};
+  EXPECT_THAT(WhyUncertain(model), IsEmpty());
+  model.maps[0].model.confidences = {0.2F, 0.05F, 0.01F};
+  model.counts.selector_findings = "3 keyframes, baseline 0.03 of the depth at most";
+  EXPECT_THAT(WhyUncertain(model), HasSubstr("confidence of 0.05 and less"));
+  EXPECT_THAT(WhyUncertain(model), HasSubstr("from 3 keyframes"));
+}
+
+TEST(WhyNoModel, NamesNoRejectionWhereDepthMapsWereFused) {
+  Reconstruction model = ModelOf(1, 0);
+  model.counts.num_bundles = 1;
+  EXPECT_THAT(WhyNoModel(model), IsEmpty());
+  model.maps[0].model = {};
+  EXPECT_THAT(WhyNoModel(model), HasSubstr("no surfel of the depth maps that were fused"));
+}
+
 }  // namespace
 }  // namespace mono3d::tools

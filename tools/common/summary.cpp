@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iomanip>
 #include <map>
+#include <sstream>
 #include <system_error>
+#include <vector>
 
 #include "common/advice.h"
+#include "mono3d/core/statistics.h"
 #include "mono3d/core/timing.h"
 
 namespace mono3d::tools {
@@ -100,8 +104,8 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
     std::printf("the model is %s: %s\n", ToString(health.state), health.reason.c_str());
     std::printf("likely cause: %s\n", ToText(AdviceOfModel(result, record)).c_str());
   }
-  if (const std::string why = WhyNotConfirmed(result); !why.empty()) {
-    std::printf("%s\n", why.c_str());
+  for (const std::string& why : {WhyUncertain(result), WhyNotConfirmed(result)}) {
+    if (!why.empty()) std::printf("%s\n", why.c_str());
   }
   if (!result.maps.empty() && !result.maps[0].model.empty()) {
     std::printf("model %s  surfels %zu%s\n", model_path.c_str(), result.maps[0].model.size(),
@@ -110,6 +114,21 @@ void PrintSummary(const Reconstruction& result, const RunRecord& record,
   const std::filesystem::path report = model_path.parent_path() / "report.html";
   std::error_code ignored;
   if (std::filesystem::exists(report, ignored)) std::printf("report %s\n", report.c_str());
+}
+
+std::string WhyUncertain(const Reconstruction& result) {
+  if (result.maps.empty() || result.maps[0].model.confidences.empty()) return {};
+  const std::vector<float>& confidences = result.maps[0].model.confidences;
+  const double median = UpperMedian(confidences);
+  // Of a depth map, where the depth is known to half a percent.
+  if (median >= SurfelExportOptions().min_confidence) return {};
+  std::ostringstream text;
+  text << std::setprecision(2)
+       << "the model is uncertain: half of its surfels have a confidence of " << median
+       << " and less (depth known to half a percent has 0.17)";
+  if (!result.counts.selector_findings.empty())
+    text << ", from " << result.counts.selector_findings;
+  return text.str();
 }
 
 std::string WhyNotConfirmed(const Reconstruction& result) {
@@ -129,6 +148,10 @@ std::string WhyNoModel(const Reconstruction& result) {
   const std::string& found = result.counts.selector_findings;
   if (result.counts.num_bundles == 0) {
     return "no model: no depth" + (found.empty() ? "" : ", " + found);
+  }
+  if (result.counts.num_fused > 0) {
+    return "no model: no surfel of the depth maps that were fused can be exported" +
+           (found.empty() ? "" : " (" + found + ")");
   }
   std::string reason = MostFrequent(result.counts.rejected_bundles);
   if (reason.empty()) reason = MostFrequent(result.counts.rejected_depth_maps);

@@ -15,6 +15,11 @@ namespace mono3d::tools {
 void PrintSummary(const Reconstruction& result, const RunRecord& record,
                   const std::filesystem::path& model_path);
 
+// Of a model half of whose surfels are less sure than a depth that is known to half a percent;
+// empty of others. Such surfels are exported where hardly any are surer
+// (SurfelExportOptions::min_share).
+std::string WhyUncertain(const Reconstruction& result);
+
 // Of a model none of whose depth maps was compared with another, so that its health says nothing;
 // empty where some were.
 std::string WhyNotConfirmed(const Reconstruction& result);

@@ -33,6 +33,9 @@ KeyFigure PoseFigure(const std::vector<FrameOutcome>& outcomes) {
 KeyFigure ModelFigure(const Reconstruction& reconstruction, std::size_t num_surfels) {
   if (num_surfels == 0) return {"Model", "none", "see below"};
   const HealthState state = reconstruction.maps[0].health.state;
+  if (state == HealthState::kGood && !WhyUncertain(reconstruction).empty()) {
+    return {"Model", "uncertain", "of depths that are known badly"};
+  }
   if (state == HealthState::kGood && !WhyNotConfirmed(reconstruction).empty()) {
     return {"Model", "unconfirmed", "no depth map confirms another"};
   }

@@ -204,7 +204,8 @@ void AddHealth(const RunReport& report, std::vector<std::string>& notices) {
   const Reconstruction& reconstruction = report.reconstruction;
   if (reconstruction.maps.empty()) return;
   const ModelHealth& health = reconstruction.maps[0].health;
-  if (std::string why = WhyNotConfirmed(reconstruction); !why.empty()) {
+  for (std::string why : {WhyUncertain(reconstruction), WhyNotConfirmed(reconstruction)}) {
+    if (why.empty()) continue;
     why.front() = 'T';  // "the model is of one depth map"
     notices.push_back(why + ".");
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -59,6 +60,33 @@ PointCloud Thinned(const PointCloud& cloud, double voxel_radii) {
   return ThinToVoxels(cloud, voxel_radii * UpperMedian(cloud.radii));
 }
 
+// Is it one that the options ask for, whatever its confidence?
+bool IsWanted(const Surfels& surfels, std::size_t i, const SurfelExportOptions& options) {
+  const auto& history = surfels.history[i];
+  return !IsRemoved(surfels, i) &&
+         static_cast<int>(Low16(history[1])) >= options.min_observations &&
+         !(options.min_confidence > 0 && IsDisputed(history));
+}
+
+// The confidence that the share of the matched surfels has which is exported at least.
+double ConfidenceOfLeast(const SurfelParts& matched, const SurfelExportOptions& options) {
+  constexpr std::size_t kNumBins = 1024;
+  std::vector<std::size_t> num_of_bin(kNumBins, 0);
+  std::size_t num_wanted = 0;
+  matched.for_each([&](const Surfels& surfels) {
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+      if (!IsWanted(surfels, i, options)) continue;
+      ++num_wanted;
+      const float confidence = Confidence(surfels.history[i], false);
+      ++num_of_bin[std::min(static_cast<std::size_t>(confidence * kNumBins), kNumBins - 1)];
+    }
+  });
+  double num_left = options.min_share * static_cast<double>(num_wanted);
+  std::size_t bin = kNumBins;
+  while (bin > 0 && num_left > 0) num_left -= static_cast<double>(num_of_bin[--bin]);
+  return static_cast<double>(bin) / kNumBins;
+}
+
 // Adds the surfels that the options ask for, each by what it holds alone.
 void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similarity> S_world_anchor,
                std::span<const std::uint32_t> frames, const SurfelExportOptions& options,
@@ -71,11 +99,9 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
     const float confidence = Confidence(history, is_inferred);
-    if (IsRemoved(surfels, i) || static_cast<int>(observations) < options.min_observations ||
-        confidence < static_cast<float>(options.min_confidence)) {
+    if (!IsWanted(surfels, i, options) || confidence < static_cast<float>(options.min_confidence)) {
       continue;
     }
-    if (options.min_confidence > 0 && IsDisputed(history)) continue;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
     const std::uint32_t anchor = AnchorOf(surfels, i);
@@ -184,9 +210,19 @@ PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
 
 PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
                         std::span<const Similarity> S_world_anchor,
-                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
-  options.Validate();
+                        std::span<const std::uint32_t> frames,
+                        const SurfelExportOptions& asked_for) {
+  asked_for.Validate();
+  SurfelExportOptions options = asked_for;
   PointCloud cloud = Chosen(matched, false, S_world_anchor, frames, options);
+  const double num_at_least = options.min_share * static_cast<double>(matched.num_at_most);
+  if (options.min_confidence > 0 && static_cast<double>(cloud.size()) < num_at_least) {
+    const double of_least = ConfidenceOfLeast(matched, options);
+    if (of_least < options.min_confidence) {
+      options.min_confidence = std::max(of_least, std::numeric_limits<double>::min());
+      cloud = Chosen(matched, false, S_world_anchor, frames, options);
+    }
+  }
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   PointCloud guessed;
   if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, frames, options);

@@ -72,6 +72,8 @@ void SurfelExportOptions::Visit(OptionVisitor& visit) {
   visit("min_observations", min_observations,
         "depth maps that must agree on a surfel of the exported model");
   visit("min_confidence", min_confidence, "confidence that it must have, 0 to 1");
+  visit("min_share", min_share,
+        "share of what was matched that is exported whatever its confidence");
   visit("voxel_radii", voxel_radii,
         "thin the exported model to one surfel in cells of this edge, in radii of the median "
         "surfel; 0: all");
@@ -84,6 +86,8 @@ void SurfelExportOptions::Validate() const {
                 min_observations);
   RequireOption(min_confidence >= 0 && min_confidence < 1, "fusion.export.min_confidence",
                 "in [0, 1)", min_confidence);
+  RequireOption(min_share >= 0 && min_share <= 1, "fusion.export.min_share", "in [0, 1]",
+                min_share);
   RequireOption(voxel_radii >= 0 && std::isfinite(voxel_radii), "fusion.export.voxel_radii", ">= 0",
                 voxel_radii);
 }

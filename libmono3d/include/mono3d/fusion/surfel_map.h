@@ -108,6 +108,9 @@ struct SurfelExportOptions {
   // depth) is enough. More than 0 leaves out as well what more speaks against than for (if hidden,
   // only where one depth map alone saw it) and what has fewer than 8 others within three radii.
   double min_confidence = 1.0 / 7;
+  // Of what was matched, the surest, whatever their confidence: a few images of a camera that
+  // hardly moved show a scene too, if to some percent of the depth.
+  double min_share = 0.25;
   // More than 0: surfels in one cell of a grid become one; edge of a cell in radii of the median
   // surfel.
   double voxel_radii = 0;
