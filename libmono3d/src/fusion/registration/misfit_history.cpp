@@ -33,10 +33,7 @@ double MisfitHistory::Limit(double least) const {
   std::vector<double> own;
   std::ranges::copy_if(misfits_, std::back_inserter(own),
                        [](double misfit) { return misfit <= kLargestOwn; });
-  if (2 * own.size() < misfits_.size()) return least;
-  // The first depth maps are of a map that has not settled: the poses of their images, and so their
-  // scale, still change. Moved to fit the first of them, all that follow would carry its error.
-  if (own.size() < kMinMisfits) return std::max(least, kLargestOwn);
+  if (own.size() < kMinMisfits || 2 * own.size() < misfits_.size()) return least;
   return std::max(least, std::min(kLargestOwn, kMedians * UpperMedianOrZero(std::move(own))));
 }
 

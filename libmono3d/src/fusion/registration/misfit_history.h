@@ -14,8 +14,8 @@ class MisfitHistory {
  public:
   // A depth map was accepted whose expected pose missed the best one by so many sigmas.
   void Add(double misfit);
-  // Up to here a misfit contradicts nothing: one sigma where too little is known, `least` where
-  // most of the latest misfits are too large to be the depth maps' own.
+  // Up to here a misfit contradicts nothing; `least` where too little is known, or where most of
+  // the latest misfits are too large to be the depth maps' own.
   double Limit(double least) const;
 
   // For a saved state; see state_archive.h.
