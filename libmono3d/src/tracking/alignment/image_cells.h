@@ -12,9 +12,9 @@
 
 namespace mono3d::tracking {
 
-// The cells of an image of each of which tracking follows one point: about 600 of 768 x 448 and of
-// smaller images, as how well a pose is known depends on how many points there are, and not on how
-// large the image is that shows them; more of larger ones.
+// The cells of an image of each of which tracking follows one point at first: about 600 of 768 x
+// 448 and of smaller images, as how well a pose is known depends on how many points there are, and
+// not on how large the image is that shows them; more of larger ones.
 class ImageCells {
  public:
   explicit ImageCells(const CameraModel& camera)

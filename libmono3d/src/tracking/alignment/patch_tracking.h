@@ -8,8 +8,7 @@
 
 namespace mono3d::tracking {
 
-// Points in view below which images are so far apart that little is common to three of them: then
-// every point counts, where tracking else follows one of each cell.
+// Points in view below which images are so far apart that little is common to three of them.
 inline constexpr std::size_t kFewPoints = 100;
 
 // Follows the previous view without features: aligns the images (sparse image alignment), then each
@@ -18,7 +17,10 @@ inline constexpr std::size_t kFewPoints = 100;
 PoseResult TrackDirectly(Map& map, const View& previous, View& view);
 
 // The last two steps of it from a pose that is good to some pixels. `near`: the view whose points'
-// keyframes are searched. Counts for each point tried whether it was found.
+// keyframes are searched, and whose `patch_noise` the view's begins with. It follows one point of
+// each cell of the image, and more where these are few. Measures `view.patch_noise`, by which the
+// standard deviations of the view's features are multiplied, and counts for each point tried
+// whether it was found.
 PoseResult TrackPatches(Map& map, const View& near, View& view);
 
 // How many points the view is tracked by, one for each cell of the image.
