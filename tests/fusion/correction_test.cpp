@@ -75,6 +75,39 @@ TEST(Correction, BringsADriftedModelToTheTruth) {
   EXPECT_LT(drifted->num_surfels(), num_before);  // where it is exported, all is
 }
 
+// A map that has just started finds out that its first keyframes are nearer to each other than it
+// had them: what was matched with their poses is nearer too, though its own keyframe stays.
+TEST(Correction, OfTheViewsOfADepthMapChangesItsDepths) {
+  constexpr double kShorter = 0.95;
+  TrackedMap map = Numbered(HouseView({}, 0), 1);
+  std::vector<KeyframePose> before, after;
+  for (const int id : {2, 3}) {
+    const Pose T_ref_cam(Eigen::Quaterniond::Identity(), Vector3d(id - 2.5, 0.1, 0));
+    const Pose shorter(T_ref_cam.rotation(), kShorter * T_ref_cam.translation());
+    map.views.push_back({id, T_ref_cam});
+    before.push_back({id, 0, Similarity(1, map.T_world_cam * T_ref_cam)});
+    after.push_back({id, 0, Similarity(1, map.T_world_cam * shorter)});
+  }
+  const auto model = CreateTrackedModel();
+  (void)model->Update(before);
+  const FusionResult fused = model->Integrate(map);
+  EXPECT_NEAR(fused.S_world_kf.scale(), 1, 1e-12);
+  const PointCloud as_matched = model->Export(1);
+  EXPECT_TRUE(model->Update(after).has_moved);
+  EXPECT_NEAR(model->DepthMaps().front().S_world_kf.scale(), kShorter, 1e-9);
+  const PointCloud nearer = model->Export(1);
+  ASSERT_EQ(nearer.points.size(), as_matched.points.size());
+  const Vector3d centre = map.T_world_cam.translation();
+  for (std::size_t i = 0; i < nearer.points.size(); ++i) {
+    const Vector3d expected = centre + kShorter * (as_matched.points[i].cast<double>() - centre);
+    EXPECT_LT((nearer.points[i].cast<double>() - expected).norm(), 1e-4);
+  }
+  // One that comes late, after the poses have changed, is the same.
+  const auto late = CreateTrackedModel();
+  (void)late->Update(after);
+  EXPECT_NEAR(late->Integrate(map).S_world_kf.scale(), kShorter, 1e-9);
+}
+
 TEST(Correction, OfOtherKeyframesChangesNothing) {
   const auto map = CreateTrackedModel();
   (void)map->Integrate(Numbered(HouseView({}, 0), 3));

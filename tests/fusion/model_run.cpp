@@ -23,6 +23,7 @@ TrackedMap Disturbed(TrackedMap map, int number) {
   map.bgr = image * (number % 2 == 0 ? 1.0 : 0.9);
   map.keyframe_id = map.frame_index = number;
   map.timestamp_s = 0.25 * number;
+  map.image_noise = 1 + 0.1 * number;
   return map;
 }
 
@@ -133,6 +134,12 @@ TrackedMap FarAstray(TrackedMap map) {
   return map;
 }
 
+// Matched in the image of the next one, which turns out to be a little nearer.
+void AddView(TrackedMap& map, const TrackedMap& next) {
+  const Pose T_ref_cam = RelativePose(Similarity(1, map.T_world_cam), next.T_world_cam);
+  map.views = {{next.keyframe_id, Pose(T_ref_cam.rotation(), 1.002 * T_ref_cam.translation())}};
+}
+
 std::vector<Step> EventfulFlight() {
   std::vector<Step> steps;
   const auto add = [&](const TrackedMap& map) { steps.push_back({map, {}}); };
@@ -143,6 +150,7 @@ std::vector<Step> EventfulFlight() {
   add(WithInferred(DisturbedView(4, 16)));
   add(FarView(5, 0));  // shows nothing of what is there: a submap
   add(FarView(6, 0.6));
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) AddView(*steps[i].map, *steps[i + 1].map);
   std::vector<KeyframePose> moved;
   for (const int number : {4, 5, 6}) {
     const Pose pose(RotationExp({0.002, 0.01, 0}), Vector3d(0.1, -0.05, 0.02));

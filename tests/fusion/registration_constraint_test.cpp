@@ -60,13 +60,14 @@ TEST(InformationOf, CountsWhatIsIndependentAndWhatIsCommon) {
 }
 
 TEST(MakeConstraint, IsInTheOwnUnitsOfTheKeyframes) {
-  Anchor anchor;
+  Anchor anchor, of_kf;
   anchor.keyframe_id = 3;
+  of_kf.keyframe_id = 8;
   // Its own unit is two of the world.
   const Similarity S_world_anchor(2, Pose(Eigen::Quaterniond::Identity(), Vector3d(4, 0, 0)));
   const Similarity S_world_kf(6, Pose(Eigen::Quaterniond::Identity(), Vector3d(10, 0, 0)));
   const KeyframeConstraint constraint =
-      MakeConstraint(8, S_world_kf, Matrix7d::Identity(), {anchor, S_world_anchor});
+      MakeConstraint({of_kf, S_world_kf}, Matrix7d::Identity(), {anchor, S_world_anchor});
   EXPECT_EQ(constraint.id, 8);
   EXPECT_EQ(constraint.anchor_id, 3);
   // Six of the world's units to the left, three of the anchor's.
@@ -75,6 +76,36 @@ TEST(MakeConstraint, IsInTheOwnUnitsOfTheKeyframes) {
   EXPECT_EQ(constraint.information(0, 0), 1);
   // One sigma of one unit of the keyframe is one of three of the anchor's.
   EXPECT_NEAR(constraint.information(3, 3), 1.0 / 9, 1e-12);
+}
+
+// Depths that have changed with the poses are no longer in the own unit of their keyframe.
+TEST(MakeConstraint, IsNotInTheUnitOfDepthsThatHaveChanged) {
+  const auto anchor_of = [](std::int64_t id, double depth_scale) {
+    DepthMap map;
+    map.camera = HouseCamera();
+    map.views = {{100, Pose(Eigen::Quaterniond::Identity(), Vector3d(1, 0, 0))}};
+    Anchor anchor;
+    anchor.keyframe_id = id;
+    anchor.depth_scale = DepthScale(map, 10);
+    const Pose view(Eigen::Quaterniond::Identity(), Vector3d(depth_scale, 0, 0));
+    const KeyframePoses poses(1, {{id, 0, {}}, {100, 0, {1, view}}});
+    anchor.S_tracker_kf = TrackedPose(poses, 0, anchor).value();
+    return anchor;
+  };
+  const Anchor oldest = anchor_of(3, 2);  // two of its own units
+  const Anchor of_kf = anchor_of(8, 1.5);
+  ASSERT_NEAR(oldest.S_tracker_kf.scale(), 2, 1e-9);
+  const auto at = [](double scale, double x) {
+    return Similarity(scale, Pose(Eigen::Quaterniond::Identity(), Vector3d(x, 0, 0)));
+  };
+  // Where the tracker has both: own units of the world's length.
+  const Similarity S_world_anchor = at(2, 4), S_world_kf = at(1.5, 10);
+  const KeyframeConstraint constraint =
+      MakeConstraint({of_kf, S_world_kf}, Matrix7d::Identity(), {oldest, S_world_anchor});
+  EXPECT_LT((constraint.T_cam_anchor.translation() - Vector3d(-6, 0, 0)).norm(), 1e-9);
+  EXPECT_NEAR(constraint.scale, 1, 1e-9);
+  // One sigma is one unit of the depth map.
+  EXPECT_NEAR(constraint.information(3, 3), 1 / (1.5 * 1.5), 1e-9);
 }
 
 // What a model says that knows better: the true pose, as exactly as it says that it is.

@@ -196,6 +196,21 @@ TEST(Registration, ExpectsTheNextMapWhereTheLastOneWasFound) {
   EXPECT_LT(ImageDistance_px(third.S_world_kf.pose(), HouseView({}, 6).T_world_cam), kTolerance_px);
 }
 
+// Where images are noisy, so are the poses: the same misfit contradicts nothing.
+TEST(Registration, ExpectsMoreMisfitOfNoisyImages) {
+  TrackedMap off = Misplaced(HouseView({}, 4), {0.0012, -0.0018, 0.0012}, {0, 0, 0}, 1);
+  for (const double noise : {1., 2.5}) {
+    const auto map = CreateTrackedModel(Registered());
+    (void)map->Integrate(HouseView({}, 0));
+    off.image_noise = noise;
+    const FusionResult result = map->Integrate(off);
+    ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
+    EXPECT_GT(result.registration.tracker_misfit, 0.25);
+    EXPECT_LT(result.registration.tracker_misfit, 0.5);
+    EXPECT_EQ(result.registration.moved, noise == 1);
+  }
+}
+
 // Poses that were all adjusted together stand: a depth map that errs is judged, and not moved.
 TEST(Registration, MovesNothingWhereItIsTold) {
   SurfelMapOptions options = Registered();

@@ -30,6 +30,8 @@ DepthMap FullMap() {
     }
   }
   map.keyframe_id = 12;
+  map.views = {{7, MovedPose()}};
+  map.image_noise = 1.7;
   return map;
 }
 
@@ -38,6 +40,9 @@ TEST(StoredDepthMap, LosesLessThanNoise) {
   const StoredDepthMap stored(map);
   const DepthMap found = stored.Restore();
   EXPECT_EQ(found.keyframe_id, 12);
+  ASSERT_EQ(found.views.size(), 1U);
+  EXPECT_EQ(found.views[0].keyframe_id, 7);
+  EXPECT_EQ(found.image_noise, 1.7);
   EXPECT_EQ(cv::norm(found.bgr, map.bgr), 0);
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {

@@ -92,6 +92,15 @@ TEST(ImageState, RefusesKeyframesWithFewerPixelsThanDepths) {
   EXPECT_NE(RefusalOf(keyframe), "");
 }
 
+TEST(ImageState, RefusesKeyframesWithoutNoise) {
+  Keyframe keyframe;
+  keyframe.frame = SmallFrame();
+  keyframe.image_noise = 2;
+  EXPECT_EQ(RefusalOf(keyframe), "");
+  keyframe.image_noise = 0.5;
+  EXPECT_NE(RefusalOf(keyframe), "");
+}
+
 TEST(ImageState, RefusesPositionsWithNegativeErrors) {
   CameraPositions positions;
   EXPECT_EQ(RefusalOf(positions), "");

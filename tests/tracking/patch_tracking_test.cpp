@@ -9,11 +9,13 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "tracking/alignment/image_alignment.h"
 #include "tracking/alignment/image_cells.h"
 #include "tracking/alignment/point_patches.h"
 #include "tracking/features/feature_extraction.h"
+#include "tracking/map/keyframe_handover.h"
 #include "tracking/optimisation/view_pose.h"
 #include "tracking/tracking_world.h"
 
@@ -181,6 +183,15 @@ TEST(TrackDirectly, LetsTheNoiseGrowSlowlyFromImageToImage) {
   view.T_cam_world = previous.T_cam_world;
   TrackDirectly(map, previous, view);
   EXPECT_DOUBLE_EQ(view.patch_noise.value_or(0), 1.1);
+}
+
+TEST(TakeFinalised, TellsTheNoiseOfEachImage) {
+  Map map = GroundMap();
+  map.keyframe(1).view.patch_noise = 2.2;
+  const std::vector<Keyframe> keyframes = TakeFinalised(map, true);
+  ASSERT_GE(keyframes.size(), 2U);
+  EXPECT_EQ(keyframes[0].image_noise, 1) << "not measured";
+  EXPECT_EQ(keyframes[1].image_noise, 2.2);
 }
 
 TEST(ImageCells, AreAsManyInSmallImages) {

@@ -7,6 +7,14 @@
 
 namespace mono3d {
 
+std::optional<Similarity> TrackedPose(const KeyframePoses& poses, int map_id, Anchor& anchor) {
+  const KeyframePose* found = poses.Find(anchor.keyframe_id);
+  if (found == nullptr || found->map_id != map_id) return std::nullopt;
+  const Similarity& S_world_kf = found->S_world_kf;
+  return Similarity(anchor.depth_scale.Update(poses, *found) * S_world_kf.scale(),
+                    S_world_kf.pose());
+}
+
 Eigen::Vector3d Centre(const PlacedAnchor& view) {
   return view.S_world_kf * Eigen::Vector3d(0, 0, view.anchor.median_depth_su);
 }

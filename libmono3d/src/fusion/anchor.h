@@ -5,26 +5,36 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
+#include "fusion/depth_scale.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/similarity.h"
+#include "mono3d/image/keyframe_poses.h"
 
 namespace mono3d {
 
-// A depth map of the model. The surfels that it brought lie in its camera's frame, in the own unit
-// of its keyframe: they follow wherever the keyframe goes.
+// A depth map of the model. The surfels that it brought lie in its camera's frame, in the unit of
+// its depths: they follow wherever the keyframe goes, and whatever its depths are by the poses of
+// now. That unit is the keyframe's own one times `depth_scale`.
 struct Anchor {
   std::int64_t keyframe_id = 0;
   std::int64_t frame_index = 0;
   double timestamp_s = 0;
   CameraModel camera;
-  Similarity S_tracker_kf;     // S_world_kf of the tracker's latest poses
-  double median_depth_su = 0;  // in the own unit
+  // By the tracker's latest poses, from the unit of its depths; see TrackedPose.
+  Similarity S_tracker_kf;
+  DepthScale depth_scale;
+  double median_depth_su = 0;  // in the unit of its depths
   bool is_moved = false;       // the model has it elsewhere than the tracker
   // Where the tracker had it, and the oldest keyframe of the model, when the model moved it.
   Similarity S_tracker_kf_then;
   Similarity S_tracker_oldest_then;
 };
+
+// Where the tracker has an anchor now; brings its depth_scale up to date. Nothing where the
+// keyframe is not known.
+std::optional<Similarity> TrackedPose(const KeyframePoses& poses, int map_id, Anchor& anchor);
 
 // An anchor where it is in the world.
 struct PlacedAnchor {

@@ -14,12 +14,6 @@
 namespace mono3d {
 namespace {
 
-// Where the tracker has the keyframe of an anchor now; null where it does not know.
-const Similarity* FindPose(const KeyframePoses& poses, int map_id, const Anchor& anchor) {
-  const KeyframePose* found = poses.Find(anchor.keyframe_id);
-  return found == nullptr || found->map_id != map_id ? nullptr : &found->S_world_kf;
-}
-
 // How far a motion takes what the view looks at from where another one takes it, over its depth.
 double Apart(const PlacedAnchor& view, const Similarity& a, const Similarity& b) {
   return (a * Centre(view) - b * Centre(view)).norm() / view.median_depth();
@@ -42,6 +36,7 @@ void ExchangeAnchor(Archive& archive, Anchor& anchor) {
   archive.Number(anchor.timestamp_s);
   ExchangeCamera(archive, anchor.camera);
   ExchangeSimilarity(archive, anchor.S_tracker_kf);
+  anchor.depth_scale.Exchange(archive);
   archive.Number(anchor.median_depth_su);
   archive.Number(anchor.is_moved);
   ExchangeSimilarity(archive, anchor.S_tracker_kf_then);
@@ -135,21 +130,21 @@ std::optional<int> AnchorMap::MapIdBy(const KeyframePoses& poses) const {
 // Anchors that the model has moved are expected to move as its oldest one does. Whether the
 // tracker's new poses are nearer to that than to do both, its motion and the model's, since the
 // model moved them.
-bool AnchorMap::TrackerConverged(const KeyframePoses& poses, int map_id) const {
+bool AnchorMap::TrackerConverged(std::span<const std::optional<Similarity>> tracked) const {
   if (empty()) return false;
-  const Similarity* oldest = FindPose(poses, map_id, anchors_.front());
+  const std::optional<Similarity>& oldest = tracked.front();
   double to_tracker = 0;
   double both = 0;
   for (std::uint32_t i = 0; i < size(); ++i) {
     const Anchor& anchor = anchors_[i];
-    const Similarity* found = FindPose(poses, map_id, anchor);
-    if (found == nullptr || !anchor.is_moved) continue;
+    const std::optional<Similarity>& found = tracked[i];
+    if (!found || !anchor.is_moved) continue;
     const Similarity tracker_motion = *found * anchor.S_tracker_kf_then.Inverse();
     const Similarity S_offset = anchor.S_tracker_kf.Inverse() * S_world_kf_[i];
     const Similarity S_world_then = anchor.S_tracker_kf_then * S_offset;
     const PlacedAnchor then{anchor, S_world_then};
     const Similarity expected =
-        oldest == nullptr ? Similarity() : *oldest * anchor.S_tracker_oldest_then.Inverse();
+        !oldest ? Similarity() : *oldest * anchor.S_tracker_oldest_then.Inverse();
     to_tracker += Apart(then, expected, *found * S_world_then.Inverse());
     both += Apart(then, expected, tracker_motion);
   }
@@ -157,13 +152,15 @@ bool AnchorMap::TrackerConverged(const KeyframePoses& poses, int map_id) const {
 }
 
 bool AnchorMap::Update(const KeyframePoses& poses, int map_id) {
-  const bool to_tracker = TrackerConverged(poses, map_id);
+  std::vector<std::optional<Similarity>> tracked;
+  for (Anchor& anchor : anchors_) tracked.push_back(TrackedPose(poses, map_id, anchor));
+  const bool to_tracker = TrackerConverged(tracked);
   std::vector<std::optional<Similarity>> motions(size());
   std::optional<Similarity> latest;
   for (std::uint32_t i = 0; i < size(); ++i) {
     Anchor& anchor = anchors_[i];
-    const Similarity* found = FindPose(poses, map_id, anchor);
-    if (found == nullptr) continue;
+    const std::optional<Similarity>& found = tracked[i];
+    if (!found) continue;
     if (IsSame(*found, anchor.S_tracker_kf) && !to_tracker) {
       motions[i] = Similarity();
     } else if (anchor.is_moved && !to_tracker) {

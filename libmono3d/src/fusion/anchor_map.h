@@ -104,7 +104,7 @@ class AnchorMap {
   void PlaceSurfels(std::uint32_t number);
   void SetPlace(std::uint32_t number, const Similarity& S_world_kf);
   bool IsSound() const;
-  bool TrackerConverged(const KeyframePoses& poses, int map_id) const;
+  bool TrackerConverged(std::span<const std::optional<Similarity>> tracked) const;
 
   std::vector<Anchor> anchors_;
   std::vector<Similarity> S_world_kf_;

@@ -15,6 +15,7 @@
 #include "geometry/geometry_state.h"
 #include "mono3d/core/error.h"
 #include "mono3d/geometry/camera_model.h"
+#include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/image/depth_map.h"
 
@@ -42,21 +43,30 @@ void ExchangeMatrix(Archive& archive, Matrix& matrix) {
 }
 
 template <typename Archive>
-void ExchangeSimilarity(Archive& archive, Similarity& similarity) {
-  double scale = similarity.scale();
-  Eigen::Vector4d q = similarity.pose().rotation().coeffs();
-  Eigen::Vector3d t = similarity.pose().translation();
-  archive.Number(scale);
+void ExchangePose(Archive& archive, Pose& pose) {
+  Eigen::Vector4d q = pose.rotation().coeffs();
+  Eigen::Vector3d t = pose.translation();
   ExchangeMatrix(archive, q);
   ExchangeMatrix(archive, t);
   if constexpr (kIsReader<Archive>) {
-    RequireSound(archive, scale >= kLeastScaleOfState && scale <= kMostOfState &&
-                              t.cwiseAbs().maxCoeff() <= kMostOfState);
+    RequireSound(archive, t.cwiseAbs().maxCoeff() <= kMostOfState);
     try {
-      similarity = Similarity(scale, Pose::Exactly(Eigen::Quaterniond(q), t));
+      pose = Pose::Exactly(Eigen::Quaterniond(q), t);
     } catch (const Error&) {
       archive.Refuse("a rotation is none");
     }
+  }
+}
+
+template <typename Archive>
+void ExchangeSimilarity(Archive& archive, Similarity& similarity) {
+  double scale = similarity.scale();
+  Pose pose = similarity.pose();
+  archive.Number(scale);
+  ExchangePose(archive, pose);
+  if constexpr (kIsReader<Archive>) {
+    RequireSound(archive, scale >= kLeastScaleOfState && scale <= kMostOfState);
+    similarity = Similarity(scale, pose);
   }
 }
 
@@ -119,6 +129,12 @@ void ExchangeFrameOf(Archive& archive, DepthMap& map) {
   archive.Number(map.frame_index);
   archive.Number(map.timestamp_s);
   archive.Number(map.depth_sigma_per_square_depth);
+  archive.List(map.views, [&](MatchedView& view) {
+    archive.Number(view.keyframe_id);
+    ExchangePose(archive, view.T_ref_cam);
+  });
+  archive.Number(map.image_noise);
+  RequireSound(archive, map.image_noise >= 1 && map.image_noise <= kMostOfState);
   archive.Number(map.uncertain_border_px);
 }
 

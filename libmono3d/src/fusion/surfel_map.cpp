@@ -49,14 +49,15 @@ void TakeOver(const SurfelStorage& from, std::uint32_t first_anchor, SurfelStora
   });
 }
 
-Anchor AnchorOfMap(const DepthMap& map, const Similarity& S_tracker_kf) {
+Anchor AnchorOfMap(const DepthMap& map, const KeyframePoses& poses) {
   Anchor anchor;
   anchor.keyframe_id = map.keyframe_id;
   anchor.frame_index = map.frame_index;
   anchor.timestamp_s = map.timestamp_s;
   anchor.camera = map.camera;
-  anchor.S_tracker_kf = S_tracker_kf;
   anchor.median_depth_su = MedianDepth(map);
+  anchor.depth_scale = DepthScale(map, anchor.median_depth_su);
+  anchor.S_tracker_kf = TrackedPose(poses, poses.At(map.keyframe_id).map_id, anchor).value();
   return anchor;
 }
 
@@ -87,28 +88,29 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
 FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const DepthMap& inferred,
                                                  const KeyframePoses& poses) {
   const KeyframePose& keyframe = poses.At(map.keyframe_id);
-  const Similarity& S_tracker_kf = keyframe.S_world_kf;
   (void)Update(poses);
   if (map_id_ && *map_id_ != keyframe.map_id) {
-    return Rejected(S_tracker_kf, FusionRejection::kOtherMap,
+    return Rejected(keyframe.S_world_kf, FusionRejection::kOtherMap,
                     "map " + std::to_string(keyframe.map_id) +
                         " of the tracker has nothing in common with map " +
                         std::to_string(*map_id_) + " of the model");
   }
   if (model_.anchors.size() >= kMaxDepthMaps) {
-    return Rejected(S_tracker_kf, FusionRejection::kModelFull,
+    return Rejected(keyframe.S_world_kf, FusionRejection::kModelFull,
                     "model is full: it has the most depth maps it can count");
   }
   if (!fuser_.Upload(map)) {
-    return Rejected(S_tracker_kf, FusionRejection::kNoEstimate, "no estimate in the depth map");
+    return Rejected(keyframe.S_world_kf, FusionRejection::kNoEstimate,
+                    "no estimate in the depth map");
   }
 
-  const Anchor anchor = AnchorOfMap(map, S_tracker_kf);
+  const Anchor anchor = AnchorOfMap(map, poses);
+  const Similarity& S_tracker_kf = anchor.S_tracker_kf;
   (void)merger_.MergeNearest({anchor, S_tracker_kf});
   CloseGaps();
   std::uint32_t radius_px = fuser_.merge_radius_px();
   std::optional<Placement> placed;
-  (void)fuser_.Look([&] { placed = placer_.Place(map, S_tracker_kf, fuser_.buffers()); });
+  (void)fuser_.Look([&] { placed = placer_.Place(map, anchor, fuser_.buffers()); });
   changes_.Changed(merger_.TakeChangedAnchors());
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
   if (!placed) {

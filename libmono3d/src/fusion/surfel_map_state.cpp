@@ -21,7 +21,7 @@ namespace mono3d {
 namespace {
 
 // Of all that fusion keeps.
-constexpr std::uint32_t kModelStateVersion = 2;
+constexpr std::uint32_t kModelStateVersion = 3;
 
 std::string OptionText(const OptionRef& value) {
   return std::visit(

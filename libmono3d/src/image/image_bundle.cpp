@@ -60,14 +60,6 @@ void RequireSides(const ImageBundle& bundle) {
 
 // The difference of the places comes first: far from the world's origin it is more exact, and it is
 // zero, with no rounding, where both are in one place.
-Pose Relative(const Similarity& S_world_ref, const Pose& T_world_cam) {
-  const Pose& T_world_ref = S_world_ref.pose();
-  const Eigen::Quaterniond R_ref_world = T_world_ref.rotation().conjugate();
-  return {R_ref_world * T_world_cam.rotation(),
-          R_ref_world *
-              ((T_world_cam.translation() - T_world_ref.translation()) / S_world_ref.scale())};
-}
-
 }  // namespace
 
 void Validate(const ImageBundle& bundle) {
@@ -96,7 +88,7 @@ bool SetPoses(const KeyframePoses& poses, ImageBundle& bundle) {
   for (const Keyframe& keyframe : bundle.keyframes) {
     const KeyframePose* pose = poses.Find(keyframe.id);
     if (pose == nullptr || pose->map_id != reference->map_id) return false;
-    T_ref_cam.push_back(Relative(reference->S_world_kf, pose->T_world_cam()));
+    T_ref_cam.push_back(RelativePose(reference->S_world_kf, pose->T_world_cam()));
   }
   bundle.T_ref_cam = std::move(T_ref_cam);
   return true;
@@ -106,7 +98,7 @@ void SetPoses(std::span<const Pose> T_world_cam, ImageBundle& bundle) {
   RequireNumPoses(T_world_cam.size(), bundle);
   std::vector<Pose> T_ref_cam;
   for (const Pose& pose : T_world_cam) {
-    T_ref_cam.push_back(Relative({1, T_world_cam[bundle.reference_index()]}, pose));
+    T_ref_cam.push_back(RelativePose({1, T_world_cam[bundle.reference_index()]}, pose));
   }
   bundle.T_ref_cam = std::move(T_ref_cam);
 }

@@ -64,6 +64,10 @@ void ExchangeState(Archive& archive, Keyframe& keyframe) {
     }
   }
   ExchangeState(archive, keyframe.velocity);
+  ExchangeBounded(archive, keyframe.image_noise);
+  if constexpr (Archive::kReads) {
+    if (keyframe.image_noise < 1) archive.Refuse("contradicts itself");
+  }
 }
 
 template <typename Archive>

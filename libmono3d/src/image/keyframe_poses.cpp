@@ -3,6 +3,7 @@
 
 #include "mono3d/image/keyframe_poses.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,6 +13,14 @@
 #include "mono3d/core/error.h"
 
 namespace mono3d {
+
+Pose RelativePose(const Similarity& S_world_kf, const Pose& T_world_cam) {
+  const Pose& T_world_kf = S_world_kf.pose();
+  const Eigen::Quaterniond R_kf_world = T_world_kf.rotation().conjugate();
+  return {
+      R_kf_world * T_world_cam.rotation(),
+      R_kf_world * ((T_world_cam.translation() - T_world_kf.translation()) / S_world_kf.scale())};
+}
 
 KeyframePoses::KeyframePoses(std::uint64_t version, std::vector<KeyframePose> poses)
     : version_(version), poses_(std::move(poses)) {

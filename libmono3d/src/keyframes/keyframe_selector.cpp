@@ -24,7 +24,7 @@ namespace mono3d {
 namespace {
 
 constexpr const char* kSelectorState = "keyframe selector state";
-constexpr std::uint32_t kSelectorStateVersion = 1;
+constexpr std::uint32_t kSelectorStateVersion = 2;
 
 constexpr std::size_t kMaxNumViews = 40;
 constexpr std::size_t kMaxImageBytes = 256'000'000;

@@ -51,7 +51,8 @@ struct FusedDepthMap {
   double timestamp_s = 0;
   std::int64_t keyframe_id = 0;
   // Where the model has its keyframe, by the latest poses: S_world_kf of the tracker, moved where
-  // the model contradicted it.
+  // the model contradicted it. From the unit of the depth map's depths, which is no longer the
+  // keyframe's own one where the poses of DepthMap::views have changed.
   Similarity S_world_kf;
 };
 
@@ -71,7 +72,7 @@ struct FusionResult {
   FusionRejection rejection = FusionRejection::kOther;  // where it is rejected
   std::string reason;       // why it was rejected; the model is then as it was
   bool is_waiting = false;  // rejected for now: it is tried again when the model has changed
-  Similarity S_world_kf;    // where it was fused: its keyframe's, moved by the registration
+  Similarity S_world_kf;    // where it was fused, as of a FusedDepthMap
   RegistrationEvidence registration;
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel

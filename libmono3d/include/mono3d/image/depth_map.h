@@ -5,19 +5,27 @@
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "mono3d/core/export.h"
 #include "mono3d/geometry/camera_model.h"
 #include "mono3d/geometry/point_cloud.h"
+#include "mono3d/geometry/pose.h"
 #include "mono3d/geometry/similarity.h"
 #include "mono3d/image/frame.h"
 
 namespace MONO3D_EXPORT mono3d {
 
+// An image that a depth map was matched in, and where it was then.
+struct MatchedView {
+  std::int64_t keyframe_id = 0;
+  Pose T_ref_cam;  // into the camera frame of the reference, in its own unit
+};
+
 // Depth of one reference image. All images have the camera's size. No estimate: depth 0, normal 0,
 // confidence 0. `normal` and `confidence` may be empty when the estimator does not make them.
 // Lengths are in the own unit of the reference keyframe, whose place in the world is in
-// KeyframePoses.
+// KeyframePoses, by the poses that the images had when it was made.
 struct DepthMap {
   cv::Mat depth;       // CV_32FC1, z-depth along the optical axis, su
   cv::Mat normal;      // CV_32FC3, unit length, camera frame, towards the camera (n_z < 0)
@@ -33,6 +41,12 @@ struct DepthMap {
   // Depth error of one pixel of matching error, as a share of depth^2: sigma(z) = z^2 * this.
   // 1 / (f * baseline); 0 when not known.
   double depth_sigma_per_square_depth = 0;
+  // The other images of the bundle: where their poses change later, so do the depths. Empty where
+  // these are not to change.
+  std::vector<MatchedView> views = {};
+  // As of a Keyframe, the mean of the bundle's images: the errors of their poses, which bend the
+  // depth map, are larger by that. 1 or more.
+  double image_noise = 1;
   // Estimates nearer to the image's border than this rest on windows that it cuts, and their
   // confidence does not tell: no surface is made of them. 0 where the estimator knows no such
   // border.

@@ -28,6 +28,9 @@ struct KeyframePose {
   const Pose& T_world_cam() const { return S_world_kf.pose(); }
 };
 
+// A camera in the camera frame of a keyframe, in the keyframe's own unit.
+Pose RelativePose(const Similarity& S_world_kf, const Pose& T_world_cam);
+
 // The poses of all keyframes of a tracker at one moment. Immutable: every adjustment, closed loop
 // or join of maps makes a new one with a higher version. Safe to read from any thread.
 class KeyframePoses {

@@ -38,16 +38,21 @@ std::optional<std::uint32_t> AnchorToTellOf(std::span<const std::uint32_t> block
   return most->first;
 }
 
-KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
-                                  const Matrix7d& information, const PlacedAnchor& anchor) {
-  const Similarity S_anchor_kf = anchor.S_world_kf.Inverse() * S_world_kf;
+KeyframeConstraint MakeConstraint(const PlacedAnchor& placed, const Matrix7d& information,
+                                  const PlacedAnchor& anchor) {
+  // From the unit of the one depth map into that of the other.
+  const Similarity S_anchor_kf = anchor.S_world_kf.Inverse() * placed.S_world_kf;
+  // From the unit of a depth map into the own one of its keyframe.
+  const double own_of_anchor = anchor.anchor.depth_scale.value();
+  const double own_of_kf = placed.anchor.depth_scale.value();
+  const Pose T_cam_anchor = S_anchor_kf.pose().Inverse();
   KeyframeConstraint constraint;
-  constraint.id = keyframe_id;
+  constraint.id = placed.anchor.keyframe_id;
   constraint.anchor_id = anchor.anchor.keyframe_id;
-  constraint.T_cam_anchor = S_anchor_kf.pose().Inverse();
-  constraint.scale = S_anchor_kf.scale();
-  Vector7d unit = Vector7d::Ones();  // lengths from the anchor's into the keyframe's
-  unit.segment<3>(3).setConstant(1 / S_anchor_kf.scale());
+  constraint.T_cam_anchor = {T_cam_anchor.rotation(), own_of_anchor * T_cam_anchor.translation()};
+  constraint.scale = own_of_anchor * S_anchor_kf.scale() / own_of_kf;
+  Vector7d unit = Vector7d::Ones();  // lengths from the anchor's into the depth map's
+  unit.segment<3>(3).setConstant(1 / (own_of_anchor * S_anchor_kf.scale()));
   constraint.information = unit.asDiagonal() * information * unit.asDiagonal();
   return constraint;
 }

@@ -27,8 +27,9 @@ Matrix7d InformationOf(const RegistrationSystem& system, std::uint32_t stride,
 std::optional<std::uint32_t> AnchorToTellOf(std::span<const std::uint32_t> blocks,
                                             std::span<const std::uint32_t> anchors);
 
-// What a depth map that was registered at `S_world_kf` says of its keyframe.
-KeyframeConstraint MakeConstraint(std::int64_t keyframe_id, const Similarity& S_world_kf,
-                                  const Matrix7d& information, const PlacedAnchor& anchor);
+// What a depth map says of its keyframe that was registered where `placed` is, with `information`,
+// in the own units of the keyframes.
+KeyframeConstraint MakeConstraint(const PlacedAnchor& placed, const Matrix7d& information,
+                                  const PlacedAnchor& anchor);
 
 }  // namespace mono3d

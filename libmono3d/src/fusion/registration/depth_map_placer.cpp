@@ -27,22 +27,22 @@ Predictions DepthMapPlacer::Predict(const Similarity& S_tracker_kf) const {
   return predictions;
 }
 
-Placement DepthMapPlacer::Place(const DepthMap& map, const Similarity& S_tracker_kf,
+Placement DepthMapPlacer::Place(const DepthMap& map, const Anchor& anchor,
                                 const DepthMapBuffers& buffers) {
-  const Predictions predictions = Predict(S_tracker_kf);
+  const Predictions predictions = Predict(anchor.S_tracker_kf);
   Placement placement;
   placement.registration.S_world_kf = predictions.front();
   if (model_.anchors.empty()) return placement;
   placement.submap = model_.anchors.SubmapOfLatest();
   if (!context_.options.registration.enabled) return placement;
   FindVisible(map, predictions);
-  std::vector<SubmapRegistration> shown = RegisterWithSubmaps(map, predictions, buffers);
+  std::vector<SubmapRegistration> shown = RegisterWithSubmaps(map, anchor, predictions, buffers);
   if (shown.size() > 1) placement.join = JoinSubmaps(map, shown, placement.constraints);
   if (!shown.empty()) {
     placement.submap = shown.front().submap;
     placement.registration = shown.front().registration;
   } else {
-    placement.registration = Register(map, predictions, buffers, visible_);
+    placement.registration = Register(map, anchor, predictions, buffers, visible_);
   }
   const RegistrationEvidence& evidence = placement.registration.evidence;
   if (evidence.registered && placement.registration.rejection.empty() && evidence.noise == 1) {
@@ -74,10 +74,12 @@ void DepthMapPlacer::FindVisible(const DepthMap& map, const Predictions& predict
                               context_.times);
 }
 
-Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& predictions,
+Registration DepthMapPlacer::Register(const DepthMap& map, const Anchor& anchor,
+                                      const Predictions& predictions,
                                       const DepthMapBuffers& buffers, const BlockList& blocks) {
   SurfelMapOptions options = context_.options;
-  options.registration.max_misfit = misfits_.Limit(options.registration.max_misfit);
+  options.registration.max_misfit =
+      misfits_.Limit(options.registration.max_misfit, map.image_noise);
   Registration registration =
       registrar_.Register(context_.recorder, map, buffers, model_.surfels, blocks,
                           model_.anchors.S_world_surfels(), predictions, options, context_.times);
@@ -85,11 +87,11 @@ Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& pr
                             Describe(registration.evidence));
   const bool is_found = registration.evidence.moved && registration.is_tracker_wrong;
   if (!is_found || !registration.rejection.empty()) return registration;
-  const auto anchor = AnchorToTellOf(blocks.numbers(), model_.surfels.anchors());
-  if (anchor && model_.anchors.anchor(*anchor).keyframe_id != map.keyframe_id) {
+  const auto oldest = AnchorToTellOf(blocks.numbers(), model_.surfels.anchors());
+  if (oldest && model_.anchors.anchor(*oldest).keyframe_id != map.keyframe_id) {
     registration.constraint =
-        MakeConstraint(map.keyframe_id, registration.S_world_kf, registration.information,
-                       model_.anchors.Placed(*anchor));
+        MakeConstraint({anchor, registration.S_world_kf}, registration.information,
+                       model_.anchors.Placed(*oldest));
   }
   return registration;
 }
@@ -97,7 +99,8 @@ Registration DepthMapPlacer::Register(const DepthMap& map, const Predictions& pr
 // With each that it shows: those first that take it, and of these the one that it shows most of.
 // Empty where the model is of one submap alone.
 std::vector<DepthMapPlacer::SubmapRegistration> DepthMapPlacer::RegisterWithSubmaps(
-    const DepthMap& map, const Predictions& predictions, const DepthMapBuffers& buffers) {
+    const DepthMap& map, const Anchor& anchor, const Predictions& predictions,
+    const DepthMapBuffers& buffers) {
   std::vector<SubmapRegistration> shown;
   const std::vector<int> submaps = model_.anchors.SubmapIds();
   if (submaps.size() < 2) return shown;
@@ -105,7 +108,7 @@ std::vector<DepthMapPlacer::SubmapRegistration> DepthMapPlacer::RegisterWithSubm
     of_submap_.Set(context_.device, BlocksOfSubmap(visible_.numbers(), model_.surfels.anchors(),
                                                    model_.anchors, submap));
     if (of_submap_.size() == 0) continue;
-    Registration registration = Register(map, predictions, buffers, of_submap_);
+    Registration registration = Register(map, anchor, predictions, buffers, of_submap_);
     if (registration.evidence.registered) shown.push_back({submap, std::move(registration)});
   }
   std::stable_sort(shown.begin(), shown.end(), [](const auto& a, const auto& b) {

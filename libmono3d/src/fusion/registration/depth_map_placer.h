@@ -29,9 +29,8 @@ class DepthMapPlacer {
   DepthMapPlacer(FusionContext& context, SurfelModel& model, PartMerger& merger)
       : context_(context), model_(model), merger_(merger), registrar_(context.device) {}
 
-  // `S_tracker_kf`: where the tracker has it. `buffers` hold it, with its candidates.
-  Placement Place(const DepthMap& map, const Similarity& S_tracker_kf,
-                  const DepthMapBuffers& buffers);
+  // `anchor`: what it will be, where the tracker has it. `buffers` hold it, with its candidates.
+  Placement Place(const DepthMap& map, const Anchor& anchor, const DepthMapBuffers& buffers);
   // The tracker is, or is no more, expected to be off as it was with the latest depth map.
   void SetTrackerDrifted(bool has_drifted) { tracker_drifted_ = has_drifted; }
   bool tracker_drifted() const { return tracker_drifted_; }
@@ -49,9 +48,9 @@ class DepthMapPlacer {
 
   Predictions Predict(const Similarity& S_tracker_kf) const;
   void FindVisible(const DepthMap& map, const Predictions& predictions);
-  Registration Register(const DepthMap& map, const Predictions& predictions,
+  Registration Register(const DepthMap& map, const Anchor& anchor, const Predictions& predictions,
                         const DepthMapBuffers& buffers, const BlockList& blocks);
-  std::vector<SubmapRegistration> RegisterWithSubmaps(const DepthMap& map,
+  std::vector<SubmapRegistration> RegisterWithSubmaps(const DepthMap& map, const Anchor& anchor,
                                                       const Predictions& predictions,
                                                       const DepthMapBuffers& buffers);
   std::optional<SubmapJoin> JoinSubmaps(const DepthMap& map, std::vector<SubmapRegistration>& shown,

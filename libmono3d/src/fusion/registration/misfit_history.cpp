@@ -29,12 +29,15 @@ void MisfitHistory::Add(double misfit) {
   if (misfits_.size() > kMaxMisfits) misfits_.pop_front();
 }
 
-double MisfitHistory::Limit(double least) const {
+double MisfitHistory::Limit(double least, double image_noise) const {
+  // The poses behind a depth map err in proportion to what is measured in the images.
+  const double expected = std::max(least, std::min(kLargestOwn, image_noise * least));
   std::vector<double> own;
   std::ranges::copy_if(misfits_, std::back_inserter(own),
                        [](double misfit) { return misfit <= kLargestOwn; });
-  if (own.size() < kMinMisfits || 2 * own.size() < misfits_.size()) return least;
-  return std::max(least, std::min(kLargestOwn, kMedians * UpperMedianOrZero(std::move(own))));
+  // Too few, or most are too large to be the depth maps' own.
+  if (own.size() < kMinMisfits || 2 * own.size() < misfits_.size()) return expected;
+  return std::max(expected, std::min(kLargestOwn, kMedians * UpperMedianOrZero(std::move(own))));
 }
 
 template <typename Archive>

@@ -14,9 +14,10 @@ class MisfitHistory {
  public:
   // A depth map was accepted whose expected pose missed the best one by so many sigmas.
   void Add(double misfit);
-  // Up to here a misfit contradicts nothing; `least` where too little is known, or where most of
-  // the latest misfits are too large to be the depth maps' own.
-  double Limit(double least) const;
+  // Up to here a misfit contradicts nothing: `least`, of clear images, and more where those of the
+  // depth map, or the latest misfits, tell of more, up to what can be a depth map's own error.
+  // `image_noise`: of the depth map.
+  double Limit(double least, double image_noise) const;
 
   // For a saved state; see state_archive.h.
   template <typename Archive>
