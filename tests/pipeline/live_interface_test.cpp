@@ -222,7 +222,12 @@ TEST(ToPointCloud, PutsSurfelsIntoTheWorldWithoutThoseOfLittleConfidence) {
   EXPECT_EQ(cloud.radii[0], 1);
   EXPECT_EQ(cloud.colours[0], own.colours[0]);
   EXPECT_EQ(cloud.observations[0], 3);
-  EXPECT_EQ(ToPointCloud(surfels, 0).size(), 2U);
+  EXPECT_EQ(ToPointCloud(surfels, {.min_confidence = 0}).size(), 2U);
+  // Where hardly anything is sure, the surest.
+  own.confidences = {0.05F, 0.01F};
+  surfels.changed = {{4, std::make_shared<PointCloud>(own)}};
+  EXPECT_EQ(ToPointCloud(surfels).size(), 1U);
+  EXPECT_TRUE(ToPointCloud(surfels, {.min_share = 0}).empty());
   // Of all of them or of none.
   EXPECT_TRUE(cloud.first_frames.empty());
   own.first_frames = {12, 13};

@@ -8,9 +8,13 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "mono3d/core/error.h"
 #include "view/http_client.h"
@@ -137,6 +141,57 @@ TEST(LiveView, LeavesOutWhatIsUncertainAndWhatIsNoMore) {
   const nlohmann::json one = with_anchors({2});
   ASSERT_EQ(one["blocks"].size(), 1U);
   EXPECT_EQ(one["ids"], nlohmann::json({2}));
+}
+
+// The first depth maps of a camera that hardly moves: the surest of what there is, until there is
+// more. What was sent with another limit is sent anew.
+TEST(LiveView, ShowsTheSurestWhereHardlyAnythingIsSure) {
+  LiveView view({});
+  const int port = PortOf(view.url());
+  const auto chunk_of = [](float confidence) {
+    PointCloud cloud;
+    for (int i = 0; i < 10; ++i) {
+      cloud.points.emplace_back(static_cast<float>(i), 0.0F, 1.0F);
+      cloud.normals.emplace_back(0, 0, -1);
+      cloud.radii.push_back(0.1F);
+      cloud.confidences.push_back(confidence * (i < 5 ? 1.0F : 0.1F));
+      cloud.colours.push_back({1, 2, 3});
+      cloud.observations.push_back(1);
+    }
+    return std::make_shared<const PointCloud>(cloud);
+  };
+  std::vector<SurfelChunk> chunks = {{1, chunk_of(0.05F)}};
+  std::vector<std::uint64_t> asked_for;
+  const auto show = [&] {
+    (void)Get(port, "/changes?since=0");
+    asked_for.clear();
+    view.Begin(
+        [&](std::uint64_t since) {
+          asked_for.push_back(since);
+          PipelineSnapshot snapshot = AtFrame(1);
+          snapshot.surfels.version = chunks.size();
+          for (const SurfelChunk& chunk : chunks) {
+            snapshot.surfels.anchors.emplace_back().number = chunk.anchor;
+            if (chunk.anchor > since) snapshot.surfels.changed.push_back(chunk);
+          }
+          return snapshot;
+        },
+        {});
+    view.End();
+    return nlohmann::json::parse(Get(port, "/changes?since=0").body);
+  };
+  const nlohmann::json unsure = show();
+  ASSERT_EQ(unsure["blocks"].size(), 1U);
+  EXPECT_EQ(unsure["blocks"][0]["surfels"], 5);
+  // Both of 0.5 and of 0.05 are half of the model: what an export would have is enough.
+  chunks.push_back({2, chunk_of(0.5F)});
+  const nlohmann::json sure = show();
+  EXPECT_EQ(asked_for.front(), 1U);
+  EXPECT_EQ(asked_for.back(), 0U);
+  std::map<int, int> num_surfels;
+  for (const nlohmann::json& block : sure["blocks"]) num_surfels[block["id"]] = block["surfels"];
+  EXPECT_EQ(num_surfels[1], 0);
+  EXPECT_EQ(num_surfels[2], 5);
 }
 
 }  // namespace

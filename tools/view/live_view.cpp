@@ -10,6 +10,7 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -167,10 +168,40 @@ void LiveView::Update(bool is_last) {
   // A tab that is asleep asks again when it is woken: what there was last is kept for it.
   const bool was_ever_asked = since_asked_s < ViewStore::kNeverAsked_s;
   if (since_asked_s > kWatchedFor_s && !(is_last && was_ever_asked)) return;
-  const PipelineSnapshot snapshot = take_snapshot_(version_);
+  PipelineSnapshot snapshot = take_snapshot_(version_);
+  CountConfidences(snapshot.surfels);
+  if (ChooseLimit()) {
+    snapshot = take_snapshot_(0);
+    CountConfidences(snapshot.surfels);
+  }
   UpdateModel(snapshot);
   UpdateWay(snapshot);
   UpdateStatus(snapshot, is_last ? "finished" : "running");
+}
+
+void LiveView::CountConfidences(const SurfelChanges& changes) {
+  std::set<std::int64_t> ids;
+  for (const SurfelAnchor& anchor : changes.anchors) ids.insert(anchor.number);
+  std::erase_if(confidences_, [&](const auto& entry) { return !ids.contains(entry.first); });
+  for (const SurfelChunk& chunk : changes.changed) {
+    ConfidenceHistogram& of_block = confidences_[chunk.anchor];
+    of_block = {};
+    of_block.Add(*chunk.surfels);
+  }
+}
+
+// Whether surfels of another confidence than before are shown from now on, by what the model has
+// become. For less than half an octave it is not sent anew.
+bool LiveView::ChooseLimit() {
+  ConfidenceHistogram of_model;
+  for (const auto& [id, of_block] : confidences_) of_model.Add(of_block);
+  const SurfelExportOptions options;
+  const double limit = of_model.LimitFor(options);
+  const double octaves = std::log2(limit / min_confidence_);
+  const bool is_other =
+      std::abs(octaves) >= 0.5 || (octaves > 0 && limit == options.min_confidence);
+  if (is_other) min_confidence_ = limit;
+  return is_other;
 }
 
 void LiveView::UpdateModel(const PipelineSnapshot& snapshot) {
@@ -189,8 +220,7 @@ void LiveView::UpdateModel(const PipelineSnapshot& snapshot) {
   for (const SurfelChunk& chunk : changes.changed) {
     const auto S_world_block = S_world_block_.find(chunk.anchor);
     if (S_world_block == S_world_block_.end()) continue;
-    std::vector<ViewSurfel> surfels =
-        ToViewSurfels(*chunk.surfels, SurfelExportOptions().min_confidence);
+    std::vector<ViewSurfel> surfels = ToViewSurfels(*chunk.surfels, min_confidence_);
     Eigen::Vector3d& sum = normals_[chunk.anchor];
     sum.setZero();
     for (const ViewSurfel& surfel : surfels) sum += surfel.normal.cast<double>();

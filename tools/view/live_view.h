@@ -17,6 +17,7 @@
 #include <string>
 #include <thread>
 
+#include "mono3d/fusion/confidence_histogram.h"
 #include "mono3d/image/depth_map.h"
 #include "mono3d/io/frame_source.h"
 #include "mono3d/pipeline/pipeline.h"
@@ -64,6 +65,8 @@ class LiveView {
 
   void Work();
   void Update(bool is_last);
+  void CountConfidences(const SurfelChanges& changes);
+  bool ChooseLimit();
   void UpdateModel(const PipelineSnapshot& snapshot);
   void UpdateWay(const PipelineSnapshot& snapshot);
   void UpdateStatus(const PipelineSnapshot& snapshot, const char* phase);
@@ -74,6 +77,8 @@ class LiveView {
   std::uint64_t version_ = 0;                        // that was taken last
   std::map<std::int64_t, Eigen::Vector3d> normals_;  // of each block their sum, in its frame
   std::map<std::int64_t, Similarity> S_world_block_;
+  std::map<std::int64_t, ConfidenceHistogram> confidences_;       // of each block
+  double min_confidence_ = SurfelExportOptions().min_confidence;  // of what is shown
   TakeSnapshot take_snapshot_;
   std::optional<std::int64_t> num_frames_;
 

@@ -19,6 +19,7 @@
 #include "mono3d/core/timing.h"
 #include "mono3d/core/version.h"
 #include "mono3d/depth/depth_estimator.h"
+#include "mono3d/fusion/confidence_histogram.h"
 #include "mono3d/fusion/model_health.h"
 #include "mono3d/fusion/registration.h"
 #include "mono3d/fusion/surfel_changes.h"

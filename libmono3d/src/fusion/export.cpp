@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "fusion/isolated_surfels.h"
 #include "mono3d/core/statistics.h"
+#include "mono3d/fusion/confidence_histogram.h"
 #include "mono3d/geometry/voxel_grid.h"
 
 namespace mono3d {
@@ -68,23 +68,15 @@ bool IsWanted(const Surfels& surfels, std::size_t i, const SurfelExportOptions& 
          !(options.min_confidence > 0 && IsDisputed(history));
 }
 
-// The confidence that the share of the matched surfels has which is exported at least.
-double ConfidenceOfLeast(const SurfelParts& matched, const SurfelExportOptions& options) {
-  constexpr std::size_t kNumBins = 1024;
-  std::vector<std::size_t> num_of_bin(kNumBins, 0);
-  std::size_t num_wanted = 0;
+// From which confidence on matched surfels are exported.
+double LimitOfConfidence(const SurfelParts& matched, const SurfelExportOptions& options) {
+  ConfidenceHistogram histogram;
   matched.for_each([&](const Surfels& surfels) {
     for (std::size_t i = 0; i < surfels.size(); ++i) {
-      if (!IsWanted(surfels, i, options)) continue;
-      ++num_wanted;
-      const float confidence = Confidence(surfels.history[i], false);
-      ++num_of_bin[std::min(static_cast<std::size_t>(confidence * kNumBins), kNumBins - 1)];
+      if (IsWanted(surfels, i, options)) histogram.Add(Confidence(surfels.history[i], false));
     }
   });
-  double num_left = options.min_share * static_cast<double>(num_wanted);
-  std::size_t bin = kNumBins;
-  while (bin > 0 && num_left > 0) num_left -= static_cast<double>(num_of_bin[--bin]);
-  return static_cast<double>(bin) / kNumBins;
+  return histogram.LimitFor(options);
 }
 
 // Adds the surfels that the options ask for, each by what it holds alone.
@@ -217,9 +209,9 @@ PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
   PointCloud cloud = Chosen(matched, false, S_world_anchor, frames, options);
   const double num_at_least = options.min_share * static_cast<double>(matched.num_at_most);
   if (options.min_confidence > 0 && static_cast<double>(cloud.size()) < num_at_least) {
-    const double of_least = ConfidenceOfLeast(matched, options);
-    if (of_least < options.min_confidence) {
-      options.min_confidence = std::max(of_least, std::numeric_limits<double>::min());
+    const double limit = LimitOfConfidence(matched, options);
+    if (limit < options.min_confidence) {
+      options.min_confidence = limit;
       cloud = Chosen(matched, false, S_world_anchor, frames, options);
     }
   }

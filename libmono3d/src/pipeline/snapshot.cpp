@@ -6,9 +6,14 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "mono3d/fusion/confidence_histogram.h"
+
 namespace mono3d {
 
-PointCloud ToPointCloud(const SurfelChanges& surfels, double min_confidence) {
+PointCloud ToPointCloud(const SurfelChanges& surfels, const SurfelExportOptions& options) {
+  ConfidenceHistogram histogram;
+  for (const SurfelChunk& chunk : surfels.changed) histogram.Add(*chunk.surfels);
+  const double min_confidence = histogram.LimitFor(options);
   PointCloud cloud;
   for (const SurfelChunk& chunk : surfels.changed) {
     const auto anchor = std::ranges::find(surfels.anchors, chunk.anchor, &SurfelAnchor::number);

@@ -50,10 +50,10 @@ struct PipelineSnapshot {
   std::shared_ptr<const PlaceOfMap> place;
 };
 
-// The surfels that have changed in the world, without those of less confidence. Those of a snapshot
-// since version 0 are the model, though not yet without what only an export finds: surfels that
-// stand alone, or that more depth maps contradict than confirm.
-PointCloud ToPointCloud(const SurfelChanges& surfels,
-                        double min_confidence = SurfelExportOptions().min_confidence);
+// The surfels that have changed in the world, without those of less confidence than an export would
+// have with these options. Those of a snapshot since version 0 are the model, though not yet
+// without what only an export finds: surfels that stand alone, or that more depth maps contradict
+// than confirm.
+PointCloud ToPointCloud(const SurfelChanges& surfels, const SurfelExportOptions& options = {});
 
 }  // namespace mono3d
