@@ -38,7 +38,7 @@ int View(const Arguments& arguments) {
   std::vector<std::int64_t> ids(preview.size());
   std::iota(ids.begin(), ids.end(), std::int64_t{0});
   store.SetModel(ids, std::move(preview));
-  folder.Show(store, vertices.size(), blocks.MeanNormal());
+  folder.Show(store, vertices.size(), blocks.Normals());
   const ViewServer server(arguments.view, store,
                           [&folder](const std::string& kind, std::int64_t keyframe) {
                             return folder.Picture(kind, keyframe);

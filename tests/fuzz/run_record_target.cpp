@@ -23,7 +23,7 @@ void RunRecord(std::string_view input) {
   static_cast<void>(ReadOrRefuse([&] { return tools::RecordSection(tools::ReadRecord(file)); }));
   static_cast<void>(ReadOrRefuse([&] {
     tools::ViewStore store;
-    tools::RunFolder(folder.path()).Show(store, 1, Eigen::Vector3d::UnitZ());
+    tools::RunFolder(folder.path()).Show(store, 1, {});
     return store.Changes(0);
   }));
 }

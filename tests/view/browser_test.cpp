@@ -434,7 +434,7 @@ TEST_F(ViewInBrowser, ColoursAFinishedRunByTheTimeOfEachSurfel) {
     const RunFolder folder(run);
     const PlyVertices vertices(folder.model_path());
     store.SetModel({0}, ModelBlocks(vertices).All());
-    folder.Show(store, vertices.size(), Eigen::Vector3d(0, 0, -1));
+    folder.Show(store, vertices.size(), {});
   };
   ViewStore store;
   show(folder_, store);

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -21,26 +23,25 @@ Pose Looking(double yaw, double pitch) {
   return {R, Eigen::Vector3d::Zero()};
 }
 
-double AngleFromUp_deg(const std::vector<Pose>& poses, const Eigen::Vector3d& mean_normal) {
-  const double cosine = UpDirection(poses, mean_normal).z();
+double AngleFromUp_deg(const std::vector<Pose>& poses,
+                       const std::vector<Eigen::Vector3f>& normals) {
+  const double cosine = UpDirection(poses, normals).z();
   return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-TEST(UpDirection, IsAcrossTheCamerasThatTurn) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < 20; ++i) poses.push_back(Looking(0.1 * i, 0.8));
-  EXPECT_LT(AngleFromUp_deg(poses, {0.3, 0, 0.6}), 5);
-  EXPECT_LT(AngleFromUp_deg(poses, Eigen::Vector3d::Zero()), 1);
+TEST(UpDirection, IsAsTheAxesOfAFinishedRunHaveIt) {
+  std::vector<Pose> turning;
+  for (int i = 0; i < 20; ++i) turning.push_back(Looking(0.1 * i, 0.8));
+  EXPECT_LT(AngleFromUp_deg(turning, {}), 1);
+  // On a straight flight the surface decides.
+  const std::vector<Pose> straight(20, Looking(0.5, 0.7));
+  EXPECT_LT(AngleFromUp_deg(straight, std::vector<Eigen::Vector3f>(50, {0, 0, 1})), 2);
 }
 
-TEST(UpDirection, IsThatOfTheSurfaceOnAStraightFlight) {
-  const std::vector<Pose> level(20, Looking(0.5, 0.7)), down(20, Looking(0.5, 1.57));
-  EXPECT_LT(AngleFromUp_deg(level, {0, 0, 0.8}), 1);
-  EXPECT_LT(AngleFromUp_deg(down, {0, 0, 0.8}), 1);
-}
-
-TEST(UpDirection, IsThatOfTheFirstCameraWithoutAny) {
-  EXPECT_EQ(UpDirection({}, Eigen::Vector3d::Zero()), Eigen::Vector3d(0, -1, 0));
+TEST(UpDirection, IsTheTopOfTheFirstImageWhereThereIsTooLittle) {
+  EXPECT_EQ(UpDirection({}, {}), Eigen::Vector3d(0, -1, 0));
+  const std::vector<Pose> two(2, Looking(0.5, 0.7));
+  EXPECT_NEAR(AngleFromUp_deg(two, {}), 0.7 * 180 / std::numbers::pi, 1e-6);
 }
 
 }  // namespace

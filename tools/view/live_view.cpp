@@ -77,6 +77,14 @@ int MapInView(const PipelineSnapshot& snapshot) {
   return snapshot.pose->map_id;
 }
 
+std::vector<Eigen::Vector3f> SomeNormals(const std::vector<ViewSurfel>& surfels) {
+  constexpr std::size_t kMost = 64;
+  std::vector<Eigen::Vector3f> normals;
+  const std::size_t stride = std::max<std::size_t>(1, surfels.size() / kMost);
+  for (std::size_t i = 0; i < surfels.size(); i += stride) normals.push_back(surfels[i].normal);
+  return normals;
+}
+
 // Keyframes of different pipelines have the same numbers.
 std::int64_t NumberInStore(std::int64_t keyframe_id, int pipeline) {
   constexpr int kBits = 40;
@@ -221,9 +229,7 @@ void LiveView::UpdateModel(const PipelineSnapshot& snapshot) {
     const auto S_world_block = S_world_block_.find(chunk.anchor);
     if (S_world_block == S_world_block_.end()) continue;
     std::vector<ViewSurfel> surfels = ToViewSurfels(*chunk.surfels, min_confidence_);
-    Eigen::Vector3d& sum = normals_[chunk.anchor];
-    sum.setZero();
-    for (const ViewSurfel& surfel : surfels) sum += surfel.normal.cast<double>();
+    normals_[chunk.anchor] = SomeNormals(surfels);
     SurfelBlock block = MakeSurfelBlock(std::move(surfels));
     block.id = chunk.anchor;
     block.S_world_block = S_world_block->second;
@@ -244,14 +250,22 @@ void LiveView::UpdateWay(const PipelineSnapshot& snapshot) {
     keyframes.push_back({.id = pose.keyframe_id, .T_world_cam = pose.T_world_cam()});
     poses.push_back(pose.T_world_cam());
   }
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double length = 0;
-  for (const auto& [id, normal] : normals_) {
-    sum += S_world_block_[id].pose().rotation() * normal;
-    length += normal.norm();
-  }
   store_.SetKeyframes(std::move(keyframes));
-  store_.SetUp(UpDirection(poses, length > 0 ? Eigen::Vector3d(sum / length) : sum));
+  UpdateUp(poses);
+}
+
+// Again where the map has grown by a tenth, or is another one: a tenth more hardly turns it, and to
+// find it takes a tenth of a second.
+void LiveView::UpdateUp(std::span<const Pose> T_world_cam) {
+  const std::size_t num = T_world_cam.size();
+  if (num >= num_keyframes_of_up_ && 10 * num < 11 * num_keyframes_of_up_) return;
+  num_keyframes_of_up_ = num;
+  std::vector<Eigen::Vector3f> normals;
+  for (const auto& [id, of_block] : normals_) {
+    const Eigen::Quaternionf R = S_world_block_[id].pose().rotation().cast<float>();
+    for (const Eigen::Vector3f& normal : of_block) normals.push_back(R * normal);
+  }
+  store_.SetUp(UpDirection(T_world_cam, normals));
 }
 
 void LiveView::UpdateStatus(const PipelineSnapshot& snapshot, const char* phase) {

@@ -14,8 +14,10 @@
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "mono3d/fusion/confidence_histogram.h"
 #include "mono3d/image/depth_map.h"
@@ -69,13 +71,16 @@ class LiveView {
   bool ChooseLimit();
   void UpdateModel(const PipelineSnapshot& snapshot);
   void UpdateWay(const PipelineSnapshot& snapshot);
+  void UpdateUp(std::span<const Pose> T_world_cam);
   void UpdateStatus(const PipelineSnapshot& snapshot, const char* phase);
   void UpdatePictures();
 
   ViewStore store_;
   std::atomic<int> num_pipelines_ = 0, pipeline_in_use_ = 0;
-  std::uint64_t version_ = 0;                        // that was taken last
-  std::map<std::int64_t, Eigen::Vector3d> normals_;  // of each block their sum, in its frame
+  std::uint64_t version_ = 0;  // that was taken last
+  std::map<std::int64_t, std::vector<Eigen::Vector3f>>
+      normals_;                          // of each block some, in its frame
+  std::size_t num_keyframes_of_up_ = 0;  // with which up was found
   std::map<std::int64_t, Similarity> S_world_block_;
   std::map<std::int64_t, ConfidenceHistogram> confidences_;       // of each block
   double min_confidence_ = SurfelExportOptions().min_confidence;  // of what is shown

@@ -117,10 +117,11 @@ std::vector<SurfelBlock> ModelBlocks::All() const {
   return blocks;
 }
 
-Eigen::Vector3d ModelBlocks::MeanNormal() const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const ViewSurfel& surfel : sample_) sum += surfel.normal.cast<double>();
-  return sample_.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(sample_.size()));
+std::vector<Eigen::Vector3f> ModelBlocks::Normals() const {
+  std::vector<Eigen::Vector3f> normals;
+  normals.reserve(sample_.size());
+  for (const ViewSurfel& surfel : sample_) normals.push_back(surfel.normal);
+  return normals;
 }
 
 }  // namespace mono3d::tools

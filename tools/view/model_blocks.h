@@ -26,7 +26,7 @@ class ModelBlocks {
   // The same blocks with all surfels. Takes a second for some five million.
   std::vector<SurfelBlock> All() const;
   // Of the sample.
-  Eigen::Vector3d MeanNormal() const;
+  std::vector<Eigen::Vector3f> Normals() const;
 
  private:
   struct Split {

@@ -232,7 +232,7 @@ std::optional<Eigen::Vector3d> RunFolder::KnownUp() const {
 }
 
 void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
-                     const Eigen::Vector3d& mean_normal) const {
+                     std::span<const Eigen::Vector3f> normals) const {
   std::vector<ViewPose> keyframes, path;
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < keyframes_.size(); ++i) {
@@ -251,7 +251,7 @@ void RunFolder::Show(ViewStore& store, std::int64_t num_surfels,
   }
   if (camera_.width > 0) store.SetCamera(camera_);
   const std::optional<Eigen::Vector3d> up = KnownUp();
-  store.SetUp(up ? *up : UpDirection(poses, mean_normal));
+  store.SetUp(up ? *up : UpDirection(poses, normals));
   store.SetNextViews(NextViewsOf(RecordOrNothing(folder_ / "next_views.json")));
   store.SetKeyframes(std::move(keyframes));
   store.SetPath(std::move(path));

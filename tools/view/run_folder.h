@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ class RunFolder {
   std::filesystem::path model_path() const { return folder_ / "model.ply"; }
 
   // Way, keyframes, camera and what run.json tells.
-  void Show(ViewStore& store, std::int64_t num_surfels, const Eigen::Vector3d& mean_normal) const;
+  void Show(ViewStore& store, std::int64_t num_surfels,
+            std::span<const Eigen::Vector3f> normals) const;
 
   // JPEG of a keyframe by its number in the list of keyframes, "image" or "depth"; null where the
   // run, or the input that it names, has none. Thread-safe, one at a time.

@@ -10,9 +10,9 @@
 
 namespace mono3d::tools {
 
-// Where up is likely to be, as a unit vector: across the cameras' horizontal axes, as people and
-// gimbals hold cameras level; where these leave it open, as on a straight flight, along
-// `mean_normal` of the surface. The y axis of the first camera, upwards, where there is nothing.
-Eigen::Vector3d UpDirection(std::span<const Pose> T_world_cam, const Eigen::Vector3d& mean_normal);
+// Where up is likely to be, as a unit vector: as FindUp finds it; else the top of the first
+// camera's image, and without any camera that of a world that is the first camera's frame.
+Eigen::Vector3d UpDirection(std::span<const Pose> T_world_cam,
+                            std::span<const Eigen::Vector3f> normals);
 
 }  // namespace mono3d::tools

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace mono3d {
@@ -44,24 +45,24 @@ ShownDirections TurnedBy(int turn_deg) {
   return {{std::cos(turn), -std::sin(turn), 0}, {std::sin(turn), std::cos(turn), 0}};
 }
 
-UpEvidence EvidenceOf(const MapReconstruction& map, const ShownDirections& shown) {
+UpEvidence EvidenceOf(std::span<const Pose> T_world_cam, std::span<const Eigen::Vector3f> normals,
+                      const ShownDirections& shown) {
   constexpr std::size_t kMostCameras = 300;
   constexpr std::size_t kMostNormals = 1500;
   UpEvidence evidence;
   std::optional<Eigen::Vector3d> last;
-  const std::size_t stride = StrideFor(map.keyframes.size(), kMostCameras);
-  for (std::size_t i = 0; i < map.keyframes.size(); i += stride) {
-    const Pose& T_world_cam = map.keyframes[i].T_world_cam;
-    evidence.rights.push_back(T_world_cam.rotation() * shown.right);
-    evidence.downs.push_back(T_world_cam.rotation() * shown.down);
-    evidence.forwards.push_back(T_world_cam.rotation() * Eigen::Vector3d::UnitZ());
-    const Eigen::Vector3d& centre = T_world_cam.translation();
+  const std::size_t stride = StrideFor(T_world_cam.size(), kMostCameras);
+  for (std::size_t i = 0; i < T_world_cam.size(); i += stride) {
+    const Pose& camera = T_world_cam[i];
+    evidence.rights.push_back(camera.rotation() * shown.right);
+    evidence.downs.push_back(camera.rotation() * shown.down);
+    evidence.forwards.push_back(camera.rotation() * Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d& centre = camera.translation();
     if (last && (centre - *last).norm() > 0) {
       evidence.steps.push_back((centre - *last).normalized());
     }
     last = centre;
   }
-  const std::vector<Eigen::Vector3f>& normals = map.model.normals;
   for (std::size_t i = 0; i < normals.size(); i += StrideFor(normals.size(), kMostNormals)) {
     evidence.normals.push_back(normals[i].cast<double>());
   }
@@ -186,7 +187,7 @@ Eigen::Vector3d Refined(const UpEvidence& evidence, double most_support, Eigen::
   return up;
 }
 
-std::optional<Eigen::Vector3d> FindUp(const UpEvidence& evidence) {
+std::optional<Eigen::Vector3d> MostLikelyUp(const UpEvidence& evidence) {
   struct Candidate {
     Eigen::Vector3d up;
     double support = 0;
@@ -260,13 +261,19 @@ void MoveSparse(const Similarity& S, SparseModel& sparse) {
 
 }  // namespace
 
+std::optional<Eigen::Vector3d> FindUp(std::span<const Pose> T_world_cam,
+                                      std::span<const Eigen::Vector3f> normals, int turn_deg) {
+  constexpr std::size_t kFewestCameras = 3;
+  if (T_world_cam.size() < kFewestCameras) return std::nullopt;
+  return MostLikelyUp(EvidenceOf(T_world_cam, normals, TurnedBy(turn_deg)));
+}
+
 WorldAxes ChooseWorldAxes(const MapReconstruction& map, int turn_deg) {
-  constexpr std::size_t kFewestKeyframes = 3;
-  if (map.keyframes.size() < kFewestKeyframes) return {};
-  const ShownDirections shown = TurnedBy(turn_deg);
-  const std::optional<Eigen::Vector3d> up = FindUp(EvidenceOf(map, shown));
+  std::vector<Pose> T_world_cam;
+  for (const TrajectoryEntry& keyframe : map.keyframes) T_world_cam.push_back(keyframe.T_world_cam);
+  const std::optional<Eigen::Vector3d> up = FindUp(T_world_cam, map.model.normals, turn_deg);
   if (!up) return {};
-  const Eigen::Matrix3d rotation = LevelRotation(*up, map.keyframes.front().T_world_cam, shown);
+  const Eigen::Matrix3d rotation = LevelRotation(*up, T_world_cam.front(), TurnedBy(turn_deg));
   return {Similarity(1, Pose(rotation, -OriginOf(map, rotation))), AxesSource::kLevel};
 }
 
