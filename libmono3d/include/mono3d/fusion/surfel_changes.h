@@ -25,7 +25,7 @@ struct SurfelAnchor {
 // The surfels of one anchor.
 struct SurfelChunk {
   std::uint32_t anchor = 0;
-  // In the frame of the anchor's camera, in the own unit of its keyframe; with all fields, whatever
+  // In the frame of the anchor's camera, in the unit of its depth map; with all fields, whatever
   // their confidence. Shared and never changed.
   std::shared_ptr<const PointCloud> surfels;
 };
