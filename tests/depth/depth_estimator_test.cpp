@@ -326,6 +326,13 @@ TEST(DepthEstimator, FillsTheMap) {
   EXPECT_NEAR(map.depth_sigma_per_square_depth, 1 / (150 * 0.4 * std::hypot(1, 0.02)), 1e-9);
 }
 
+// A saved model refuses less than 1, which a seventh, seven times, is less than.
+TEST(DepthEstimator, HasNoNoiseOfClearImages) {
+  PlaneScene scene;
+  scene.num_images = 7;
+  EXPECT_EQ(Estimate(scene.Bundle()).map.image_noise, 1);
+}
+
 TEST(DepthEstimator, GivesNormalsAndConfidenceWhereItGivesDepth) {
   const PlaneScene scene;
   const DepthMap map = Estimate(scene.Bundle()).map;

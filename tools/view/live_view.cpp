@@ -254,12 +254,18 @@ void LiveView::UpdateWay(const PipelineSnapshot& snapshot) {
   UpdateUp(poses);
 }
 
-// Again where the map has grown by a tenth, or is another one: a tenth more hardly turns it, and to
-// find it takes a tenth of a second.
+// Again where keyframes or blocks are a tenth more, or fewer as of another map: less hardly turns
+// it. Photographs have all their keyframes before the first block.
 void LiveView::UpdateUp(std::span<const Pose> T_world_cam) {
-  const std::size_t num = T_world_cam.size();
-  if (num >= num_keyframes_of_up_ && 10 * num < 11 * num_keyframes_of_up_) return;
-  num_keyframes_of_up_ = num;
+  const auto is_as_before = [](std::size_t num, std::size_t before) {
+    return num == before || (num > before && 10 * num < 11 * before);
+  };
+  if (is_as_before(T_world_cam.size(), num_keyframes_of_up_) &&
+      is_as_before(normals_.size(), num_blocks_of_up_)) {
+    return;
+  }
+  num_keyframes_of_up_ = T_world_cam.size();
+  num_blocks_of_up_ = normals_.size();
   std::vector<Eigen::Vector3f> normals;
   for (const auto& [id, of_block] : normals_) {
     const Eigen::Quaternionf R = S_world_block_[id].pose().rotation().cast<float>();

@@ -77,10 +77,10 @@ class LiveView {
 
   ViewStore store_;
   std::atomic<int> num_pipelines_ = 0, pipeline_in_use_ = 0;
-  std::uint64_t version_ = 0;  // that was taken last
-  std::map<std::int64_t, std::vector<Eigen::Vector3f>>
-      normals_;                          // of each block some, in its frame
-  std::size_t num_keyframes_of_up_ = 0;  // with which up was found
+  std::uint64_t version_ = 0;                                     // that was taken last
+  std::map<std::int64_t, std::vector<Eigen::Vector3f>> normals_;  // of each block, in its frame
+  // With which up was found.
+  std::size_t num_keyframes_of_up_ = 0, num_blocks_of_up_ = 0;
   std::map<std::int64_t, Similarity> S_world_block_;
   std::map<std::int64_t, ConfidenceHistogram> confidences_;       // of each block
   double min_confidence_ = SurfelExportOptions().min_confidence;  // of what is shown

@@ -440,12 +440,13 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   map.frame_index = reference.frame.index;
   map.timestamp_s = reference.frame.timestamp_s;
   map.depth_sigma_per_square_depth = 1 / (camera.fx * largest_baseline_su);
-  map.image_noise = 0;
+  double sum_of_noise = 0;
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     const Keyframe& keyframe = bundle.keyframes[i];
-    map.image_noise += keyframe.image_noise / static_cast<double>(bundle.keyframes.size());
+    sum_of_noise += keyframe.image_noise;
     if (i != bundle.reference_index()) map.views.push_back({keyframe.id, bundle.T_ref_cam[i]});
   }
+  map.image_noise = sum_of_noise / static_cast<double>(bundle.keyframes.size());
   map.uncertain_border_px = kUncertainBorder_px;
   return map;
 }

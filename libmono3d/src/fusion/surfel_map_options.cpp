@@ -47,7 +47,8 @@ void RegistrationOptions::Visit(OptionVisitor& visit) {
   visit("with_scale", with_scale, "and the scale of their depths as well");
   visit("with_grey", with_grey, "point-to-plane and photometric; else point-to-plane alone");
   visit("max_misfit", max_misfit,
-        "the tracker's pose stands while it misses the best one by less, in sigmas");
+        "the tracker's pose stands while it misses the best one by less, in sigmas; in noisy "
+        "images times their noise, up to 1");
   visit("prior_px", prior_px, "one sigma of a tracker that is wrong, as motion in the image");
   visit("prior_scale", prior_scale, "one sigma of its scale, of the logarithm");
   visit("grey_noise", grey_noise, "sigma of the difference of two views of one place, grey values");

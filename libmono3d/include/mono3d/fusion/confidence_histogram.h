@@ -13,7 +13,7 @@
 
 namespace MONO3D_EXPORT mono3d {
 
-// How many surfels have which confidence, in steps of a twelfth of its value. Of a few images of a
+// How many surfels have which confidence, in steps of 9 % of its value. Of a few images of a
 // camera that hardly moved no surfel may have what is asked for; the surest are shown then.
 class ConfidenceHistogram {
  public:

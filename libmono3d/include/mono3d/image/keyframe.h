@@ -26,8 +26,8 @@ struct Keyframe {
   // How the camera moved while the lines were read, in the keyframe's own unit; of use where
   // frame.sensor has a rolling shutter.
   CameraVelocity velocity = {};
-  // How many times as far as stated points of the scene are off where the tracker finds them in
-  // this image, which is compressed, dark or blurred; 1 or more.
+  // Standard deviation of where the tracker finds points of the scene in this image, over what it
+  // states: more than 1 in images that are compressed, dark or blurred, never less.
   double image_noise = 1;
 };
 

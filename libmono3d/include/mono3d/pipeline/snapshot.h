@@ -51,9 +51,9 @@ struct PipelineSnapshot {
 };
 
 // The surfels that have changed in the world, without those of less confidence than an export would
-// have with these options. Those of a snapshot since version 0 are the model, though not yet
-// without what only an export finds: surfels that stand alone, or that more depth maps contradict
-// than confirm.
+// have with these options, of which min_confidence and min_share count. Those of a snapshot since
+// version 0 are the model, though not yet without what only an export finds: surfels that stand
+// alone, or that more depth maps contradict than confirm.
 PointCloud ToPointCloud(const SurfelChanges& surfels, const SurfelExportOptions& options = {});
 
 }  // namespace mono3d
