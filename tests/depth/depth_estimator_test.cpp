@@ -310,14 +310,14 @@ TEST(DepthEstimator, DoesNotDependOnScale) {
 TEST(DepthEstimator, FillsTheMap) {
   const PlaneScene scene;
   ImageBundle bundle = scene.Bundle();
-  bundle.keyframes[1].image_noise = 2;
+  bundle.keyframes[1].patch_noise = 2;
   const DepthMap map = Estimate(bundle).map;
   Validate(map);
   ASSERT_EQ(map.views.size(), bundle.keyframes.size() - 1);
   EXPECT_EQ(map.views[0].keyframe_id, bundle.keyframes[0].id);
   EXPECT_EQ(map.views[2].keyframe_id, bundle.keyframes[3].id);
   EXPECT_EQ(map.views[2].T_ref_cam.translation(), bundle.T_ref_cam[3].translation());
-  EXPECT_NEAR(map.image_noise, 1 + 1.0 / double(bundle.keyframes.size()), 1e-12);
+  EXPECT_NEAR(map.patch_noise, 1 + 1.0 / double(bundle.keyframes.size()), 1e-12);
   EXPECT_EQ(map.keyframe_id, 12);
   EXPECT_EQ(map.frame_index, 22);
   EXPECT_EQ(map.timestamp_s, 1.0);
@@ -330,7 +330,7 @@ TEST(DepthEstimator, FillsTheMap) {
 TEST(DepthEstimator, HasNoNoiseOfClearImages) {
   PlaneScene scene;
   scene.num_images = 7;
-  EXPECT_EQ(Estimate(scene.Bundle()).map.image_noise, 1);
+  EXPECT_EQ(Estimate(scene.Bundle()).map.patch_noise, 1);
 }
 
 TEST(DepthEstimator, GivesNormalsAndConfidenceWhereItGivesDepth) {

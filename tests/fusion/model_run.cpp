@@ -23,7 +23,7 @@ TrackedMap Disturbed(TrackedMap map, int number) {
   map.bgr = image * (number % 2 == 0 ? 1.0 : 0.9);
   map.keyframe_id = map.frame_index = number;
   map.timestamp_s = 0.25 * number;
-  map.image_noise = 1 + 0.1 * number;
+  map.patch_noise = 1 + 0.1 * number;
   return map;
 }
 

@@ -202,7 +202,7 @@ TEST(Registration, ExpectsMoreMisfitOfNoisyImages) {
   for (const double noise : {1., 2.5}) {
     const auto map = CreateTrackedModel(Registered());
     (void)map->Integrate(HouseView({}, 0));
-    off.image_noise = noise;
+    off.patch_noise = noise;
     const FusionResult result = map->Integrate(off);
     ASSERT_EQ(result.status, FusionStatus::kFused) << result.reason;
     EXPECT_GT(result.registration.tracker_misfit, 0.25);

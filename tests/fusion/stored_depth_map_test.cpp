@@ -31,7 +31,7 @@ DepthMap FullMap() {
   }
   map.keyframe_id = 12;
   map.views = {{7, MovedPose()}};
-  map.image_noise = 1.7;
+  map.patch_noise = 1.7;
   return map;
 }
 
@@ -42,7 +42,7 @@ TEST(StoredDepthMap, LosesLessThanNoise) {
   EXPECT_EQ(found.keyframe_id, 12);
   ASSERT_EQ(found.views.size(), 1U);
   EXPECT_EQ(found.views[0].keyframe_id, 7);
-  EXPECT_EQ(found.image_noise, 1.7);
+  EXPECT_EQ(found.patch_noise, 1.7);
   EXPECT_EQ(cv::norm(found.bgr, map.bgr), 0);
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {

@@ -95,9 +95,9 @@ TEST(ImageState, RefusesKeyframesWithFewerPixelsThanDepths) {
 TEST(ImageState, RefusesKeyframesWithoutNoise) {
   Keyframe keyframe;
   keyframe.frame = SmallFrame();
-  keyframe.image_noise = 2;
+  keyframe.patch_noise = 2;
   EXPECT_EQ(RefusalOf(keyframe), "");
-  keyframe.image_noise = 0.5;
+  keyframe.patch_noise = 0.5;
   EXPECT_NE(RefusalOf(keyframe), "");
 }
 

@@ -190,8 +190,8 @@ TEST(TakeFinalised, TellsTheNoiseOfEachImage) {
   map.keyframe(1).view.patch_noise = 2.2;
   const std::vector<Keyframe> keyframes = TakeFinalised(map, true);
   ASSERT_GE(keyframes.size(), 2U);
-  EXPECT_EQ(keyframes[0].image_noise, 1) << "not measured";
-  EXPECT_EQ(keyframes[1].image_noise, 2.2);
+  EXPECT_EQ(keyframes[0].patch_noise, 1) << "not measured";
+  EXPECT_EQ(keyframes[1].patch_noise, 2.2);
 }
 
 TEST(ImageCells, AreAsManyInSmallImages) {

@@ -443,10 +443,10 @@ DepthMap VulkanDepthEstimator::DownloadMap(const ImageBundle& bundle, double lar
   double sum_of_noise = 0;
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
     const Keyframe& keyframe = bundle.keyframes[i];
-    sum_of_noise += keyframe.image_noise;
+    sum_of_noise += keyframe.patch_noise;
     if (i != bundle.reference_index()) map.views.push_back({keyframe.id, bundle.T_ref_cam[i]});
   }
-  map.image_noise = sum_of_noise / static_cast<double>(bundle.keyframes.size());
+  map.patch_noise = sum_of_noise / static_cast<double>(bundle.keyframes.size());
   map.uncertain_border_px = kUncertainBorder_px;
   return map;
 }

@@ -133,8 +133,8 @@ void ExchangeFrameOf(Archive& archive, DepthMap& map) {
     archive.Number(view.keyframe_id);
     ExchangePose(archive, view.T_ref_cam);
   });
-  archive.Number(map.image_noise);
-  RequireSound(archive, map.image_noise >= 1 && map.image_noise <= kMostOfState);
+  archive.Number(map.patch_noise);
+  RequireSound(archive, map.patch_noise >= 1 && map.patch_noise <= kMostOfState);
   archive.Number(map.uncertain_border_px);
 }
 

@@ -64,9 +64,9 @@ void ExchangeState(Archive& archive, Keyframe& keyframe) {
     }
   }
   ExchangeState(archive, keyframe.velocity);
-  ExchangeBounded(archive, keyframe.image_noise);
+  ExchangeBounded(archive, keyframe.patch_noise);
   if constexpr (Archive::kReads) {
-    if (keyframe.image_noise < 1) archive.Refuse("contradicts itself");
+    if (keyframe.patch_noise < 1) archive.Refuse("contradicts itself");
   }
 }
 

@@ -21,7 +21,7 @@ struct RegistrationOptions {
   bool with_grey = true;   // surface and grey values; else the surface alone
   // Up to here the tracker's pose stands: the mean by which it misses the best one, in sigmas. A
   // quarter of a sigma may well be common to all pixels of a depth map; of noisy images
-  // DepthMap::image_noise times that, but one sigma at most.
+  // DepthMap::patch_noise times that, but one sigma at most.
   double max_misfit = 0.25;
   // What the tracker knows, as a further term of the normal equations: one sigma of a tracker that
   // is wrong, as motion in the image, of rotation and translation each, and of the logarithm of its

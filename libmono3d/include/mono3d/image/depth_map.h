@@ -44,9 +44,9 @@ struct DepthMap {
   // The other images of the bundle: where their poses change later, so do the depths. Empty where
   // these are not to change.
   std::vector<MatchedView> views = {};
-  // Mean of Keyframe::image_noise over the bundle: the errors of its poses, which bend the depth
+  // Mean of Keyframe::patch_noise over the bundle: the errors of its poses, which bend the depth
   // map, are larger by that. 1 or more.
-  double image_noise = 1;
+  double patch_noise = 1;
   // Estimates nearer to the image's border than this rest on windows that it cuts, and their
   // confidence does not tell: no surface is made of them. 0 where the estimator knows no such
   // border.

@@ -28,7 +28,7 @@ struct Keyframe {
   CameraVelocity velocity = {};
   // Standard deviation of where the tracker finds points of the scene in this image, over what it
   // states: more than 1 in images that are compressed, dark or blurred, never less.
-  double image_noise = 1;
+  double patch_noise = 1;
 };
 
 }  // namespace mono3d

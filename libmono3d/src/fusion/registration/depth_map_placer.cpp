@@ -79,7 +79,7 @@ Registration DepthMapPlacer::Register(const DepthMap& map, const Anchor& anchor,
                                       const DepthMapBuffers& buffers, const BlockList& blocks) {
   SurfelMapOptions options = context_.options;
   options.registration.max_misfit =
-      misfits_.Limit(options.registration.max_misfit, map.image_noise);
+      misfits_.Limit(options.registration.max_misfit, map.patch_noise);
   Registration registration =
       registrar_.Register(context_.recorder, map, buffers, model_.surfels, blocks,
                           model_.anchors.S_world_surfels(), predictions, options, context_.times);

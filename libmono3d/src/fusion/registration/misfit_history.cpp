@@ -29,9 +29,9 @@ void MisfitHistory::Add(double misfit) {
   if (misfits_.size() > kMaxMisfits) misfits_.pop_front();
 }
 
-double MisfitHistory::Limit(double least, double image_noise) const {
+double MisfitHistory::Limit(double least, double patch_noise) const {
   // The poses behind a depth map err in proportion to what is measured in the images.
-  const double expected = std::max(least, std::min(kLargestOwn, image_noise * least));
+  const double expected = std::max(least, std::min(kLargestOwn, patch_noise * least));
   std::vector<double> own;
   std::ranges::copy_if(misfits_, std::back_inserter(own),
                        [](double misfit) { return misfit <= kLargestOwn; });

@@ -16,8 +16,8 @@ class MisfitHistory {
   void Add(double misfit);
   // Up to here a misfit contradicts nothing: `least`, of clear images, and more where those of the
   // depth map, or the latest misfits, tell of more, up to what can be a depth map's own error.
-  // `image_noise`: of the depth map.
-  double Limit(double least, double image_noise) const;
+  // `patch_noise`: of the depth map.
+  double Limit(double least, double patch_noise) const;
 
   // For a saved state; see state_archive.h.
   template <typename Archive>

@@ -25,7 +25,7 @@ Keyframe ToKeyframe(const Map& map, const MapKeyframe& from) {
   }
   keyframe.velocity = from.view.shutter.velocity();
   keyframe.velocity.Rescale(1 / from.scale);
-  keyframe.image_noise = from.view.patch_noise.value_or(1);
+  keyframe.patch_noise = from.view.patch_noise.value_or(1);
   return keyframe;
 }
 
