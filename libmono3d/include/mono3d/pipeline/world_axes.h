@@ -21,8 +21,7 @@ namespace MONO3D_EXPORT mono3d {
 // among those in which no camera is upside down or looks steeply up. Where the cameras turn, the
 // first of these decides. Nothing of fewer than three cameras, which are in the order of their
 // images, or where no direction is possible. `normals`: of the surface; some 1,500 of them are
-// asked. `turn_deg`: ReadShownTurn of the images, which are not turned themselves. Takes some 0.1
-// s.
+// asked. `turn_deg`: ReadShownTurn of the images, which are not turned themselves.
 std::optional<Eigen::Vector3d> FindUp(std::span<const Pose> T_world_cam,
                                       std::span<const Eigen::Vector3f> normals, int turn_deg = 0);
 
