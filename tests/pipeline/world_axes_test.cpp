@@ -9,25 +9,12 @@
 #include <numbers>
 #include <random>
 
+#include "geometry/camera_over.h"
+
 namespace mono3d {
 namespace {
 
-constexpr double kDegreeOfAxes = std::numbers::pi / 180;
 constexpr double kHeight = 1;  // of flight
-
-// x right, y down, z forward of a camera over a world with z up, by its heading (0: towards y), how
-// far it looks down, and how far it rolls.
-Pose CameraOver(const Eigen::Vector3d& centre, double heading_deg, double down_deg,
-                double roll_deg = 0) {
-  Eigen::Matrix3d level;  // of one that looks along y
-  level << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  const Eigen::AngleAxisd heading(-heading_deg * kDegreeOfAxes, Eigen::Vector3d::UnitZ());
-  const Eigen::AngleAxisd pitch(-down_deg * kDegreeOfAxes, Eigen::Vector3d::UnitX());
-  const Eigen::AngleAxisd roll(roll_deg * kDegreeOfAxes, Eigen::Vector3d::UnitZ());
-  return {Eigen::Matrix3d(heading.toRotationMatrix() * level * pitch.toRotationMatrix() *
-                          roll.toRotationMatrix()),
-          centre};
-}
 
 // A flight over ground with walls, in the frame of its first camera, as the tracker has it.
 class Flight {
@@ -66,68 +53,6 @@ class Flight {
  private:
   MapReconstruction map_;
 };
-
-// How far the true up, of the first camera's frame, is from the z axis.
-double TiltOf(const MapReconstruction& tracked, const Pose& T_true_first, int turn_deg = 0) {
-  const WorldAxes axes = ChooseWorldAxes(tracked, turn_deg);
-  EXPECT_EQ(axes.source, AxesSource::kLevel);
-  const Eigen::Vector3d up = axes.S_axes_world.pose().rotation() *
-                             (T_true_first.rotation().inverse() * Eigen::Vector3d::UnitZ());
-  return std::acos(std::min(1.0, up.z())) / kDegreeOfAxes;
-}
-
-TEST(WorldAxes, OfAnOrbitAreLevelByTheHorizonOfItsCameras) {
-  Flight flight(0.95);  // hardly any ground
-  std::mt19937 random(2);
-  std::normal_distribution<double> roll_deg(0, 1);
-  for (int i = 0; i < 24; ++i) {
-    const double angle = 5.0 * i * kDegreeOfAxes;
-    flight.Add(
-        CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, roll_deg(random)));
-  }
-  EXPECT_LT(TiltOf(flight.AsTracked(), CameraOver({0, -1, kHeight}, 0, 40)), 2);
-}
-
-TEST(WorldAxes, OfACameraHeldUprightFollowItsImagesAsTheyAreShown) {
-  // Images to be turned clockwise are of a camera that was turned clockwise.
-  for (const int turn_deg : {90, 180, 270}) {
-    Flight flight(0.95);
-    const auto camera = [&](int i) {
-      const double angle = 5.0 * i * kDegreeOfAxes;
-      return CameraOver({std::sin(angle), -std::cos(angle), kHeight}, -5.0 * i, 40, turn_deg);
-    };
-    for (int i = 0; i < 24; ++i) flight.Add(camera(i));
-    EXPECT_LT(TiltOf(flight.AsTracked(), camera(0), turn_deg), 2) << turn_deg;
-  }
-}
-
-TEST(WorldAxes, OfAStraightPassAreLevelByTheGround) {
-  for (const double down_deg : {20, 45, 90}) {
-    Flight flight(0.5);
-    for (int i = 0; i < 24; ++i) flight.Add(CameraOver({0.05 * i, -1, kHeight}, 0, down_deg));
-    EXPECT_LT(TiltOf(flight.AsTracked(), CameraOver({0, -1, kHeight}, 0, down_deg)), 3) << down_deg;
-  }
-}
-
-TEST(WorldAxes, OfADroneThatRisesAreLevelByTheGround) {
-  // Straight up, the view from the horizon downwards as a gimbal turns it, or straight down.
-  for (const double down_deg : {15, 90}) {
-    Flight flight(0.4, 0);  // half of the walls face the camera
-    const auto camera = [&](int i) {
-      const double share = down_deg == 90 ? 1 : i / 23.0;
-      return CameraOver({0, -1, 0.05 + 0.05 * i}, 0, share * down_deg);
-    };
-    for (int i = 0; i < 24; ++i) flight.Add(camera(i));
-    EXPECT_LT(TiltOf(flight.AsTracked(), camera(0)), 3) << down_deg;
-  }
-}
-
-TEST(WorldAxes, OfADroneThatFliesBackwardsAndUpAreLevelByTheGround) {
-  Flight flight(0.7, 0);
-  const auto camera = [](int i) { return CameraOver({0, -0.1 - 0.04 * i, 0.1 + 0.04 * i}, 0, 45); };
-  for (int i = 0; i < 24; ++i) flight.Add(camera(i));
-  EXPECT_LT(TiltOf(flight.AsTracked(), camera(0)), 3);
-}
 
 TEST(WorldAxes, HaveTheViewAlongYAndTheOriginOnTheGround) {
   Flight flight;

@@ -3,7 +3,7 @@
 
 #include "view/up_direction.h"
 
-#include "mono3d/pipeline/world_axes.h"
+#include "mono3d/geometry/up.h"
 
 namespace mono3d::tools {
 

@@ -46,6 +46,7 @@
 #include "mono3d/geometry/triangle_mesh.h"
 #include "mono3d/geometry/triangulation.h"
 #include "mono3d/geometry/two_view_ransac.h"
+#include "mono3d/geometry/up.h"
 #include "mono3d/geometry/voxel_grid.h"
 #include "mono3d/gpu/device.h"
 #include "mono3d/image/camera_positions.h"
