@@ -11,14 +11,9 @@
 
 #include "fusion/surfel.h"
 #include "fusion/surfel_depot.h"
-#include "gpu/buffer.h"
-#include "gpu/recorder.h"
+#include "fusion/surfel_slots.h"
 
 namespace mono3d {
-
-// Without those that are removed, in their order, such that each anchor has blocks of its own: the
-// last one of each is filled up with slots that count as removed.
-Surfels InWholeBlocks(const Surfels& surfels);
 
 // How much of a model is on the device.
 struct Residency {
@@ -28,11 +23,10 @@ struct Residency {
 };
 
 // The surfels of the model, in blocks of one anchor each. Those of the anchors that views of late
-// have seen are on the device, one buffer per field of Surfels, growing in steps; the others are in
-// a depot. An anchor is there or not as a whole. Which slots it has there, whichever are free, is
-// no part of the model: the order of its surfels is that of the anchors, and of the blocks of each.
-// Numbers of slots and blocks are those on the device. Removed surfels keep their slots until
-// CloseGaps().
+// have seen are on the device, in SurfelSlots; the others are in a depot. An anchor is there or not
+// as a whole. Which slots it has there, whichever are free, is no part of the model: the order of
+// its surfels is that of the anchors, and of the blocks of each. Numbers of slots and blocks are
+// those on the device. Removed surfels keep their slots until CloseGaps().
 class SurfelStorage {
  public:
   // Never holds more than `max_surfels`; one block at least.
@@ -40,7 +34,7 @@ class SurfelStorage {
                 const Residency& residency = {});
 
   // The slots on the device that may be in use are those before this one.
-  std::uint32_t size() const { return size_; }
+  std::uint32_t size() const { return slots_.size(); }
   // Slots that all of the model needs, on the device or not, and that it may have.
   std::uint32_t num_slots() const { return num_slots_; }
   std::uint32_t max_slots() const { return max_slots_; }
@@ -51,17 +45,15 @@ class SurfelStorage {
   // Slots of an anchor, whether on the device or not.
   std::uint32_t NumSlotsOf(std::uint32_t anchor) const;
 
-  const Buffer& position_radius() const { return position_radius_; }
-  const Buffer& normal_weight() const { return normal_weight_; }
-  const Buffer& history() const { return history_; }
-  const Buffer& association() const { return association_; }  // uint per slot, for the stages
-  // float4 per block of kSurfelsPerBlock: centre and radius of what surrounds its surfels, in the
-  // frame of its anchor.
-  const Buffer& bounds() const { return bounds_; }
-  const Buffer& num_there() const { return num_there_; }  // uint per block: surfels not removed
-  const Buffer& anchor_of_block() const { return anchor_of_block_; }  // uint per block
-  // uint per block: surfels that the latest depth map has confirmed.
-  const Buffer& num_confirmed() const { return num_confirmed_; }
+  // Of the slots on the device: see SurfelSlots.
+  const Buffer& position_radius() const { return slots_.position_radius(); }
+  const Buffer& normal_weight() const { return slots_.normal_weight(); }
+  const Buffer& history() const { return slots_.history(); }
+  const Buffer& association() const { return slots_.association(); }
+  const Buffer& bounds() const { return slots_.bounds(); }
+  const Buffer& num_there() const { return slots_.num_there(); }
+  const Buffer& anchor_of_block() const { return slots_.anchor_of_block(); }
+  const Buffer& num_confirmed() const { return slots_.num_confirmed(); }
   // What the latest depth map has confirmed of an anchor.
   struct Confirmed {
     std::uint32_t anchor = 0;
@@ -77,7 +69,7 @@ class SurfelStorage {
   // Downloads num_there of these blocks, of which surfels may have been removed.
   void TakeNumThere(std::span<const std::uint32_t> blocks);
   // Per block on the device; undefined where it is not in use.
-  const std::vector<std::uint32_t>& anchors() const { return anchor_of_; }
+  const std::vector<std::uint32_t>& anchors() const { return slots_.anchors(); }
   // The blocks on the device, in the order of the model.
   const std::vector<std::uint32_t>& order();
 
@@ -107,7 +99,7 @@ class SurfelStorage {
   // model may not have so many.
   bool MakeRoom(std::uint32_t num_slots);
   // Grows, to have room on the device for slots up to `size`.
-  void Reserve(std::uint32_t size);
+  void Reserve(std::uint32_t size) { slots_.Reserve(size); }
   // The stages are about to fill so many slots, for which there is room, with surfels of this
   // anchor, the last one: in these blocks.
   std::vector<std::uint32_t> BeginInsert(std::uint32_t anchor, std::uint32_t num_inserted);
@@ -130,7 +122,9 @@ class SurfelStorage {
   // An anchor at a time.
   void ForEachAnchor(const std::function<void(std::uint32_t, const Surfels&)>& take) const;
   // What is in these slots of the device.
-  Surfels DownloadSlots(std::uint32_t first, std::uint32_t end) const;
+  Surfels DownloadSlots(std::uint32_t first, std::uint32_t end) const {
+    return slots_.DownloadSlots(first, end);
+  }
   // Replaces all. Each block of one anchor, anchors in their order.
   void Upload(const Surfels& surfels);
   // The surfels of an anchor that has none yet: on the device as far as there is room.
@@ -168,9 +162,6 @@ class SurfelStorage {
     std::vector<Surfels::Float4> bounds;
   };
 
-  void Allocate(std::uint32_t capacity);
-  bool Grow(std::uint32_t num_slots);
-  std::uint32_t num_free() const;
   OfAnchor& At(std::uint32_t anchor);
   std::vector<std::uint32_t> TakeBlocks(std::uint32_t anchor, std::uint32_t num_blocks);
   void FreeBlocks(std::span<const std::uint32_t> blocks);
@@ -182,41 +173,22 @@ class SurfelStorage {
   void SendAwayFor(std::uint32_t num_slots);
   bool HasGaps(const OfAnchor& of) const;
   void CloseUp(std::uint32_t anchor);
-  void UploadBlocks(std::span<const std::uint32_t> blocks, const Surfels& surfels);
-  template <typename T>
-  std::vector<T> DownloadPerBlock(const Buffer& buffer,
-                                  std::span<const std::uint32_t> blocks) const;
 
-  std::shared_ptr<Device> device_;
   Residency residency_;
-  Recorder recorder_;
   std::uint32_t max_slots_;
-  std::uint32_t max_capacity_;  // of the device
-  std::uint32_t limit_;         // on the device
-  std::uint32_t capacity_ = 0;
-  std::uint32_t size_ = 0;
+  SurfelSlots slots_;
   std::uint32_t num_slots_ = 0;
   std::uint32_t num_surfels_ = 0;
   std::uint64_t view_ = 1;
   std::uint64_t layout_version_ = 0;
   std::uint32_t num_out_ = 0;
   std::vector<OfAnchor> of_anchor_;
-  std::vector<std::uint32_t> anchor_of_;  // per block on the device
   std::vector<std::uint32_t> place_of_;   // per block on the device: among those of its anchor
-  std::vector<std::uint32_t> free_;       // blocks before size_, in order
   std::vector<std::uint32_t> unbounded_;  // anchors
   std::vector<std::uint32_t> with_gaps_;  // anchors
   std::vector<std::uint32_t> order_;
   bool has_order_ = true;
   std::uint32_t inserting_ = 0;  // anchor
-  Buffer position_radius_;
-  Buffer normal_weight_;
-  Buffer history_;
-  Buffer association_;
-  Buffer bounds_;
-  Buffer num_there_;
-  Buffer anchor_of_block_;
-  Buffer num_confirmed_;
 };
 
 }  // namespace mono3d

@@ -51,6 +51,15 @@ inline bool IsRemoved(const Surfels& surfels, std::size_t i) {
   return surfels.normal_weight[i][3] <= 0;
 }
 
+// Of them, how many are not removed.
+std::uint32_t NumThere(const Surfels& surfels);
+
+void Append(const Surfels& from, Surfels& to);
+
+// Without those that are removed, in their order, such that each anchor has blocks of its own: the
+// last one of each is filled up with slots that count as removed.
+Surfels InWholeBlocks(const Surfels& surfels);
+
 // Number of the depth map to which a surfel is anchored.
 inline std::uint32_t AnchorOf(const Surfels& surfels, std::size_t i) {
   return Low16(surfels.history[i][3]);
