@@ -26,6 +26,13 @@ TEST(GradientNoise, IsContinuousAcrossCells) {
   }
 }
 
+// A pixel of no size, as of a camera on the very surface, has no last octave.
+TEST(FractalNoise, EndsWithCellsAndPixelsOfNoSize) {
+  FractalOptions options;
+  options.smallest_cell_m = 0;
+  EXPECT_TRUE(std::isfinite(FractalNoise(Eigen::Vector2f(0.3F, 0.6F), options, 0)));
+}
+
 TEST(FractalNoise, LeavesOutWhatThePixelCannotResolve) {
   const FractalOptions options{1, 0, 1, 3};
   EXPECT_EQ(FractalNoise(Eigen::Vector2f(0.3F, 0.6F), options, 2), 0);

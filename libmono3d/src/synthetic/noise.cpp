@@ -76,11 +76,15 @@ Eigen::Vector3f NextOctave(const Eigen::Vector3f& p) {
 
 template <typename Vector>
 float SumOctaves(const Vector& p_m, const FractalOptions& options, float footprint_m) {
+  // Of a pixel of no size, as before a camera on the very surface, none is the last one. Positions
+  // are not known to more than a millionth of the largest cell.
+  constexpr std::uint32_t kMostOctaves = 20;
   Vector p = p_m / options.largest_cell_m;
   float cell_m = options.largest_cell_m;
   float amplitude = 1;
   float sum = 0;
-  for (std::uint32_t octave = 0; cell_m >= options.smallest_cell_m; ++octave) {
+  for (std::uint32_t octave = 0; octave < kMostOctaves; ++octave) {
+    if (cell_m < options.smallest_cell_m) break;
     const float share = ResolvedShare(cell_m, footprint_m);
     if (share <= 0) break;
     sum += amplitude * share * GradientNoise(p, options.seed + octave);
