@@ -27,7 +27,7 @@ namespace mono3d::tracking {
 namespace {
 
 // By how much the points of a start move from its first image to the second: the median, in px.
-double ImageMotion(const MapStart& start) {
+double MedianShift(const MapStart& start) {
   std::vector<float> lengths;
   for (const FeatureMatch& match : start.motion.matches) {
     lengths.push_back(static_cast<float>(
@@ -38,7 +38,7 @@ double ImageMotion(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 4;
+constexpr std::uint32_t kTrackerStateVersion = 5;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
@@ -197,7 +197,7 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   Map& map = atlas_.map();
   FillMap(start, map);
   // On what a third image far away shows of both, the pairs of the start alone are few.
-  if (ImageMotion(start) > options_.initialisation.search_radius_share * camera_->width) {
+  if (MedianShift(start) > options_.initialisation.search_radius_share * camera_->width) {
     CreatePoints(map, 1, options_.mapping);
     CreatePointsByPatches(map, 1, options_.mapping);
   }

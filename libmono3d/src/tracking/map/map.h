@@ -21,6 +21,7 @@
 #include "tracking/alignment/octaves.h"
 #include "tracking/alignment/patch_alignment.h"
 #include "tracking/features/feature_grid.h"
+#include "tracking/features/image_motion.h"
 #include "tracking/features/pyramid_scales.h"
 #include "tracking/velocity_prior.h"
 
@@ -57,6 +58,7 @@ struct View {
   Pose T_cam_world;                            // at the middle line of a rolling shutter
   ShutterMotion shutter;                       // in the unit of T_cam_world
   VelocityPrior velocity_prior;                // of the velocity in `shutter`
+  ImageMotion image_motion;                    // before a map starts, while `shutter` is not known
 
   Eigen::Vector3d Centre() const { return T_cam_world.Inverse().translation(); }  // in the world
 };

@@ -3,11 +3,13 @@
 
 #include "tracking/start/map_initialiser.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "image/state_archive.h"
+#include "mono3d/geometry/two_view_ransac.h"
 #include "tracking/features/image_shift.h"
 #include "tracking/map/map_checks.h"
 #include "tracking/map/map_state.h"
@@ -27,26 +29,31 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
   const auto num_features = static_cast<int>(view.features.size());
   if (num_features < options_.min_matches) {
     views_.clear();
+    is_first_lost_ = false;
     reason = std::to_string(num_features) + " features, " + std::to_string(options_.min_matches) +
              " needed";
     return std::nullopt;
   }
-  std::erase_if(views_, [&](const View& old) {
+  const auto is_too_old = [&](const View& old) {
     return view.frame.timestamp_s - old.frame.timestamp_s > options_.max_wait_s;
-  });
+  };
+  if (std::erase_if(views_, is_too_old) > 0) is_first_lost_ = false;
+  NoteImageMotion(view);
   reason = "first view taken, waiting for parallax";
   std::size_t oldest = FirstThatShares(view, reason);
+  // While no view is lost from sight, waiting costs nothing.
+  const bool can_wait = oldest == 0 || (oldest == 1 && is_first_lost_);
   // Views that share too little with the newest one will share less with the next; one of them may
   // still tell two motions apart.
   if (oldest > 1) {
     views_.erase(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(oldest - 1));
     oldest = 1;
   }
-  // While no view is lost from sight, and none given up, waiting costs nothing.
+  is_first_lost_ = oldest > 0;
   const double readout_s = std::abs(view.frame.sensor.shutter.readout_s);
   const double min_wait_s = std::min(kMinReadouts * readout_s, 0.5 * options_.max_wait_s);
-  if (oldest == 0 && !views_.empty() &&
-      view.frame.timestamp_s - views_.front().frame.timestamp_s < min_wait_s) {
+  if (can_wait && oldest < views_.size() &&
+      view.frame.timestamp_s - views_[oldest].frame.timestamp_s < min_wait_s) {
     reason = "waiting for a path longer than the motion during the readout";
     Keep(std::move(view));
     return std::nullopt;
@@ -59,7 +66,7 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
   if (num_sharing > 3) tries.push_back(oldest + num_sharing / 2);
   for (const std::size_t first : tries) {
     std::string this_reason;
-    std::optional<TwoViewStart> motion = Try(first, view, oldest == 0, this_reason);
+    std::optional<TwoViewStart> motion = Try(first, view, can_wait, this_reason);
     if (first == oldest) reason = this_reason;
     if (!motion) continue;
     MapStart start;
@@ -67,10 +74,42 @@ std::optional<MapStart> MapInitialiser::Add(View view, std::string& reason) {
     start.second = std::move(view);
     start.motion = *std::move(motion);
     views_.clear();
+    is_first_lost_ = false;
     return start;
   }
   Keep(std::move(view));
   return std::nullopt;
+}
+
+// Of the view, and of the last one, which has one behind it now. A global shutter needs none.
+void MapInitialiser::NoteImageMotion(View& view) {
+  if (view.frame.sensor.shutter.IsGlobal() || views_.empty()) return;
+  View& last = views_.back();
+  std::vector<PointPair> pairs;
+  for (const FeatureMatch& match : Match(last, view)) {
+    pairs.push_back({last.features[match.feature_a].pixel, view.features[match.feature_b].pixel});
+  }
+  TwoViewRansacOptions ransac;
+  ransac.seed = seed_;
+  const std::optional<TwoViewModel> moved = EstimateHomography(pairs, ransac);
+  if (!moved || moved->num_inliers < options_.min_matches / 2) return;
+  const double later_s = view.frame.timestamp_s - last.frame.timestamp_s;
+  if (!(later_s > 0)) return;
+  const Eigen::Matrix3d H_view_last = moved->matrix.normalized();
+  const Eigen::Matrix3d H_last_view = H_view_last.inverse().normalized();
+  std::vector<ImageMotion::Neighbour> of_view{{H_last_view, -later_s}};
+  std::vector<ImageMotion::Neighbour> of_last{{H_view_last, later_s}};
+  const std::vector<ImageMotion::Neighbour>& before_last = last.image_motion.neighbours();
+  if (!before_last.empty()) {
+    const ImageMotion::Neighbour& before = before_last.front();
+    of_view.push_back({(before.H_other_here * H_last_view).normalized(), before.later_s - later_s});
+    of_last.insert(of_last.begin(), before);
+  }
+  const auto of = [](const View& at, std::vector<ImageMotion::Neighbour> neighbours) {
+    return ImageMotion(at.frame.camera, at.frame.sensor, std::move(neighbours));
+  };
+  view.image_motion = of(view, std::move(of_view));
+  last.image_motion = of(last, std::move(of_last));
 }
 
 // The number of the oldest view that shares enough with the newest one, as many as there are where
@@ -158,7 +197,18 @@ void MapInitialiser::Keep(View view) {
 
 template <typename Archive>
 void MapInitialiser::ExchangeState(Archive& archive, const CameraModel& camera, int num_levels) {
-  archive.Sections(views_, 1, [&](View& view) { tracking::ExchangeState(archive, view); });
+  archive.Sections(views_, 1, [&](View& view) {
+    tracking::ExchangeState(archive, view);
+    std::vector<ImageMotion::Neighbour> neighbours = view.image_motion.neighbours();
+    archive.List(neighbours, [&](ImageMotion::Neighbour& neighbour) {
+      ExchangeElements(archive, neighbour.H_other_here);
+      ExchangeBounded(archive, neighbour.later_s);
+    });
+    if constexpr (Archive::kReads) {
+      view.image_motion = ImageMotion(view.frame.camera, view.frame.sensor, std::move(neighbours));
+    }
+  });
+  archive.Number(is_first_lost_);
   if constexpr (Archive::kReads) {
     const auto is_view = [&](const View& view) {
       const auto is_feature = [&](const Feature& feature) {

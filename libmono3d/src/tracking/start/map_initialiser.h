@@ -37,6 +37,7 @@ class MapInitialiser {
  private:
   std::optional<TwoViewStart> Try(std::size_t first, const View& view, bool can_wait,
                                   std::string& reason) const;
+  void NoteImageMotion(View& view);
   std::size_t FirstThatShares(const View& view, std::string& reason) const;
   std::vector<BetweenView> SupportViews(std::size_t first, const View& view) const;
   std::vector<FeatureMatch> MatchNear(const View& a, const View& b) const;
@@ -45,7 +46,8 @@ class MapInitialiser {
 
   InitialisationOptions options_;
   int seed_;
-  std::vector<View> views_;  // by time
+  std::vector<View> views_;     // by time
+  bool is_first_lost_ = false;  // the first of them shared too little with the last one already
 };
 
 }  // namespace mono3d::tracking

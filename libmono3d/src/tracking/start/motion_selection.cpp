@@ -44,10 +44,11 @@ std::vector<Place> Locate(const View& a, const View& other,
   for (const FeatureMatch& match : matches) {
     const Feature& in_other = other.features[match.feature_b];
     if (a.octaves.empty() || other.octaves.empty()) {
-      places.push_back({match.feature_a, in_other.pixel, in_other.sigma_px});
-    } else if (const std::optional<PatchPosition> found = AlignMatch(a, other, match)) {
       places.push_back(
-          {match.feature_a, found->pixel, kAlignedSigma * std::ldexp(1.0, found->octave)});
+          {match.feature_a, other.image_motion.AtMiddleLine(in_other.pixel), in_other.sigma_px});
+    } else if (const std::optional<PatchPosition> found = AlignMatch(a, other, match)) {
+      places.push_back({match.feature_a, other.image_motion.AtMiddleLine(found->pixel),
+                        kAlignedSigma * std::ldexp(1.0, found->octave)});
     }
   }
   return places;
@@ -112,7 +113,8 @@ void AddPointsSeenBefore(const std::vector<TwoViewStart>& candidates, const View
     for (const Place& place : support.places) {
       if (is_known[place.feature_a] != 0) continue;
       is_known[place.feature_a] = 1;
-      const Eigen::Vector3d x = camera.Unproject(a.features[place.feature_a].pixel);
+      const Eigen::Vector3d x =
+          camera.Unproject(a.image_motion.AtMiddleLine(a.features[place.feature_a].pixel));
       CommonPoint& point = points.emplace_back(CommonPoint{place.feature_a, {}});
       for (std::size_t i = 0; i < candidates.size(); ++i) {
         point.p_a.emplace_back(x / std::max(planes[i].dot(x), min_inverse_depths[i]));
@@ -137,7 +139,7 @@ BundleAdjustmentProblem BuildProblem(const std::vector<CommonPoint>& points, std
     const Feature& in_a = a.features[points[i].feature_a];
     // Patches are taken at this very place: what is unsure is where the others show them.
     const double sigma_px = a.octaves.empty() ? in_a.sigma_px : kTakenSigma;
-    problem.observations.push_back({0, i, in_a.pixel, sigma_px});
+    problem.observations.push_back({0, i, a.image_motion.AtMiddleLine(in_a.pixel), sigma_px});
   }
   for (const SupportView& support : supports) {
     const std::size_t view = problem.T_cam_world.size();

@@ -238,12 +238,12 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   }
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
-    pairs.push_back({a.features[match.feature_a].pixel, b.features[match.feature_b].pixel});
     // Corners are sure to a pixel, which between views that have hardly moved is most of what
     // moves.
-    if (const std::optional<PatchPosition> found = AlignMatch(a, b, match)) {
-      pairs.back().b = found->pixel;
-    }
+    const std::optional<PatchPosition> found = AlignMatch(a, b, match);
+    const Eigen::Vector2d& in_b = found ? found->pixel : b.features[match.feature_b].pixel;
+    pairs.push_back({a.image_motion.AtMiddleLine(a.features[match.feature_a].pixel),
+                     b.image_motion.AtMiddleLine(in_b)});
   }
   TwoViewRansacOptions ransac;
   ransac.seed = seed;
