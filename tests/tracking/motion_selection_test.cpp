@@ -108,7 +108,8 @@ TEST(SelectMotion, DecidesNothingWhereNoiseHidesTheDifference) {
   TwoViewStart other = one;
   for (Eigen::Vector3d& p : other.p_a) p *= Uniform(random, 0.9, 1.1);
   const std::vector<BetweenView> between = {{&views[1], 0.5, matches}};
-  EXPECT_FALSE(SelectMotion({one, other}, views[0], views[2], between, SmallCamera()).has_value());
+  EXPECT_FALSE(
+      SelectMotion({one, other}, {}, views[0], views[2], between, SmallCamera()).has_value());
 }
 
 // The whole tracker on pictures of a flat field.

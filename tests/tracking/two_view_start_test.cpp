@@ -185,7 +185,7 @@ TEST(SelectMotion, TellsTheTwoMotionsOverAPlaneApartByAThirdView) {
     ASSERT_GE(attempt.candidates.size(), 1U) << attempt.reason;
     const std::vector<BetweenView> between = {{&views[1], 0.5, MatchAll()}};
     const auto chosen =
-        SelectMotion(attempt.candidates, views[0], views[2], between, SmallCamera());
+        SelectMotion(attempt.candidates, {}, views[0], views[2], between, SmallCamera());
     ASSERT_TRUE(chosen.has_value());
     const PoseError error = ErrorOf(chosen->T_b_a, Motion(1.5));
     rotation_errors_deg.push_back(static_cast<float>(error.rotation_deg));
@@ -215,14 +215,43 @@ TEST(IsRefuted, AMotionThatOtherViewsContradict) {
   EXPECT_FALSE(IsRefuted(*right, views[0], views[2], {}, SmallCamera()));
 }
 
+TEST(SelectMotion, TakesAnUnlikelyMotionWhereItIsClearlyBetter) {
+  std::mt19937 random(SeedFromTestName());
+  const Pose middle(RotationExp({0.02, -0.01, 0.0}), Eigen::Vector3d(-0.5, 0.3, 0));
+  const auto views = MakeViews(true, {Pose(), middle, Motion(1.5)}, random);
+  const std::vector<BetweenView> between = {{&views[1], 0.5, MatchAll()}};
+  const StartAttempt attempt = Start(views, MatchAll());
+  ASSERT_EQ(attempt.candidates.size(), 2U) << attempt.reason;
+  const auto error_of = [](const TwoViewStart& start) {
+    return ErrorOf(start.T_b_a, Motion(1.5)).rotation_deg;
+  };
+  std::vector<TwoViewStart> right = attempt.candidates;
+  std::ranges::sort(right, {}, error_of);
+  const std::vector<TwoViewStart> wrong = {right.back()};
+  right.pop_back();
+  const auto select = [&](const auto& candidates, const auto& unlikely) {
+    return SelectMotion(candidates, unlikely, views[0], views[2], between, SmallCamera());
+  };
+  const auto by_unlikely = select(wrong, right);
+  ASSERT_TRUE(by_unlikely.has_value());
+  EXPECT_LT(error_of(*by_unlikely), kMaxRotationErrorDeg);
+  const auto by_likely = select(right, wrong);
+  ASSERT_TRUE(by_likely.has_value());
+  EXPECT_LT(error_of(*by_likely), kMaxRotationErrorDeg);
+  // The same motion twice is no rival, and where nothing can be compared the candidate stands.
+  EXPECT_TRUE(select(right, right).has_value());
+  EXPECT_TRUE(SelectMotion(right, wrong, views[0], views[2], {}, SmallCamera()).has_value());
+}
+
 TEST(SelectMotion, TakesTheOnlyOneAndNoneWithoutAThirdView) {
   std::mt19937 random(SeedFromTestName());
   const auto views = MakeViews(false, {Pose(), Motion(1)}, random);
   const StartAttempt attempt = Start(views, MatchAll());
   ASSERT_EQ(attempt.candidates.size(), 1U);
-  EXPECT_TRUE(SelectMotion(attempt.candidates, views[0], views[1], {}, SmallCamera()).has_value());
+  EXPECT_TRUE(
+      SelectMotion(attempt.candidates, {}, views[0], views[1], {}, SmallCamera()).has_value());
   const std::vector<TwoViewStart> twice = {attempt.candidates[0], attempt.candidates[0]};
-  EXPECT_FALSE(SelectMotion(twice, views[0], views[1], {}, SmallCamera()).has_value());
+  EXPECT_FALSE(SelectMotion(twice, {}, views[0], views[1], {}, SmallCamera()).has_value());
 }
 
 TEST(MapInitialiser, WaitsForParallax) {

@@ -137,19 +137,17 @@ std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& v
     reason = "too little parallax: a turn on the spot explains the views nearly as well";
     return std::nullopt;
   }
-  if (attempt.candidates.size() < 2) {
-    if (attempt.candidates.empty()) return std::nullopt;
-    TwoViewStart& motion = attempt.candidates.front();
-    if (motion.is_planar && can_wait &&
-        IsRefuted(motion, a, view, SupportViews(first, view), camera)) {
-      reason = "the motion over a plane that two views leave open does not hold for others";
-      return std::nullopt;
-    }
-    return std::move(motion);
-  }
+  if (attempt.candidates.empty()) return std::nullopt;
+  const std::vector<BetweenView> others = SupportViews(first, view);
   std::optional<TwoViewStart> motion =
-      SelectMotion(attempt.candidates, a, view, SupportViews(first, view), camera);
-  if (!motion) reason = "two motions explain the views equally well";
+      SelectMotion(attempt.candidates, attempt.unlikely, a, view, others, camera);
+  if (!motion) {
+    reason = "two motions explain the views equally well";
+  } else if (!motion->is_adjusted && motion->is_planar && can_wait &&
+             IsRefuted(*motion, a, view, others, camera)) {
+    reason = "the motion over a plane that two views leave open does not hold for others";
+    return std::nullopt;
+  }
   return motion;
 }
 

@@ -90,11 +90,10 @@ void FillMap(const MapStart& start, Map& map) {
     RefineStartByPatchAlignment(map, point);
   }
   // Two views alone know less than those that the motion was adjusted over, above all of a plane.
+  SetStartVelocity(start, map);
   if (start.motion.is_adjusted) {
     RemoveOutliers(map);
-    SetStartVelocity(start, map);
   } else {
-    SetStartVelocity(start, map);
     AdjustAll(map);
   }
   const float median = UpperMedianOrZero(map.Depths(map.keyframe(id_a).view));

@@ -243,21 +243,37 @@ bool IsRefuted(const TwoViewStart& candidate, const View& a, const View& b,
                                   kMaxCost * static_cast<double>(adjusted.front().num_observations);
 }
 
-std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates, const View& a,
+std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates,
+                                         const std::vector<TwoViewStart>& unlikely, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
                                          const CameraModel& camera) {
   if (candidates.empty()) return std::nullopt;
-  if (candidates.size() == 1) return candidates.front();
-  std::vector<Adjusted> adjusted = AdjustAll(candidates, a, b, between, camera);
-  if (adjusted.empty()) return std::nullopt;
-  const auto best =
-      std::min_element(adjusted.begin(), adjusted.end(),
-                       [](const auto& l, const auto& r) { return Sum(l.costs) < Sum(r.costs); });
-  for (auto other = adjusted.begin(); other != adjusted.end(); ++other) {
-    if (other == best || IsSame(best->start.T_b_a, other->start.T_b_a)) continue;
-    if (!IsClearlyBetter(best->costs, other->costs)) return std::nullopt;
+  std::vector<TwoViewStart> all = candidates;
+  all.insert(all.end(), unlikely.begin(), unlikely.end());
+  if (all.size() == 1) return all.front();
+  std::vector<Adjusted> adjusted = AdjustAll(all, a, b, between, camera);
+  if (adjusted.empty()) {
+    return candidates.size() == 1 ? std::optional(candidates.front()) : std::nullopt;
   }
-  return std::move(best->start);
+  const std::span<Adjusted> everything(adjusted);
+  const std::span<Adjusted> likely = everything.first(candidates.size());
+  const auto best_of = [](std::span<Adjusted> some) -> Adjusted& {
+    return *std::ranges::min_element(some, {}, [](const Adjusted& of) { return Sum(of.costs); });
+  };
+  // Another one that is neither the same nor clearly worse.
+  const auto has_rival = [](const Adjusted& best, std::span<Adjusted> others) {
+    return std::ranges::any_of(others, [&](const Adjusted& other) {
+      return &other != &best && !IsSame(best.start.T_b_a, other.start.T_b_a) &&
+             !IsClearlyBetter(best.costs, other.costs);
+    });
+  };
+  Adjusted& best = best_of(everything);
+  const bool is_over_all = !has_rival(best, likely);
+  // Not so much better than the likely ones, an unlikely one is none to wait for.
+  Adjusted& chosen = is_over_all ? best : best_of(likely);
+  const bool is_likely = &chosen < likely.data() + likely.size();
+  if (has_rival(chosen, is_likely ? likely : everything)) return std::nullopt;
+  return std::move(chosen.start);
 }
 
 }  // namespace mono3d::tracking

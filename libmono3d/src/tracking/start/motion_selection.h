@@ -27,8 +27,10 @@ bool IsRefuted(const TwoViewStart& candidate, const View& a, const View& b,
 // by their patches, each motion is adjusted over all of them (bundle adjustment), and one must
 // leave less error than the others beyond what chance explains (Vuong 1989). With a view from
 // before, that goes for what only it and the first view show as well. Nothing when none does, or
-// when no such view sees enough of the points.
-std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates, const View& a,
+// when no such view sees enough of the points. `unlikely`: one of these is taken where it is better
+// than all candidates beyond chance, and otherwise has no say.
+std::optional<TwoViewStart> SelectMotion(const std::vector<TwoViewStart>& candidates,
+                                         const std::vector<TwoViewStart>& unlikely, const View& a,
                                          const View& b, const std::vector<BetweenView>& between,
                                          const CameraModel& camera);
 

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include "mono3d/geometry/fundamental.h"
 #include "mono3d/geometry/homography.h"
@@ -141,11 +142,11 @@ std::vector<StartCandidate> MotionsOverRelief(const Shared& shared, const TwoVie
 
 StartAttempt FromCandidates(const Shared& shared, std::vector<StartCandidate> candidates,
                             bool is_planar) {
-  if (candidates.empty()) return {{}, "too little parallax: the motion is a rotation"};
+  if (candidates.empty()) return {{}, {}, "too little parallax: the motion is a rotation"};
   const std::size_t most = NumPoints(*std::ranges::max_element(candidates, {}, NumPoints));
   const int needed = std::max(shared.options.min_points, shared.num_explained / 2);
   if (static_cast<int>(most) < needed) {
-    return {{}, NeededText(static_cast<int>(most), "points triangulated", needed)};
+    return {{}, {}, NeededText(static_cast<int>(most), "points triangulated", needed)};
   }
   // Far points without parallax lie behind the cameras by chance, so where there is relief the
   // right motion may have fewer points than a wrong one.
@@ -160,6 +161,7 @@ StartAttempt FromCandidates(const Shared& shared, std::vector<StartCandidate> ca
                 : *std::ranges::min_element(candidates, {}, &StartCandidate::parallax_deg);
   if (nearest.parallax_deg < shared.options.min_parallax_deg) {
     return {{},
+            {},
             TooLittleParallax(nearest.parallax_deg, shared.options.min_parallax_deg),
             static_cast<int>(NumPoints(nearest))};
   }
@@ -234,7 +236,7 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
                                const std::vector<FeatureMatch>& matches, const CameraModel& camera,
                                const InitialisationOptions& options, int seed) {
   if (static_cast<int>(matches.size()) < options.min_matches) {
-    return {{}, NeededText(static_cast<int>(matches.size()), "matches", options.min_matches)};
+    return {{}, {}, NeededText(static_cast<int>(matches.size()), "matches", options.min_matches)};
   }
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
@@ -249,7 +251,7 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
   ransac.seed = seed;
   const std::optional<TwoViewModel> H = EstimateHomography(pairs, ransac);
   const std::optional<TwoViewModel> F = EstimateFundamental(pairs, ransac);
-  if (!H && !F) return {{}, "neither a homography nor a fundamental matrix fits the matches"};
+  if (!H && !F) return {{}, {}, "neither a homography nor a fundamental matrix fits the matches"};
   const double score_H = H ? H->score : 0;
   const double score_F = F ? F->score : 0;
   const Shared shared{pairs, matches, camera, options,
@@ -262,18 +264,20 @@ StartAttempt StartFromTwoViews(const View& a, const View& b,
     const TurnOnTheSpot turn = CompareWithTurn(shared, *H);
     over_plane.is_near_turn = turn.is_near;
     if (turn.is_as_good) {
-      over_plane = {{}, "too little parallax: a turn on the spot explains the views as well"};
+      over_plane = {{}, {}, "too little parallax: a turn on the spot explains the views as well"};
     }
   }
   const bool is_planar = score_H > kPlanarShare * (score_H + score_F);
   if (!F || (is_planar && over_plane.candidates.empty())) return over_plane;
   const std::vector<EpipolarFit> fits = FitEssentialsTo(shared, *F);
+  std::vector<TwoViewStart> unlikely;
   if (IsRefutedByRelief(over_plane, shared, *F, fits)) {
-    over_plane.candidates.clear();
+    unlikely = std::exchange(over_plane.candidates, {});
   } else if (is_planar) {
     return over_plane;
   }
   StartAttempt attempt = FromCandidates(shared, MotionsOverRelief(shared, *F, fits), false);
+  attempt.unlikely = std::move(unlikely);
   if (attempt.candidates.empty()) {
     // Over ground that is nearly flat the epipoles are loose: a matrix that fits all pairs may be
     // that of no motion.

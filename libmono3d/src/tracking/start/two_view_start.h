@@ -30,7 +30,10 @@ struct TwoViewStart {
 // The motions that two views leave open, the one with most points first.
 struct StartAttempt {
   std::vector<TwoViewStart> candidates;  // one where it is clear, more where it is not
-  std::string reason;                    // why there is none
+  // Motions over a plane that these two views speak against: near the plane many motions have
+  // nearly the same epipolar lines, so further views may show that one of them is right after all.
+  std::vector<TwoViewStart> unlikely;
+  std::string reason;  // why there is no candidate
   // Those that the motion explains which has too little parallax for a start.
   int num_without_parallax = 0;
   // The motions are over a plane, and a turn on the spot leaves less than twice the noise: with a
