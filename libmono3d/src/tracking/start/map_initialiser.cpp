@@ -138,6 +138,10 @@ std::optional<TwoViewStart> MapInitialiser::Try(std::size_t first, const View& v
     return std::nullopt;
   }
   if (attempt.candidates.empty()) return std::nullopt;
+  TwoViewStart& only = attempt.candidates.front();
+  if (attempt.candidates.size() == 1 && attempt.unlikely.empty() && !only.is_planar) {
+    return std::move(only);  // nothing to compare it with: no other view is matched
+  }
   const std::vector<BetweenView> others = SupportViews(first, view);
   std::optional<TwoViewStart> motion =
       SelectMotion(attempt.candidates, attempt.unlikely, a, view, others, camera);

@@ -89,8 +89,8 @@ void FillMap(const MapStart& start, Map& map) {
     map.UpdatePoint(point);
     RefineStartByPatchAlignment(map, point);
   }
-  // Two views alone know less than those that the motion was adjusted over, above all of a plane.
   SetStartVelocity(start, map);
+  // Two views alone know less than those that the motion was adjusted over, above all of a plane.
   if (start.motion.is_adjusted) {
     RemoveOutliers(map);
   } else {
