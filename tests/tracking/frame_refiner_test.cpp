@@ -139,6 +139,29 @@ TEST(FrameRefiner, FindsVelocitiesOfARollingShutter) {
             0.05 * truth.angular_rad_per_s.norm());
 }
 
+// So that all of it can be settled at its end, however long ago its first keyframes were final.
+TEST(FrameRefiner, HoldsTheFramesOfAWholeMapWithARollingShutter) {
+  const auto refine_all_final = [](RefinedFlight& flight) {
+    for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
+    flight.refiner().Refine();
+    return flight.refiner().HoldsWholeMap();
+  };
+  RefinedFlight rolling(kRefinedReadout_s, Off());
+  EXPECT_TRUE(rolling.refiner().HoldsWholeMap());
+  EXPECT_TRUE(refine_all_final(rolling));
+  rolling.refiner().Finish();
+  EXPECT_FALSE(rolling.refiner().HoldsWholeMap());
+  RefinedFlight global(0, Off());
+  EXPECT_FALSE(refine_all_final(global));
+  // Keyframes that came by no frame: those of a map that was loaded.
+  RefinedFlight with_earlier(kRefinedReadout_s, Off());
+  View earlier = with_earlier.map().keyframe(0).view;
+  earlier.frame.index = -1;
+  earlier.points.assign(earlier.features.size(), std::nullopt);
+  with_earlier.map().AddKeyframe(earlier);
+  EXPECT_FALSE(with_earlier.refiner().HoldsWholeMap());
+}
+
 TEST(FrameRefiner, ForgetsFramesThatWereRemoved) {
   RefinedFlight flight(0, Off());
   flight.refiner().ForgetFrom(6);

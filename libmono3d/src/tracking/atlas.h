@@ -43,6 +43,8 @@ class Atlas {
   bool IsInUse() const { return is_in_use_; }
   // The map in use, or the last one that was.
   std::size_t current() const { return current_; }
+  // The map in use has keyframes of other footage: it was loaded.
+  bool HasLoadedKeyframes() const { return current_ == 0 && num_loaded_keyframes_ > 0; }
   Map& map() { return *maps_[current_]; }
   const Map& map() const { return *maps_[current_]; }
   PlaceIndex& places() { return places_[current_]; }

@@ -21,6 +21,10 @@ namespace {
 
 // On each side of a frame, of those that its velocity is taken from.
 constexpr std::size_t kNeighbours = 2;
+// Of a map whose frames are all kept, in keyframes and in frames: some 80 MB, and half a minute to
+// a minute of a flight.
+constexpr std::size_t kMaxKeyframes = 96;
+constexpr std::size_t kMaxFrames = 2000;
 
 View OnlyWhatShowsPoints(const View& view) {
   View result;
@@ -63,8 +67,17 @@ void FrameRefiner::Renumber(const NumberShift& shift) {
   }
 }
 
-bool FrameRefiner::IsYoung() const {
-  return !IsGlobal() && atlas_->map().keyframes().size() <= kYoung;
+bool FrameRefiner::HoldsWholeMap() const {
+  if (!atlas_->IsInUse() || frames_.empty() || IsGlobal()) return false;
+  if (atlas_->HasLoadedKeyframes()) return false;
+  const std::vector<KeyframeId>& in_order = atlas_->map().InOrderOfFlight();
+  if (in_order.empty() || in_order.size() > kMaxKeyframes || frames_.size() > kMaxFrames) {
+    return false;
+  }
+  // Frames are dropped from the first one on.
+  return std::ranges::any_of(frames_, [&](const TrackedFrame& frame) {
+    return atlas_->KeyframeOf(frame.number) == in_order.front();
+  });
 }
 
 // The frame index of the first keyframe that is still to be adjusted, or of the last one.
@@ -128,22 +141,25 @@ void FrameRefiner::Refine() {
     if (frames_[i].is_final || !is_global) due.push_back(i);
   }
   AdjustFrames(due);
-  if (IsYoung()) return;
+  if (HoldsWholeMap()) return;
   while (frames_.size() > kNeighbours && frames_[kNeighbours].is_final) frames_.pop_front();
 }
 
 void FrameRefiner::RefineAll() {
-  if (!atlas_->IsInUse()) return;
-  Positions every(frames_.size());
-  std::iota(every.begin(), every.end(), std::size_t{0});
+  if (!atlas_->IsInUse() || frames_.empty()) return;
+  // Where earlier ones are gone, the first ones lack those that their velocities were taken from.
+  const std::size_t first = HoldsWholeMap() ? 0 : std::min(kNeighbours, frames_.size());
+  Positions every(frames_.size() - first);
+  std::iota(every.begin(), every.end(), first);
   AdjustFrames(every);
 }
 
 void FrameRefiner::Finish() {
   if (!atlas_->IsInUse() || frames_.empty()) return;
+  const bool is_whole = HoldsWholeMap();
   Positions due;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (!frames_[i].is_final || IsYoung()) due.push_back(i);
+    if (!frames_[i].is_final || is_whole) due.push_back(i);
   }
   AdjustFrames(due);
   frames_.clear();

@@ -34,19 +34,17 @@ class FrameRefiner {
   // Adjusts the frames between final keyframes, each once; with a rolling shutter also those that
   // are not final yet, each time.
   void Refine();
-  // Every frame kept, whatever was done before: those between final keyframes, and all of a map
-  // with a rolling shutter that is young.
+  // Every frame kept, whatever was done before: all of the map while HoldsWholeMap.
   void RefineAll();
-  // The map is left, or no more frames come: adjusts those that are not final, of a young map all,
-  // and forgets them.
+  // The frames of all keyframes are kept, and those between: all velocities can be taken anew. With
+  // a rolling shutter, until the map is large; never of a map that was loaded.
+  bool HoldsWholeMap() const;
+  // The map is left, or no more frames come: adjusts those that are not final, of a map that is
+  // held whole all, and forgets them.
   void Finish();
   // Of a tracker with this camera, for the archives of image/state_archive.h; after the atlas.
   template <typename Archive>
   void ExchangeState(Archive& archive);
-
-  // A map with a rolling shutter is young up to so many keyframes. Its start has velocities by
-  // poses that are wrong for the lack of them; more frames show how it was.
-  static constexpr std::size_t kYoung = 24;
 
  private:
   struct TrackedFrame {
@@ -57,7 +55,6 @@ class FrameRefiner {
   using Positions = std::vector<std::size_t>;
 
   bool IsGlobal() const { return frames_.front().view.frame.sensor.shutter.IsGlobal(); }
-  bool IsYoung() const;
   bool IsConsistent() const;
   std::int64_t EndOfFinalPart() const;
   void TakeVelocity(std::size_t position, View& view) const;
@@ -66,7 +63,7 @@ class FrameRefiner {
 
   Atlas* atlas_;
   int min_inliers_;
-  std::deque<TrackedFrame> frames_;  // by time; of the final ones the last two, young maps all
+  std::deque<TrackedFrame> frames_;  // by time; of the final ones the last two, or all of the map
 };
 
 }  // namespace mono3d::tracking

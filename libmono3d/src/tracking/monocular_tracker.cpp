@@ -48,10 +48,13 @@ bool HasRollingShutter(const Map& map) {
   return !map.keyframes().back().view.frame.sensor.shutter.IsGlobal();
 }
 
-// Has the last keyframe of a young map (FrameRefiner::kYoung) been mapped? It has when it was
-// adjusted together with the next one; or that will never be.
+// A map with a rolling shutter is young up to so many keyframes. Its start has velocities by poses
+// that are wrong for the lack of them; more frames show how it was.
+constexpr std::size_t kYoung = 24;
+
+// Has the last keyframe of a young map been mapped? It has when it was adjusted together with the
+// next one; or that will never be.
 bool HasSettled(const Map& map) {
-  constexpr std::size_t kYoung = FrameRefiner::kYoung;
   constexpr std::size_t kMaxNewer = 8;
   const std::size_t count = map.keyframes().size();
   return count > kYoung + kMaxNewer ||
@@ -114,7 +117,7 @@ TrackingResult MonocularTracker::TrackView(View view) {
 TrackingResult MonocularTracker::UndoTurn(TrackingResult result) {
   if (mapping_) mapping_->Wait(*lock_);
   const std::vector<Frame> frames = turn_.TakeBack(atlas_, frame_tracker_.refiner());
-  Append(HandOverAll(), result.finalised_keyframes);
+  Append(HandOverAll(mapping_ != nullptr), result.finalised_keyframes);
   frame_tracker_.refiner().Finish();
   positions_.NoteMoved();
   atlas_.Leave();
@@ -290,7 +293,7 @@ TrackingResult MonocularTracker::Lose(const View& view, const std::string& reaso
   result.map_id = atlas_.map().id();
   if (is_over) turn_.Abandon();
   if (is_over && !turn_.IsRefused()) {
-    result.finalised_keyframes = HandOverAll();
+    result.finalised_keyframes = HandOverAll(mapping_ != nullptr);
     frame_tracker_.refiner().Finish();
     result.reason += "; starting anew";
     atlas_.Leave();
@@ -369,7 +372,6 @@ void MonocularTracker::SettleYoungMap(KeyframeId keyframe, MappingLock& lock) {
   const Map& map = atlas_.map();
   if (!HasRollingShutter(map)) return;
   const std::size_t count = map.keyframes().size();
-  constexpr std::size_t kYoung = FrameRefiner::kYoung;
   if (count != kYoung / 4 && count != kYoung / 2 && count != kYoung) return;
   const double scale_before = map.keyframe(keyframe).scale;
   Settle(lock);
@@ -395,10 +397,15 @@ std::vector<Keyframe> MonocularTracker::HandOver() {
   return TakeFinalised(map, false);
 }
 
-// Every keyframe left. Nothing else works on the map.
-std::vector<Keyframe> MonocularTracker::HandOverAll() {
+// Every keyframe left. Nothing else works on the map. With a rolling shutter the whole map is
+// settled before: keyframes that were adjusted with some newer ones alone still have velocities by
+// poses that are bent, and poses bent by these. Not for that alone where frames are waiting.
+std::vector<Keyframe> MonocularTracker::HandOverAll(bool are_frames_waiting) {
   Map& map = atlas_.map();
-  if (HasRollingShutter(map) && !HasSettled(map)) {
+  const bool settles =
+      HasRollingShutter(map) &&
+      (!HasSettled(map) || (!are_frames_waiting && frame_tracker_.refiner().HoldsWholeMap()));
+  if (settles) {
     MappingLock alone;
     Settle(alone);
     PublishPoses();
@@ -558,7 +565,7 @@ std::vector<Keyframe> MonocularTracker::Finish() {
     if (mapping_) mapping_->Wait(*lock);
   }
   if (!atlas_.IsInUse()) return finalised;
-  Append(HandOverAll(), finalised);
+  Append(HandOverAll(false), finalised);
   frame_tracker_.refiner().Finish();
   return finalised;
 }

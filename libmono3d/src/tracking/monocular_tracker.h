@@ -72,7 +72,7 @@ class MonocularTracker final : public Tracker {
   void SettleYoungMap(KeyframeId keyframe, MappingLock& lock);
   void Settle(MappingLock& lock);
   std::vector<Keyframe> HandOver();
-  std::vector<Keyframe> HandOverAll();
+  std::vector<Keyframe> HandOverAll(bool are_frames_waiting);
   bool ClosePlaces(KeyframeId keyframe, MappingLock& lock);
   bool FollowModel(MappingLock& lock);
   void AdjustWhatIsLeft(MappingLock& alone);
