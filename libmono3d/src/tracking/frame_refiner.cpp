@@ -21,8 +21,8 @@ namespace {
 
 // On each side of a frame, of those that its velocity is taken from.
 constexpr std::size_t kNeighbours = 2;
-// Of a map whose frames are all kept, in keyframes and in frames: some 80 MB, and half a minute to
-// a minute of a flight.
+// Of a map whose frames are all kept, in keyframes and in frames: so that memory and the time to
+// settle it do not grow with the flight, or with a camera that hovers.
 constexpr std::size_t kMaxKeyframes = 96;
 constexpr std::size_t kMaxFrames = 2000;
 
