@@ -59,6 +59,17 @@ TEST(VelocityThrough, FindsTheMotionThatThePosesHave) {
   EXPECT_FALSE(VelocityThrough({}, 0.03).has_value());
 }
 
+// By the series of small angles, where it ends, and by sine and cosine.
+TEST(CameraVelocity, MovesAPointAsItMovesTheAxes) {
+  CameraVelocity velocity = kFlight;
+  velocity.angular_rad_per_s2 = {2, -1, 3};
+  velocity.linear_su_per_s2 = {-4, 2, 1};
+  for (const double time_s : {0., 1e-9, 0.015, -0.2, 0.25, 0.3, -2.}) {
+    const Eigen::Vector3d expected = velocity.T_later_now(time_s) * kPoint;
+    EXPECT_LT((velocity.PointLater(time_s, kPoint) - expected).norm(), 1e-9) << time_s;
+  }
+}
+
 TEST(ShutterMotion, OfAGlobalShutterMovesNothing) {
   CameraModel sensor = RollingSensor();
   sensor.shutter.readout_s = 0;

@@ -3,6 +3,7 @@
 
 #include "mono3d/geometry/rolling_shutter.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <cstddef>
@@ -23,6 +24,28 @@ Pose CameraVelocity::T_later_now(double time_s) const {
   const double half = time_s * time_s / 2;
   return {RotationExp(time_s * angular_rad_per_s + half * angular_rad_per_s2),
           time_s * linear_su_per_s + half * linear_su_per_s2};
+}
+
+Eigen::Vector3d CameraVelocity::PointLater(double time_s, const Eigen::Vector3d& p_cam) const {
+  const double half = time_s * time_s / 2;
+  const Eigen::Vector3d omega = time_s * angular_rad_per_s + half * angular_rad_per_s2;
+  const double angle2 = omega.squaredNorm();
+  // Rodrigues' formula: sin(x) / x and (1 - cos(x)) / x^2, up to .3 rad by their series, which are
+  // exact to 1e-10 there.
+  constexpr double kMaxOfSeries = 0.1;  // rad^2
+  double by_sine;
+  double by_cosine;
+  if (angle2 < kMaxOfSeries) {
+    by_sine = 1 - angle2 / 6 * (1 - angle2 / 20 * (1 - angle2 / 42));
+    by_cosine = 0.5 - angle2 / 24 * (1 - angle2 / 30 * (1 - angle2 / 56));
+  } else {
+    const double angle = std::sqrt(angle2);
+    by_sine = std::sin(angle) / angle;
+    by_cosine = (1 - std::cos(angle)) / angle2;
+  }
+  const Eigen::Vector3d across = omega.cross(p_cam);
+  return p_cam + by_sine * across + by_cosine * omega.cross(across) + time_s * linear_su_per_s +
+         half * linear_su_per_s2;
 }
 
 std::optional<CameraVelocity> VelocityThrough(std::span<const LaterPose> around, double unit_s) {

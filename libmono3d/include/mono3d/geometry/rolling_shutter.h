@@ -26,6 +26,8 @@ struct CameraVelocity {
   bool operator==(const CameraVelocity&) const = default;
   // From the camera's axes now into those `time_s` later.
   Pose T_later_now(double time_s) const;
+  // T_later_now(time_s) * p_cam, for many points of different times.
+  Eigen::Vector3d PointLater(double time_s, const Eigen::Vector3d& p_cam) const;
   // Lengths have been multiplied.
   void Rescale(double ratio) {
     linear_su_per_s *= ratio;
@@ -69,7 +71,7 @@ class ShutterMotion {
   Eigen::Vector3d AtItsLine(const Eigen::Vector3d& p_cam) const;
   // The same at the time of the line that a ray is on.
   Eigen::Vector3d AtLineOf(const Eigen::Vector3d& ray, const Eigen::Vector3d& p_cam) const {
-    return is_still_ ? p_cam : velocity_.T_later_now(Time_s(ray)) * p_cam;
+    return is_still_ ? p_cam : velocity_.PointLater(Time_s(ray), p_cam);
   }
 
   // Where an image of `camera` (free of distortion, beside `sensor`) shows p_cam with its lines

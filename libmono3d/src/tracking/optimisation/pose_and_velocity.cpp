@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tracking/optimisation/chi2.h"
+#include "tracking/optimisation/pose_constraint.h"
 
 namespace mono3d::tracking {
 namespace {
@@ -29,13 +30,62 @@ RollingState MovedBy(const RollingState& state, const Vector12d& delta) {
   return moved;
 }
 
+// Normal equations and the cost that they are of.
+struct RollingEquations {
+  double cost = 0;
+  Matrix12d hessian;
+  Vector12d gradient;
+};
+
+// Sums over the measurements of the parts of their normal equations. A measurement has the
+// Jacobian J by the pose at its line, 2 x 6, and by the velocity t J K: t the time of its line, K
+// the same for all.
+class RollingSums {
+ public:
+  // `W`: information of the error; J by the axes of ProjectionJacobian.
+  void Add(const Eigen::Matrix<double, 2, 6>& J, const Eigen::Matrix2d& W,
+           const Eigen::Vector2d& error, double time_s) {
+    const Eigen::Matrix<double, 2, 6> WJ = W.lazyProduct(J);
+    const Matrix6d JWJ = J.transpose().lazyProduct(WJ);
+    const Vector6d JWe = WJ.transpose().lazyProduct(error);
+    hessian_ += JWJ;
+    hessian_t_ += time_s * JWJ;
+    hessian_tt_ += (time_s * time_s) * JWJ;
+    gradient_ += JWe;
+    gradient_t_ += time_s * JWe;
+  }
+
+  // The velocity turns points about the camera, the pose about the origin of the world's axes as
+  // the camera sees them: `t_cam_world` is between.
+  void Fill(const Eigen::Vector3d& t_cam_world, RollingEquations& equations) const {
+    Matrix6d K = Matrix6d::Identity();
+    const Eigen::Vector3d& t = t_cam_world;
+    K.bottomLeftCorner<3, 3>() << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
+    equations.hessian.topLeftCorner<6, 6>() = hessian_;
+    equations.hessian.topRightCorner<6, 6>() = hessian_t_ * K;
+    equations.hessian.bottomLeftCorner<6, 6>() =
+        equations.hessian.topRightCorner<6, 6>().transpose();
+    equations.hessian.bottomRightCorner<6, 6>() = K.transpose() * hessian_tt_ * K;
+    equations.gradient.head<6>() = gradient_;
+    equations.gradient.tail<6>() = K.transpose() * gradient_t_;
+  }
+
+ private:
+  Matrix6d hessian_ = Matrix6d::Zero();
+  Matrix6d hessian_t_ = Matrix6d::Zero();   // times t
+  Matrix6d hessian_tt_ = Matrix6d::Zero();  // times t^2
+  Vector6d gradient_ = Vector6d::Zero();
+  Vector6d gradient_t_ = Vector6d::Zero();
+};
+
 class RollingSolver {
  public:
   RollingSolver(const CameraModel& camera, const CameraModel& sensor, const VelocityPrior& prior,
                 const std::vector<PointMeasurement>& measurements)
-      : camera_(camera), sensor_(sensor), prior_(prior), measurements_(measurements) {
+      : camera_(camera), prior_(prior), measurements_(measurements) {
     // A measured pixel tells its line, which does not depend on the unknowns.
     const ShutterMotion lines(sensor, prior.mean);
+    times_s_.reserve(measurements.size());
     for (const PointMeasurement& m : measurements) {
       times_s_.push_back(lines.Time_s(camera.Unproject(m.pixel)));
     }
@@ -43,106 +93,114 @@ class RollingSolver {
 
   // What the depths of points leave open, by the state as it is (see MeasurementNoise).
   void TakeNoise(const RollingState& state) {
+    const Eigen::Matrix3d R = state.T_cam_world.rotation().toRotationMatrix();
     noises_.clear();
+    noises_.reserve(measurements_.size());
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
-      noises_.push_back(
-          NoiseOf(camera_, state.T_cam_world.rotation(), AtLine(state, i), measurements_[i]));
+      const Eigen::Vector3d p_cam = R * measurements_[i].p_world + state.T_cam_world.translation();
+      noises_.push_back(NoiseOf(camera_, state.T_cam_world.rotation(),
+                                state.velocity.PointLater(times_s_[i], p_cam), measurements_[i]));
     }
   }
 
-  // Squared error over its variance; infinite behind the camera.
-  double Chi2(const RollingState& state, std::size_t i) const {
-    const PointMeasurement& m = measurements_[i];
-    const Eigen::Vector3d p_line = AtLine(state, i);
-    if (p_line.z() <= 0) return HUGE_VAL;
-    return noises_[i].Chi2(m.pixel - camera_.Project(p_line));
+  // Squared errors over their variances; infinite behind the camera.
+  std::vector<double> Chi2(const RollingState& state) const {
+    const Eigen::Matrix3d R = state.T_cam_world.rotation().toRotationMatrix();
+    std::vector<double> chi2;
+    chi2.reserve(measurements_.size());
+    for (std::size_t i = 0; i < measurements_.size(); ++i) {
+      const Eigen::Vector3d p_cam = R * measurements_[i].p_world + state.T_cam_world.translation();
+      const Eigen::Vector3d p_line = state.velocity.PointLater(times_s_[i], p_cam);
+      chi2.push_back(p_line.z() <= 0
+                         ? HUGE_VAL
+                         : noises_[i].Chi2(measurements_[i].pixel - camera_.Project(p_line)));
+    }
+    return chi2;
   }
 
   RollingState Minimise(RollingState state, const std::vector<char>& is_inlier, bool robust) const {
     constexpr int kMaxSteps = 10;
     constexpr double kConverged = 1e-6;  // share of the cost
-    double cost = Cost(state, is_inlier, robust);
+    RollingEquations at = EquationsAt(state, is_inlier, robust);
     double damping = 1e-6;
     for (int i = 0; i < kMaxSteps; ++i) {
-      Matrix12d hessian = Matrix12d::Zero();
-      Vector12d gradient = Vector12d::Zero();
-      Linearise(state, is_inlier, robust, hessian, gradient);
-      hessian.diagonal() *= 1 + damping;
-      const Vector12d delta = hessian.ldlt().solve(gradient);
+      Matrix12d damped = at.hessian;
+      damped.diagonal() *= 1 + damping;
+      const Vector12d delta = damped.ldlt().solve(at.gradient);
       if (!delta.allFinite()) return state;
       const RollingState moved = MovedBy(state, delta);
-      const double new_cost = Cost(moved, is_inlier, robust);
-      if (!(new_cost < cost)) {
+      // So short a step is within the reach of the linearisation: what it gains is known.
+      if (std::isfinite(at.cost) && delta.dot(at.gradient) < kConverged * at.cost) return moved;
+      const RollingEquations at_moved = EquationsAt(moved, is_inlier, robust);
+      if (!(at_moved.cost < at.cost)) {
         damping = damping * 100 + 1e-4;
         continue;
       }
       state = moved;
-      const bool converged = cost - new_cost < kConverged * cost;
-      cost = new_cost;
+      at = at_moved;
       damping *= 0.1;
-      if (converged) break;
     }
     return state;
   }
 
  private:
-  Eigen::Vector3d AtLine(const RollingState& state, std::size_t i) const {
-    return state.velocity.T_later_now(times_s_[i]) * (state.T_cam_world * measurements_[i].p_world);
-  }
-
   // Standard deviations of the velocity, held ones so small that they do not move.
-  Eigen::Matrix<double, 6, 1> PriorWeights() const {
+  Vector6d PriorWeights() const {
     constexpr double kHeld = 1e12;
     const auto weight = [](double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : kHeld; };
-    Eigen::Matrix<double, 6, 1> weights;
+    Vector6d weights;
     weights << Eigen::Vector3d::Constant(weight(prior_.angular_sigma_rad_per_s)),
         Eigen::Vector3d::Constant(weight(prior_.linear_sigma_su_per_s));
     return weights;
   }
 
-  Eigen::Matrix<double, 6, 1> FromPrior(const RollingState& state) const {
-    Eigen::Matrix<double, 6, 1> difference;
+  Vector6d FromPrior(const RollingState& state) const {
+    Vector6d difference;
     difference << state.velocity.angular_rad_per_s - prior_.mean.angular_rad_per_s,
         state.velocity.linear_su_per_s - prior_.mean.linear_su_per_s;
     return difference;
   }
 
-  double Cost(const RollingState& state, const std::vector<char>& is_inlier, bool robust) const {
-    double cost = FromPrior(state).cwiseAbs2().dot(PriorWeights());
-    for (std::size_t i = 0; i < measurements_.size(); ++i) {
-      if (is_inlier[i] == 0) continue;
-      const double chi2 = Chi2(state, i);
-      cost +=
-          !robust || chi2 <= kChi2TwoDof ? chi2 : 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
-    }
-    return cost;
-  }
-
-  void Linearise(const RollingState& state, const std::vector<char>& is_inlier, bool robust,
-                 Matrix12d& hessian, Vector12d& gradient) const {
+  RollingEquations EquationsAt(const RollingState& state, const std::vector<char>& is_inlier,
+                               bool robust) const {
+    RollingEquations equations;
+    RollingSums sums;
+    const Eigen::Matrix3d R = state.T_cam_world.rotation().toRotationMatrix();
+    const Eigen::Vector3d& t = state.T_cam_world.translation();
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
       if (is_inlier[i] == 0) continue;
       const PointMeasurement& m = measurements_[i];
-      const Eigen::Vector3d p_line = AtLine(state, i);
-      if (p_line.z() <= 0) continue;
+      const MeasurementNoise& noise = noises_[i];
+      const Eigen::Vector3d rotated = R * m.p_world;
+      const Eigen::Vector3d p_line = state.velocity.PointLater(times_s_[i], rotated + t);
+      if (p_line.z() <= 0) {
+        equations.cost = HUGE_VAL;
+        continue;
+      }
       const Eigen::Vector2d error = m.pixel - camera_.Project(p_line);
-      double weight = noises_[i].inverse_variance;
-      const double chi2 = noises_[i].Chi2(error);
-      if (robust && chi2 > kChi2TwoDof) weight *= std::sqrt(kChi2TwoDof / chi2);
-      const Eigen::Vector3d rotated = state.T_cam_world.rotation() * m.p_world;
-      const Eigen::Vector3d p_cam = rotated + state.T_cam_world.translation();
+      const double chi2 = noise.Chi2(error);
+      double weight = noise.inverse_variance;
+      if (robust && chi2 > kChi2TwoDof) {  // Huber
+        weight *= std::sqrt(kChi2TwoDof / chi2);
+        equations.cost += 2 * std::sqrt(kChi2TwoDof * chi2) - kChi2TwoDof;
+      } else {
+        equations.cost += chi2;
+      }
+      const Eigen::Matrix2d W = weight * (Eigen::Matrix2d::Identity() -
+                                          noise.share * noise.v_px * noise.v_px.transpose());
       // The turn between the middle line and this one is left out: below a degree.
-      Eigen::Matrix<double, 2, 12> J;
-      J.leftCols<6>() = ProjectionJacobian(camera_, p_line, rotated);
-      J.rightCols<6>() = times_s_[i] * ProjectionJacobian(camera_, p_line, p_cam);
-      AddMeasurement(J, error, noises_[i], weight, hessian, gradient);
+      sums.Add(ProjectionJacobian(camera_, p_line, rotated), W, error, times_s_[i]);
     }
-    hessian.diagonal().tail<6>() += PriorWeights();
-    gradient.tail<6>() -= PriorWeights().cwiseProduct(FromPrior(state));
+    sums.Fill(t, equations);
+    const Vector6d weights = PriorWeights();
+    const Vector6d from_prior = FromPrior(state);
+    equations.cost += from_prior.cwiseAbs2().dot(weights);
+    equations.hessian.diagonal().tail<6>() += weights;
+    equations.gradient.tail<6>() -= weights.cwiseProduct(from_prior);
+    return equations;
   }
 
   const CameraModel& camera_;
-  const CameraModel& sensor_;
   const VelocityPrior& prior_;
   const std::vector<PointMeasurement>& measurements_;
   std::vector<double> times_s_;
@@ -164,20 +222,17 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
     state = solver.Minimise(state, estimate.is_inlier, round < kRobustRounds);
     estimate.num_inliers = 0;
     double sum_px2 = 0;
-    std::vector<double> all_chi2;
-    all_chi2.reserve(measurements.size());
+    std::vector<double> chi2 = solver.Chi2(state);
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-      const double chi2 = solver.Chi2(state, i);
-      all_chi2.push_back(chi2);
-      const bool fits = chi2 <= kChi2TwoDof;
+      const bool fits = chi2[i] <= kChi2TwoDof;
       estimate.is_inlier[i] = fits ? 1 : 0;
       estimate.num_inliers += fits ? 1 : 0;
-      if (fits) sum_px2 += chi2 * measurements[i].sigma_px * measurements[i].sigma_px;
+      if (fits) sum_px2 += chi2[i] * measurements[i].sigma_px * measurements[i].sigma_px;
     }
     if (estimate.num_inliers > 0) {
       estimate.reprojection_px = std::sqrt(sum_px2 / estimate.num_inliers);
     }
-    estimate.noise_scale = NoiseScaleOf(std::move(all_chi2));
+    estimate.noise_scale = NoiseScaleOf(std::move(chi2));
     if (estimate.num_inliers < kMinPoseInliers) break;
   }
   estimate.T_cam_world = state.T_cam_world;
