@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include "tracking/tracking_world.h"
@@ -68,7 +70,30 @@ class RefinedFlight {
   FrameRefiner& refiner() { return refiner_; }
   Map& map() { return atlas_.map(); }
 
+  void Refine() {
+    MappingLock alone;
+    refiner_.Refine(alone);
+  }
+  void RefineAll() {
+    MappingLock alone;
+    refiner_.RefineAll(alone);
+  }
   void Finalise(KeyframeId keyframe) { map().keyframe(keyframe).is_finalised = true; }
+
+  // As those of a map that was loaded.
+  void AddKeyframeWithoutFrame() {
+    View earlier = map().keyframe(0).view;
+    earlier.frame.index = -1;
+    earlier.points.assign(earlier.features.size(), std::nullopt);
+    map().AddKeyframe(earlier);
+  }
+
+  void AddFrameBefore(int frame) {
+    View view = Show(frame);
+    view.frame.index = frame - 1;
+    view.points.assign(ids_.begin(), ids_.end());
+    refiner_.Add(atlas_.AddFrame(view, 0), view);
+  }
 
   double PositionError(int frame) const {
     const Pose found = atlas_.T_cam_world(static_cast<std::size_t>(frame));
@@ -107,7 +132,7 @@ TEST(FrameRefiner, MovesFramesOnceTheKeyframesOnBothSidesAreFinal) {
   RefinedFlight flight(0, Off());
   flight.Finalise(0);
   flight.Finalise(1);
-  flight.refiner().Refine();
+  flight.Refine();
   EXPECT_LT(flight.PositionError(1), 1e-6);
   EXPECT_LT(flight.PositionError(7), 1e-6);
   EXPECT_GT(flight.PositionError(9), 0.01);   // its next keyframe is still to be adjusted
@@ -129,7 +154,7 @@ TEST(FrameRefiner, LeavesFramesWhosePointsAreGone) {
 // Nobody has told it a velocity.
 TEST(FrameRefiner, FindsVelocitiesOfARollingShutter) {
   RefinedFlight flight(kRefinedReadout_s, Off());
-  for (int i = 0; i < 3; ++i) flight.refiner().RefineAll();
+  for (int i = 0; i < 3; ++i) flight.RefineAll();
   // Frame 1 has one frame before it, frame 6 two on each side.
   EXPECT_LT(flight.PositionError(6), 0.002);
   EXPECT_LT(flight.PositionError(1), 0.01);
@@ -143,7 +168,7 @@ TEST(FrameRefiner, FindsVelocitiesOfARollingShutter) {
 TEST(FrameRefiner, HoldsTheFramesOfAWholeMapWithARollingShutter) {
   const auto refine_all_final = [](RefinedFlight& flight) {
     for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
-    flight.refiner().Refine();
+    flight.Refine();
     return flight.refiner().HoldsWholeMap();
   };
   RefinedFlight rolling(kRefinedReadout_s, Off());
@@ -153,13 +178,47 @@ TEST(FrameRefiner, HoldsTheFramesOfAWholeMapWithARollingShutter) {
   EXPECT_FALSE(rolling.refiner().HoldsWholeMap());
   RefinedFlight global(0, Off());
   EXPECT_FALSE(refine_all_final(global));
-  // Keyframes that came by no frame: those of a map that was loaded.
   RefinedFlight with_earlier(kRefinedReadout_s, Off());
-  View earlier = with_earlier.map().keyframe(0).view;
-  earlier.frame.index = -1;
-  earlier.points.assign(earlier.features.size(), std::nullopt);
-  with_earlier.map().AddKeyframe(earlier);
+  with_earlier.AddKeyframeWithoutFrame();
   EXPECT_FALSE(with_earlier.refiner().HoldsWholeMap());
+}
+
+// They lack the earlier frames that their velocities were taken from.
+TEST(FrameRefiner, LeavesTheFirstFramesWhereEarlierOnesAreGone) {
+  RefinedFlight flight(kRefinedReadout_s, Off());
+  flight.AddKeyframeWithoutFrame();
+  for (const KeyframeId id : {0, 1, 4}) flight.Finalise(id);
+  flight.Refine();  // up to frame 7, of which 6 and 7 are kept
+  const double before = flight.PositionError(6);
+  const double of_later = flight.PositionError(9);
+  flight.RefineAll();
+  EXPECT_EQ(flight.PositionError(6), before);
+  EXPECT_NE(flight.PositionError(9), of_later);
+}
+
+// Those that were to be refined still are, wherever the new one comes among them.
+TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
+  RefinedFlight flight(0, Off());
+  for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
+  PriorityMutex mutex;
+  const std::atomic<bool> is_interrupted = false;
+  std::atomic<bool> has_begun = false;
+  std::thread mapping;
+  {
+    const TrackingLock tracking(mutex);
+    mapping = std::thread([&] {
+      has_begun = true;
+      MappingLock lock(mutex, is_interrupted);
+      flight.refiner().Refine(lock);
+    });
+    while (!has_begun) std::this_thread::yield();
+  }
+  {
+    const TrackingLock tracking(mutex);
+    flight.AddFrameBefore(0);
+  }
+  mapping.join();
+  for (int i = 0; i < kNumRefinedFrames - 1; ++i) EXPECT_LT(flight.PositionError(i), 1e-6) << i;
 }
 
 TEST(FrameRefiner, ForgetsFramesThatWereRemoved) {

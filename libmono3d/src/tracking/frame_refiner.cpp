@@ -4,12 +4,12 @@
 #include "tracking/frame_refiner.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "image/image_state.h"
 #include "image/state_archive.h"
 #include "tracking/map/map_checks.h"
 #include "tracking/map/map_state.h"
@@ -21,49 +21,59 @@ namespace {
 
 // On each side of a frame, of those that its velocity is taken from.
 constexpr std::size_t kNeighbours = 2;
-// Of a map whose frames are all kept, in keyframes and in frames: so that memory and the time to
-// settle it do not grow with the flight, or with a camera that hovers.
-constexpr std::size_t kMaxKeyframes = 96;
-constexpr std::size_t kMaxFrames = 2000;
-
-View OnlyWhatShowsPoints(const View& view) {
-  View result;
-  result.frame = view.frame;
-  result.frame.bgr.release();
-  for (std::size_t i = 0; i < view.features.size(); ++i) {
-    if (!view.points[i]) continue;
-    result.features.push_back(view.features[i]);
-    result.points.push_back(view.points[i]);
-  }
-  return result;
-}
+// Of a map whose frames are all kept: so that settling it at its end takes no more than about ten
+// seconds, and its frames no more than about 100 MB.
+constexpr std::size_t kMaxKeyframes = 500;
+constexpr std::size_t kMaxFrames = 5000;
 
 }  // namespace
 
 void FrameRefiner::Add(std::size_t number, const View& view) {
+  TrackedFrame added{number, view.frame, {}, false};
+  added.frame.bgr.release();
+  for (std::size_t i = 0; i < view.features.size(); ++i) {
+    if (!view.points[i]) continue;
+    const Feature& feature = view.features[i];
+    added.sightings.push_back({feature.pixel, feature.sigma_px, *view.points[i]});
+  }
+  added.sightings.shrink_to_fit();
   const auto position = std::upper_bound(
       frames_.begin(), frames_.end(), view.frame.index,
-      [](std::int64_t index, const TrackedFrame& of) { return index < of.view.frame.index; });
-  frames_.insert(position, {number, OnlyWhatShowsPoints(view), false});
+      [](std::int64_t index, const TrackedFrame& of) { return index < of.frame.index; });
+  frames_.insert(position, std::move(added));
 }
 
 void FrameRefiner::ForgetFrom(std::size_t number) {
   std::erase_if(frames_, [&](const TrackedFrame& frame) { return frame.number >= number; });
 }
 
+View FrameRefiner::ViewOf(const TrackedFrame& frame) const {
+  View view;
+  view.frame = frame.frame;
+  view.T_cam_world = atlas_->T_cam_world(frame.number);
+  view.features.reserve(frame.sightings.size());
+  view.points.reserve(frame.sightings.size());
+  for (const Sighting& sighting : frame.sightings) {
+    Feature& feature = view.features.emplace_back();
+    feature.pixel = sighting.pixel;
+    feature.sigma_px = sighting.sigma_px;
+    view.points.emplace_back(sighting.point);
+  }
+  return view;
+}
+
 std::vector<View> FrameRefiner::ViewsFrom(std::int64_t frame_index) const {
   std::vector<View> views;
   for (const TrackedFrame& frame : frames_) {
-    if (frame.view.frame.index < frame_index || atlas_->KeyframeOf(frame.number)) continue;
-    views.push_back(frame.view);
-    views.back().T_cam_world = atlas_->T_cam_world(frame.number);
+    if (frame.frame.index < frame_index || atlas_->KeyframeOf(frame.number)) continue;
+    views.push_back(ViewOf(frame));
   }
   return views;
 }
 
 void FrameRefiner::Renumber(const NumberShift& shift) {
   for (TrackedFrame& frame : frames_) {
-    for (std::optional<PointId>& point : frame.view.points) point->index += shift.points;
+    for (Sighting& sighting : frame.sightings) sighting.point.index += shift.points;
   }
 }
 
@@ -89,16 +99,16 @@ std::int64_t FrameRefiner::EndOfFinalPart() const {
   return map.keyframe(at_end).view.frame.index;
 }
 
-void FrameRefiner::TakeVelocity(std::size_t position, View& view) const {
+VelocityPrior FrameRefiner::VelocityAt(std::size_t position) const {
   const std::size_t first = position - std::min(position, kNeighbours);
   const std::size_t last = std::min(position + kNeighbours, frames_.size() - 1);
   MotionModel motion;
   for (std::size_t i = first; i < last; ++i) {
     motion.Add(atlas_->T_cam_world(frames_[i + 1].number) *
                    atlas_->T_cam_world(frames_[i].number).Inverse(),
-               frames_[i + 1].view.frame.timestamp_s - frames_[i].view.frame.timestamp_s);
+               frames_[i + 1].frame.timestamp_s - frames_[i].frame.timestamp_s);
   }
-  view.velocity_prior = motion.Velocity(last - position);
+  return motion.Velocity(last - position);
 }
 
 void FrameRefiner::AdjustFrame(std::size_t position) {
@@ -108,60 +118,65 @@ void FrameRefiner::AdjustFrame(std::size_t position) {
     // Before a frame has come after it, the tracker's prediction is as good.
     if (is_global || position + 1 == frames_.size()) return;
     View& of_map = atlas_->map().keyframe(*keyframe).view;
-    View view = frame.view;
-    TakeVelocity(position, view);
-    of_map.shutter = {of_map.frame.sensor, view.velocity_prior.mean};
+    of_map.shutter = {of_map.frame.sensor, VelocityAt(position).mean};
     return;
   }
-  View view = frame.view;
-  view.T_cam_world = atlas_->T_cam_world(frame.number);
-  if (!is_global) TakeVelocity(position, view);
+  View view = ViewOf(frame);
+  if (!is_global) view.velocity_prior = VelocityAt(position);
   const PoseResult pose = RefinePose(atlas_->map(), view);
   // Else points that it rested on are gone.
   if (pose.num_inliers >= min_inliers_) atlas_->MoveFrame(frame.number, view);
 }
 
-void FrameRefiner::AdjustFrames(const Positions& positions) {
-  if (positions.empty()) return;
+void FrameRefiner::AdjustFrames(const FrameIndices& frames, MappingLock& lock) {
+  if (frames.empty()) return;
   // Better poses give better velocities, and these better poses.
   const int num_rounds = IsGlobal() ? 1 : 2;
   for (int round = 0; round < num_rounds; ++round) {
-    for (const std::size_t i : positions) AdjustFrame(i);
+    for (const std::int64_t index : frames) {
+      const auto frame = std::ranges::lower_bound(
+          frames_, index, {}, [](const TrackedFrame& of) { return of.frame.index; });
+      AdjustFrame(static_cast<std::size_t>(frame - frames_.begin()));
+      lock.Yield();
+    }
   }
 }
 
-void FrameRefiner::Refine() {
+void FrameRefiner::Refine(MappingLock& lock) {
   if (!atlas_->IsInUse() || frames_.empty()) return;
   const std::int64_t end = EndOfFinalPart();
   const bool is_global = IsGlobal();
-  Positions due;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (frames_[i].is_final) continue;
-    frames_[i].is_final = frames_[i].view.frame.index < end;
-    if (frames_[i].is_final || !is_global) due.push_back(i);
+  FrameIndices due;
+  for (TrackedFrame& frame : frames_) {
+    if (frame.is_final) continue;
+    frame.is_final = frame.frame.index < end;
+    if (frame.is_final || !is_global) due.push_back(frame.frame.index);
   }
-  AdjustFrames(due);
+  AdjustFrames(due, lock);
   if (HoldsWholeMap()) return;
   while (frames_.size() > kNeighbours && frames_[kNeighbours].is_final) frames_.pop_front();
 }
 
-void FrameRefiner::RefineAll() {
+void FrameRefiner::RefineAll(MappingLock& lock) {
   if (!atlas_->IsInUse() || frames_.empty()) return;
   // Where earlier ones are gone, the first ones lack those that their velocities were taken from.
   const std::size_t first = HoldsWholeMap() ? 0 : std::min(kNeighbours, frames_.size());
-  Positions every(frames_.size() - first);
-  std::iota(every.begin(), every.end(), first);
-  AdjustFrames(every);
+  FrameIndices every;
+  for (std::size_t i = first; i < frames_.size(); ++i) {
+    every.push_back(frames_[i].frame.index);
+  }
+  AdjustFrames(every, lock);
 }
 
 void FrameRefiner::Finish() {
   if (!atlas_->IsInUse() || frames_.empty()) return;
   const bool is_whole = HoldsWholeMap();
-  Positions due;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (!frames_[i].is_final || is_whole) due.push_back(i);
+  FrameIndices due;
+  for (const TrackedFrame& frame : frames_) {
+    if (!frame.is_final || is_whole) due.push_back(frame.frame.index);
   }
-  AdjustFrames(due);
+  MappingLock alone;
+  AdjustFrames(due, alone);
   frames_.clear();
 }
 
@@ -169,7 +184,12 @@ template <typename Archive>
 void FrameRefiner::ExchangeState(Archive& archive) {
   archive.Sections(frames_, 1, [&](TrackedFrame& frame) {
     archive.Index(frame.number);
-    tracking::ExchangeState(archive, frame.view);
+    mono3d::ExchangeState(archive, frame.frame);
+    archive.List(frame.sightings, [&](Sighting& sighting) {
+      ExchangeElements(archive, sighting.pixel);
+      ExchangeBounded(archive, sighting.sigma_px);
+      tracking::ExchangeState(archive, sighting.point);
+    });
     archive.Number(frame.is_final);
   });
   if constexpr (Archive::kReads) {
@@ -180,15 +200,13 @@ void FrameRefiner::ExchangeState(Archive& archive) {
 template void FrameRefiner::ExchangeState(StateWriter&);
 template void FrameRefiner::ExchangeState(StateReader&);
 
-// All frames are of the map in use, and all their features have points.
+// All frames are of the map in use.
 bool FrameRefiner::IsConsistent() const {
   if (frames_.empty()) return true;
   const auto is_of_map = [&](const TrackedFrame& frame) {
     return frame.number < atlas_->num_frames() &&
            atlas_->map_of_frame(frame.number) == atlas_->current() &&
-           IsViewOf(atlas_->map(), frame.view) &&
-           std::ranges::all_of(frame.view.points,
-                               [](const auto& point) { return point.has_value(); });
+           IsViewOf(atlas_->map(), ViewOf(frame));
   };
   return atlas_->IsInUse() && std::ranges::all_of(frames_, is_of_map);
 }

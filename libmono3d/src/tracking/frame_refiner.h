@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -10,6 +11,7 @@
 
 #include "tracking/atlas.h"
 #include "tracking/map/map.h"
+#include "tracking/priority_mutex.h"
 
 namespace mono3d::tracking {
 
@@ -32,10 +34,10 @@ class FrameRefiner {
   // Their map has gone into another one.
   void Renumber(const NumberShift& shift);
   // Adjusts the frames between final keyframes, each once; with a rolling shutter also those that
-  // are not final yet, each time.
-  void Refine();
+  // are not final yet, each time. Between two frames tracking may come in, and add frames.
+  void Refine(MappingLock& lock);
   // Every frame kept, whatever was done before: all of the map while HoldsWholeMap.
-  void RefineAll();
+  void RefineAll(MappingLock& lock);
   // The frames of all keyframes are kept, and those between: all velocities can be taken anew. With
   // a rolling shutter, until the map is large; never of a map that was loaded.
   bool HoldsWholeMap() const;
@@ -47,19 +49,29 @@ class FrameRefiner {
   void ExchangeState(Archive& archive);
 
  private:
+  // Where a frame shows a point of the map.
+  struct Sighting {
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+    double sigma_px = 1;
+    PointId point;
+  };
+  // A third of the memory of its view.
   struct TrackedFrame {
     std::size_t number = 0;  // in the atlas
-    View view;               // features with points, no images
+    Frame frame;             // without its image
+    std::vector<Sighting> sightings;
     bool is_final = false;
   };
-  using Positions = std::vector<std::size_t>;
+  using FrameIndices = std::vector<std::int64_t>;
 
-  bool IsGlobal() const { return frames_.front().view.frame.sensor.shutter.IsGlobal(); }
+  bool IsGlobal() const { return frames_.front().frame.sensor.shutter.IsGlobal(); }
+  // With its pose and the features that show points, and nothing else.
+  View ViewOf(const TrackedFrame& frame) const;
   bool IsConsistent() const;
   std::int64_t EndOfFinalPart() const;
-  void TakeVelocity(std::size_t position, View& view) const;
+  VelocityPrior VelocityAt(std::size_t position) const;
   void AdjustFrame(std::size_t position);
-  void AdjustFrames(const Positions& positions);
+  void AdjustFrames(const FrameIndices& frames, MappingLock& lock);
 
   Atlas* atlas_;
   int min_inliers_;

@@ -38,7 +38,7 @@ double MedianShift(const MapStart& start) {
 }
 
 constexpr const char* kTrackerState = "tracker state";
-constexpr std::uint32_t kTrackerStateVersion = 5;
+constexpr std::uint32_t kTrackerStateVersion = 6;
 
 void Append(std::vector<Keyframe> added, std::vector<Keyframe>& keyframes) {
   std::move(added.begin(), added.end(), std::back_inserter(keyframes));
@@ -94,9 +94,7 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   TrackingResult result = TrackView(std::move(view));
   while (turn_.IsRefused()) result = UndoTurn(std::move(result));
   if (mapping_ && atlas_.IsInUse() && !turn_.IsPending()) {
-    std::vector<Keyframe> finalised = HandOver();
-    if (!finalised.empty()) frame_tracker_.refiner().Refine();
-    Append(std::move(finalised), result.finalised_keyframes);
+    Append(HandOver(), result.finalised_keyframes);
   }
   if (is_publication_due_) PublishPoses();
   result.refined = atlas_.TakeMoved();
@@ -215,7 +213,8 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   FrameTracker::State at_second = TrackBetween(between);
   if (!first.frame.sensor.shutter.IsGlobal()) {
     // The velocities of the two views are known only now.
-    frame_tracker_.refiner().Refine();
+    MappingLock alone;
+    frame_tracker_.refiner().Refine(alone);
     AdjustAll(map);
     atlas_.RemoveFramesFrom(first_frame + 1);
     frame_tracker_.refiner().ForgetFrom(first_frame + 1);
@@ -269,7 +268,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
     MappingLock alone;
     MapKeyframe(atlas_.newest(), alone);
     if (!turn_.IsPending()) result.finalised_keyframes = HandOver();
-    frame_tracker_.refiner().Refine();
+    frame_tracker_.refiner().Refine(alone);
   }
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
   result.map_id = atlas_.map().id();  // another one where two were joined
@@ -357,7 +356,11 @@ void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
     turn_.Follow(atlas_.map(), keyframe, frame_tracker_.refiner(), lock);
   }
   frame_tracker_.Rescale(atlas_.map().keyframe(keyframe).scale / scale_before);
-  if (lock.IsShared()) PublishPoses();
+  if (lock.IsShared()) {
+    // Up to the keyframes that were handed over with the last frame.
+    if (!turn_.IsPending()) frame_tracker_.refiner().Refine(lock);
+    PublishPoses();
+  }
   lock.Yield();
   const bool is_closed = ClosePlaces(keyframe, lock);
   bool has_followed = FollowModel(lock);
@@ -383,7 +386,7 @@ void MonocularTracker::SettleYoungMap(KeyframeId keyframe, MappingLock& lock) {
 void MonocularTracker::Settle(MappingLock& lock) {
   const ScopedStageTimer timer(times_, "tracking/full_bundle_adjustment");
   for (int i = 0; i < 2; ++i) {
-    frame_tracker_.refiner().RefineAll();
+    frame_tracker_.refiner().RefineAll(lock);
     AdjustAllAndScales(atlas_.map(), lock);
   }
 }
