@@ -58,6 +58,8 @@ constexpr double kPatchSigma_px = 0.25;
 void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
   TrackerOptions options;
   options.features.patch_sigma_px = kPatchSigma_px;
+  // A map needs no keyframe whose points others show; of the camera it tells as much as any other.
+  options.mapping.max_redundant_share = 1;
   const std::unique_ptr<Tracker> tracker = CreateTracker(options);
   try {
     while (const std::optional<Frame> frame = source.Next()) (void)tracker->Track(*frame);
