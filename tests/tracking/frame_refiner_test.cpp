@@ -70,10 +70,6 @@ class RefinedFlight {
   FrameRefiner& refiner() { return refiner_; }
   Map& map() { return atlas_.map(); }
 
-  void Refine() {
-    MappingLock alone;
-    refiner_.Refine(alone);
-  }
   void RefineAll() {
     MappingLock alone;
     refiner_.RefineAll(alone);
@@ -132,7 +128,7 @@ TEST(FrameRefiner, MovesFramesOnceTheKeyframesOnBothSidesAreFinal) {
   RefinedFlight flight(0, Off());
   flight.Finalise(0);
   flight.Finalise(1);
-  flight.Refine();
+  flight.refiner().Refine();
   EXPECT_LT(flight.PositionError(1), 1e-6);
   EXPECT_LT(flight.PositionError(7), 1e-6);
   EXPECT_GT(flight.PositionError(9), 0.01);   // its next keyframe is still to be adjusted
@@ -168,7 +164,7 @@ TEST(FrameRefiner, FindsVelocitiesOfARollingShutter) {
 TEST(FrameRefiner, HoldsTheFramesOfAWholeMapWithARollingShutter) {
   const auto refine_all_final = [](RefinedFlight& flight) {
     for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
-    flight.Refine();
+    flight.refiner().Refine();
     return flight.refiner().HoldsWholeMap();
   };
   RefinedFlight rolling(kRefinedReadout_s, Off());
@@ -188,7 +184,7 @@ TEST(FrameRefiner, LeavesTheFirstFramesWhereEarlierOnesAreGone) {
   RefinedFlight flight(kRefinedReadout_s, Off());
   flight.AddKeyframeWithoutFrame();
   for (const KeyframeId id : {0, 1, 4}) flight.Finalise(id);
-  flight.Refine();  // up to frame 7, of which 6 and 7 are kept
+  flight.refiner().Refine();  // up to frame 7, of which 6 and 7 are kept
   const double before = flight.PositionError(6);
   const double of_later = flight.PositionError(9);
   flight.RefineAll();
@@ -200,6 +196,8 @@ TEST(FrameRefiner, LeavesTheFirstFramesWhereEarlierOnesAreGone) {
 TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
   RefinedFlight flight(0, Off());
   for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
+  flight.AddFrameBefore(0);  // two at the beginning are left out
+  flight.AddFrameBefore(-1);
   PriorityMutex mutex;
   const std::atomic<bool> is_interrupted = false;
   std::atomic<bool> has_begun = false;
@@ -209,13 +207,13 @@ TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
     mapping = std::thread([&] {
       has_begun = true;
       MappingLock lock(mutex, is_interrupted);
-      flight.refiner().Refine(lock);
+      flight.refiner().RefineAll(lock);
     });
     while (!has_begun) std::this_thread::yield();
   }
   {
     const TrackingLock tracking(mutex);
-    flight.AddFrameBefore(0);
+    flight.AddFrameBefore(-2);
   }
   mapping.join();
   for (int i = 0; i < kNumRefinedFrames - 1; ++i) EXPECT_LT(flight.PositionError(i), 1e-6) << i;

@@ -142,7 +142,7 @@ void FrameRefiner::AdjustFrames(const FrameIndices& frames, MappingLock& lock) {
   }
 }
 
-void FrameRefiner::Refine(MappingLock& lock) {
+void FrameRefiner::Refine() {
   if (!atlas_->IsInUse() || frames_.empty()) return;
   const std::int64_t end = EndOfFinalPart();
   const bool is_global = IsGlobal();
@@ -152,7 +152,8 @@ void FrameRefiner::Refine(MappingLock& lock) {
     frame.is_final = frame.frame.index < end;
     if (frame.is_final || !is_global) due.push_back(frame.frame.index);
   }
-  AdjustFrames(due, lock);
+  MappingLock alone;
+  AdjustFrames(due, alone);
   if (HoldsWholeMap()) return;
   while (frames_.size() > kNeighbours && frames_[kNeighbours].is_final) frames_.pop_front();
 }

@@ -34,9 +34,10 @@ class FrameRefiner {
   // Their map has gone into another one.
   void Renumber(const NumberShift& shift);
   // Adjusts the frames between final keyframes, each once; with a rolling shutter also those that
-  // are not final yet, each time. Between two frames tracking may come in, and add frames.
-  void Refine(MappingLock& lock);
-  // Every frame kept, whatever was done before: all of the map while HoldsWholeMap.
+  // are not final yet, each time.
+  void Refine();
+  // Every frame kept, whatever was done before: all of the map while HoldsWholeMap. Between two
+  // frames tracking may come in, and add frames.
   void RefineAll(MappingLock& lock);
   // The frames of all keyframes are kept, and those between: all velocities can be taken anew. With
   // a rolling shutter, until the map is large; never of a map that was loaded.

@@ -94,7 +94,9 @@ TrackingResult MonocularTracker::Track(const Frame& frame) {
   TrackingResult result = TrackView(std::move(view));
   while (turn_.IsRefused()) result = UndoTurn(std::move(result));
   if (mapping_ && atlas_.IsInUse() && !turn_.IsPending()) {
-    Append(HandOver(), result.finalised_keyframes);
+    std::vector<Keyframe> finalised = HandOver();
+    if (!finalised.empty()) frame_tracker_.refiner().Refine();
+    Append(std::move(finalised), result.finalised_keyframes);
   }
   if (is_publication_due_) PublishPoses();
   result.refined = atlas_.TakeMoved();
@@ -213,8 +215,7 @@ std::vector<FramePose> MonocularTracker::StartMap(const MapStart& start) {
   FrameTracker::State at_second = TrackBetween(between);
   if (!first.frame.sensor.shutter.IsGlobal()) {
     // The velocities of the two views are known only now.
-    MappingLock alone;
-    frame_tracker_.refiner().Refine(alone);
+    frame_tracker_.refiner().Refine();
     AdjustAll(map);
     atlas_.RemoveFramesFrom(first_frame + 1);
     frame_tracker_.refiner().ForgetFrom(first_frame + 1);
@@ -268,7 +269,7 @@ TrackingResult MonocularTracker::Continue(View view, const PoseResult& pose) {
     MappingLock alone;
     MapKeyframe(atlas_.newest(), alone);
     if (!turn_.IsPending()) result.finalised_keyframes = HandOver();
-    frame_tracker_.refiner().Refine(alone);
+    frame_tracker_.refiner().Refine();
   }
   if (result.is_keyframe) view = atlas_.map().keyframe(atlas_.newest()).view;
   result.map_id = atlas_.map().id();  // another one where two were joined
@@ -356,11 +357,7 @@ void MonocularTracker::MapKeyframe(KeyframeId keyframe, MappingLock& lock) {
     turn_.Follow(atlas_.map(), keyframe, frame_tracker_.refiner(), lock);
   }
   frame_tracker_.Rescale(atlas_.map().keyframe(keyframe).scale / scale_before);
-  if (lock.IsShared()) {
-    // Up to the keyframes that were handed over with the last frame.
-    if (!turn_.IsPending()) frame_tracker_.refiner().Refine(lock);
-    PublishPoses();
-  }
+  if (lock.IsShared()) PublishPoses();
   lock.Yield();
   const bool is_closed = ClosePlaces(keyframe, lock);
   bool has_followed = FollowModel(lock);
