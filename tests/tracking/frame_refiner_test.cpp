@@ -213,7 +213,7 @@ TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
   }
   {
     const TrackingLock tracking(mutex);
-    flight.AddFrameBefore(-2);
+    for (const int frame : {-2, -3, -4}) flight.AddFrameBefore(frame);
   }
   mapping.join();
   for (int i = 0; i < kNumRefinedFrames - 1; ++i) EXPECT_LT(flight.PositionError(i), 1e-6) << i;

@@ -144,7 +144,7 @@ class RollingSolver {
   }
 
  private:
-  // Standard deviations of the velocity, held ones so small that they do not move.
+  // Inverse variances of the velocity, held ones so large that they do not move.
   Vector6d PriorWeights() const {
     constexpr double kHeld = 1e12;
     const auto weight = [](double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : kHeld; };
