@@ -10,6 +10,7 @@
 
 #include "calibration/camera_covariance.h"
 #include "calibration/camera_problem.h"
+#include "calibration/camera_solver.h"
 #include "calibration/intrinsics_variation.h"
 #include "calibration/parameter_choice.h"
 #include "mono3d/core/error.h"
@@ -35,14 +36,11 @@ Parameter UsualReadout(const CameraModel& camera) {
 }
 
 void SolveAll(CameraProblem& problem) {
-  for (const double min_gain : kMinGains) problem.Solve(min_gain);
+  for (const double min_gain : kMinGains) Solve(problem, min_gain);
 }
 
 // With one readout time held at the prior.
-CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const CameraPrior& prior,
-                              const CalibrationMaps& maps) {
-  start.shutter = prior.camera.shutter;
-  CameraProblem problem(maps, start, prior);
+CameraProblem WithReadoutHeld(CameraProblem problem, Parameter readout) {
   ParameterFlags held = ParameterFlags::Constant(false);
   held[readout] = true;
   problem.FixAtPrior(held);
@@ -53,20 +51,17 @@ CameraProblem WithReadoutHeld(Parameter readout, CameraModel start, const Camera
 // A flight along the lines' order stretches the image as pixels do that are not quite square, from
 // resizing to whole pixels: is a readout time found beyond doubt when fy / fx is free as well? The
 // rounding is by up to a pixel, as video has even sizes: 0.58 px of the smaller side.
-bool HoldsWithFreeAspect(const CameraProblem& with, Parameter readout, CameraPrior prior,
-                         const CalibrationMaps& maps) {
+bool HoldsWithFreeAspect(CameraProblem problem, Parameter readout) {
   constexpr double kRoundingSigma_px = 0.58;
   constexpr double kDoubtless = 3;  // in sigmas
-  prior.aspect_sigma = kRoundingSigma_px / std::min(prior.camera.width, prior.camera.height);
-  CameraProblem problem(maps, with.camera(), prior);
-  ParameterFlags held = ParameterFlags::Constant(false);
-  held[readout == kReadoutByRows ? kReadoutByColumns : kReadoutByRows] = true;
-  problem.FixAtPrior(held);
-  problem.Solve(kMinGains.back());
+  const double with_fixed_aspect = problem.parameters()[readout];
+  const CameraModel camera = problem.camera();
+  problem.Free(kLogAspect, kRoundingSigma_px / std::min(camera.width, camera.height));
+  Solve(problem, kMinGains.back());
   const double sigma = std::sqrt(CameraCovariances(problem).front().clustered(readout, readout));
   const double found = problem.parameters()[readout];
   return std::abs(found) > kDoubtless * sigma &&
-         std::abs(found) > 0.5 * std::abs(with.parameters()[readout]);
+         std::abs(found) > 0.5 * std::abs(with_fixed_aspect);
 }
 
 // Rays through the middle, the corners and the middles of the borders of an image.
@@ -153,12 +148,13 @@ ParameterFlags ToHold(const CameraProblem& problem, std::size_t camera,
 // After some parameters were held: until the weights have settled, which are those of residuals
 // that the others no longer explain at first.
 void SolveAgain(CameraProblem& problem) {
-  constexpr int kMaxRounds = 10;
+  constexpr std::size_t kMaxRounds = 10;
   constexpr double kSettledShare = 0.01;  // of a weight
   double before = 0;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    problem.Solve(kMinGains.back());
-    if (std::abs(problem.sigma_px() - before) < kSettledShare * before) break;
+  for (std::size_t round = 0; round < kMaxRounds; ++round) {
+    Solve(problem, kMinGains.at(std::min(round, kMinGains.size() - 1)));
+    const bool is_settled = std::abs(problem.sigma_px() - before) < kSettledShare * before;
+    if (round + 1 >= kMinGains.size() && is_settled) break;
     before = problem.sigma_px();
   }
 }
@@ -246,11 +242,12 @@ CameraAdjustment AdjustCamera(const CameraPrior& prior, const CameraModel& start
   CameraProblem problem(maps, start, prior);
   if (problem.num_images() < kMinImages || problem.num_points() < kMinPoints) return result;
   SolveAll(problem);
+  const CameraProblem with_both = problem;
   const Parameter larger = problem.HoldLesserReadout();
-  problem.Solve(kMinGains.back());
+  Solve(problem, kMinGains.back());
   if (larger != UsualReadout(start) && prior.aspect_sigma == 0 &&
-      !HoldsWithFreeAspect(problem, larger, prior, maps)) {
-    problem = WithReadoutHeld(larger, problem.camera(), prior, maps);
+      !HoldsWithFreeAspect(problem, larger)) {
+    problem = WithReadoutHeld(with_both, larger);
   }
   const CameraCovariance known = CameraCovariances(problem).front();
   ParameterFlags is_determined = DeterminedOf(problem, 0, known);

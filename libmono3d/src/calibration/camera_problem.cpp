@@ -3,8 +3,8 @@
 
 #include "calibration/camera_problem.h"
 
-#include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
+#include <ceres/autodiff_cost_function.h>
+#include <ceres/loss_function.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -35,24 +35,11 @@ constexpr double kRoundingOfShares = 1e-9;
 // Of how an image moves: differences of poses do not follow a shake of some hertz to better.
 constexpr double kVelocityShare = 0.01;
 
-struct PriorError {
-  template <typename T>
-  bool operator()(const T* camera, T* residual) const {
-    for (int i = 0; i < kNumParameters; ++i) {
-      residual[i] = sigmas[i] > 0 ? (camera[i] - T(mean[i])) / T(sigmas[i]) : T(0);
-    }
-    return true;
-  }
-
-  ParameterVector mean;
-  ParameterVector sigmas;
-};
-
 using CentreCost = ceres::AutoDiffCostFunction<tracking::CentreError, 3, 6>;
-using PriorCost = ceres::AutoDiffCostFunction<PriorError, kNumParameters, kNumParameters>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-std::array<double, 6> ToPoseBlock(const Pose& T_cam_axes) {
-  std::array<double, 6> block = {};
+CameraProblem::PoseBlock ToPoseBlock(const Pose& T_cam_axes) {
+  CameraProblem::PoseBlock block = {};
   const Eigen::AngleAxisd turn(T_cam_axes.rotation());
   const Eigen::Vector3d rotation = turn.angle() * turn.axis();
   std::copy_n(rotation.data(), 3, block.data());
@@ -129,8 +116,7 @@ CameraProblem::FreeCamera::FreeCamera(const CameraModel& start, const CameraPrio
     : prior(ToParameters(camera_prior.camera)),
       prior_sigmas(PriorSigmas(camera_prior)),
       is_fixed(prior_sigmas.array() == 0),
-      shape(start),
-      parameters(is_fixed.select(prior, ToParameters(start))) {}
+      shape(start) {}
 
 CameraProblem::CameraProblem(const CalibrationMaps& maps, const CameraModel& start,
                              const CameraPrior& prior)
@@ -138,7 +124,10 @@ CameraProblem::CameraProblem(const CalibrationMaps& maps, const CameraModel& sta
 
 CameraProblem::CameraProblem(const CalibrationMaps& maps, std::span<const CameraModel> starts,
                              std::span<const CameraPrior> priors) {
-  for (std::size_t i = 0; i < starts.size(); ++i) cameras_.emplace_back(starts[i], priors[i]);
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const FreeCamera& camera = cameras_.emplace_back(starts[i], priors[i]);
+    unknowns_.cameras.emplace_back(camera.is_fixed.select(camera.prior, ToParameters(starts[i])));
+  }
   if (maps.maps.empty()) return;
   std::size_t num_images = 0;
   for (const SparseModel& map : maps.maps) num_images += map.images.size();
@@ -169,23 +158,25 @@ std::vector<std::size_t> CameraProblem::ChooseImages(const SparseModel& map, dou
 void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& images,
                         const CameraPositions* positions, std::size_t max_points) {
   if (images.size() < 2) return;
-  const std::size_t first_image = poses_.size();
-  const std::size_t first_point = points_.size();
+  const std::size_t first_image = unknowns_.poses.size();
+  const std::size_t first_point = unknowns_.points.size();
   const std::optional<MetricAxes> metric =
       positions != nullptr ? MetricAxesOf(map, images, *positions) : std::nullopt;
   const Similarity S_axes_map =
       metric ? metric->S_axes_map : Similarity(1, map.images[images.front()].T_world_cam.Inverse());
   for (const std::size_t i : images) {
-    poses_.push_back(ToPoseBlock((S_axes_map * map.images[i].T_world_cam).Inverse()));
+    unknowns_.poses.push_back(ToPoseBlock((S_axes_map * map.images[i].T_world_cam).Inverse()));
     CameraVelocity velocity = map.images[i].velocity.value_or(CameraVelocity());
     velocity.linear_su_per_s *= S_axes_map.scale();
     velocities_.push_back({velocity});
+    unknowns_.velocity_changes.push_back({});
     camera_of_image_.push_back(map.images[i].camera);
   }
   AddPoints(map, images, S_axes_map, first_image, max_points);
-  if (points_.size() == first_point) {
-    poses_.resize(first_image);
+  if (unknowns_.points.size() == first_point) {
+    unknowns_.poses.resize(first_image);
     velocities_.resize(first_image);
+    unknowns_.velocity_changes.resize(first_image);
     camera_of_image_.resize(first_image);
     return;
   }
@@ -203,7 +194,7 @@ void CameraProblem::AddPoints(const SparseModel& map, const std::vector<std::siz
                               const Similarity& S_axes_map, std::size_t first_image,
                               std::size_t max_points) {
   std::vector<std::vector<Observation>> of_point(map.points.size());
-  for (std::size_t image = first_image; image < poses_.size(); ++image) {
+  for (std::size_t image = first_image; image < unknowns_.poses.size(); ++image) {
     const SparseImage& shown = map.images[images[image - first_image]];
     const Pose T_cam_world = shown.T_world_cam.Inverse();
     for (const SparseObservation& observation : shown.observations) {
@@ -221,11 +212,11 @@ void CameraProblem::AddPoints(const SparseModel& map, const std::vector<std::siz
   for (const std::size_t i : order) {
     if (of_point[i].size() < kMinObservations) break;
     for (Observation& observation : of_point[i]) {
-      observation.point = points_.size();
+      observation.point = unknowns_.points.size();
       observations_.push_back(observation);
     }
     const Eigen::Vector3d p_axes = S_axes_map * map.points[i].p_world;
-    points_.push_back({p_axes.x(), p_axes.y(), p_axes.z()});
+    unknowns_.points.push_back({p_axes.x(), p_axes.y(), p_axes.z()});
   }
 }
 
@@ -248,15 +239,21 @@ void CameraProblem::ChooseGauge(std::size_t first_image) {
   held_images_.push_back(first_image);
   HeldCoordinate held{first_image + 1, 3};
   double largest = -1;
-  for (std::size_t i = first_image + 1; i < poses_.size(); ++i) {
+  for (std::size_t i = first_image + 1; i < unknowns_.poses.size(); ++i) {
     for (int k = 3; k < 6; ++k) {
-      const double length = std::abs(poses_[i][static_cast<std::size_t>(k)]);
+      const double length = std::abs(unknowns_.poses[i][static_cast<std::size_t>(k)]);
       if (length <= largest) continue;
       largest = length;
       held = {i, k};
     }
   }
   held_coordinates_.push_back(held);
+}
+
+std::array<const double*, 4> CameraProblem::ParametersOf(const Observation& observation) const {
+  return {unknowns_.cameras[camera_of(observation)].data(),
+          unknowns_.poses[observation.image].data(), unknowns_.points[observation.point].data(),
+          unknowns_.velocity_changes[observation.image].data()};
 }
 
 ReprojectionCost CameraProblem::CostOf(const Observation& observation, double sigma_px) const {
@@ -269,45 +266,27 @@ std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::siz
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
     if (camera && camera_of(observation) != *camera) continue;
-    const double* parameters[] = {
-        cameras_[camera_of(observation)].parameters.data(), poses_[observation.image].data(),
-        points_[observation.point].data(), velocities_[observation.image].change.data()};
+    const auto parameters = ParametersOf(observation);
     Eigen::Vector2d found_less_observed;
-    if (!CostOf(observation, 1).Evaluate(parameters, found_less_observed.data(), nullptr)) continue;
+    if (!CostOf(observation, 1).Evaluate(parameters.data(), found_less_observed.data(), nullptr))
+      continue;
     residuals.push_back({observation.pixel, -found_less_observed});
   }
   return residuals;
-}
-
-// With its prior; what is fixed stays.
-void CameraProblem::AddCamera(FreeCamera& camera, ceres::Problem& problem) {
-  double* parameters = camera.parameters.data();
-  problem.AddResidualBlock(new PriorCost(new PriorError{camera.prior, camera.prior_sigmas}),
-                           nullptr, parameters);
-  std::vector<int> fixed;
-  for (int i = 0; i < kNumParameters; ++i) {
-    if (camera.is_fixed[i]) fixed.push_back(i);
-  }
-  if (static_cast<int>(fixed.size()) == kNumParameters) {
-    problem.SetParameterBlockConstant(parameters);
-  } else if (!fixed.empty()) {
-    problem.SetManifold(parameters, new ceres::SubsetManifold(kNumParameters, fixed));
-  }
 }
 
 // A velocity comes from poses that others than this camera found, and from differences in time: it
 // is known by how the image moves, to a share of that. A turn and a shift that move the image
 // nearly alike, as far away or straight above the ground, are known but together.
 void CameraProblem::WeighVelocities(std::size_t first_image) {
-  using Information = VelocityInformation;
-  std::vector<Information> sums(poses_.size() - first_image, Information::Zero());
+  std::vector<Information> sums(unknowns_.poses.size() - first_image, Information::Zero());
   std::vector<double> squared_flows(sums.size(), 0);
   for (const Observation& observation : observations_) {
     if (observation.image < first_image) continue;
-    const PoseBlock& pose = poses_[observation.image];
+    const PoseBlock& pose = unknowns_.poses[observation.image];
     const Eigen::Vector3d turn(pose[0], pose[1], pose[2]);
     const double angle = turn.norm();
-    const Eigen::Vector3d p_axes(points_[observation.point].data());
+    const Eigen::Vector3d p_axes(unknowns_.points[observation.point].data());
     Eigen::Vector3d p_cam(pose[3], pose[4], pose[5]);
     p_cam += angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * p_axes : p_axes;
     const double distance = p_cam.norm();
@@ -334,7 +313,7 @@ void CameraProblem::WeighVelocities(std::size_t first_image) {
 bool CameraProblem::HasFreeVelocity(std::size_t image) const {
   const FreeCamera& camera = cameras_[camera_of_image_[image]];
   const auto is_zero = [&](Parameter readout) {
-    return camera.is_fixed[readout] && camera.parameters[readout] == 0;
+    return camera.is_fixed[readout] && unknowns_.cameras[camera_of_image_[image]][readout] == 0;
   };
   return !velocities_[image].information.isZero() &&
          !(is_zero(kReadoutByRows) && is_zero(kReadoutByColumns));
@@ -347,78 +326,86 @@ double CameraProblem::VelocityVariance() const {
   double count = 0;
   for (std::size_t i = 0; i < velocities_.size(); ++i) {
     if (!HasFreeVelocity(i)) continue;
-    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> change(velocities_[i].change.data());
+    const Eigen::Map<const Vector6d> change(unknowns_.velocity_changes[i].data());
     sum += change.dot(velocities_[i].information * change);
     count += 6;
   }
   return count > 0 ? std::max(1., sum / count) : 1;
 }
 
-void CameraProblem::AddVelocity(std::size_t image, ceres::Problem& problem) {
-  ImageVelocity& velocity = velocities_[image];
-  problem.AddParameterBlock(velocity.change.data(), 6);  // some see no point
-  if (!HasFreeVelocity(image)) {
-    problem.SetParameterBlockConstant(velocity.change.data());
-    return;
-  }
-  const Eigen::MatrixXd root =
-      Eigen::LLT<VelocityInformation>(velocity_information(image)).matrixU();
-  problem.AddResidualBlock(new ceres::NormalPrior(root, Eigen::VectorXd::Zero(6)), nullptr,
-                           velocity.change.data());
-}
-
-void CameraProblem::Solve(double min_gain) {
+void CameraProblem::Weigh() {
   // A coordinate cannot be measured better than this: interpolation of 8-bit images.
   constexpr double kMinSigma_px = 0.01;
   sigma_px_ =
       std::max(kMinSigma_px, kMadToSigma * UpperMedianOrZero(AbsoluteErrors_px(Residuals())));
   velocity_variance_ = VelocityVariance();
-  ceres::Problem::Options options;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::CauchyLoss loss(kLossScale);
-  ceres::Problem problem(options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (std::array<double, 3>& point : points_) ordering->AddElementToGroup(point.data(), 0);
-  // Groups of their own: Ceres orders each by address, so that sums over blocks of several vectors
-  // would depend on where those lie, and so the camera in its last digits. Points come first.
-  for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), 1);
-  for (ImageVelocity& of : velocities_) ordering->AddElementToGroup(of.change.data(), 2);
-  for (FreeCamera& camera : cameras_) ordering->AddElementToGroup(camera.parameters.data(), 3);
-  for (const Observation& observation : observations_) {
-    problem.AddResidualBlock(new ReprojectionCost(CostOf(observation, sigma_px_)), &loss,
-                             cameras_[camera_of(observation)].parameters.data(),
-                             poses_[observation.image].data(), points_[observation.point].data(),
-                             velocities_[observation.image].change.data());
-  }
-  ceres::CauchyLoss loss_of_positions(kPositionLossScale);
-  for (const MeasuredCentre& measured : positions_) {
-    problem.AddResidualBlock(new CentreCost(new tracking::CentreError(measured.error)),
-                             &loss_of_positions, poses_[measured.image].data());
-  }
-  for (std::size_t i = 0; i < velocities_.size(); ++i) AddVelocity(i, problem);
-  for (PoseBlock& pose : poses_) problem.AddParameterBlock(pose.data(), 6);  // some see no point
-  for (const std::size_t image : held_images_) {
-    problem.SetParameterBlockConstant(poses_[image].data());
-  }
-  for (const HeldCoordinate& held : held_coordinates_) {
-    problem.SetManifold(poses_[held.image].data(), new ceres::SubsetManifold(6, {held.coordinate}));
-  }
-  for (FreeCamera& camera : cameras_) AddCamera(camera, problem);
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_SCHUR;
-  solver.linear_solver_ordering = ordering;
-  solver.max_num_iterations = 50;
-  solver.function_tolerance = min_gain;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
 }
 
-CameraProblem::PoseInformation CameraProblem::position_information(std::size_t image) const {
-  PoseInformation information = PoseInformation::Zero();
+std::optional<Eigen::Vector2d> CameraProblem::Residual(const Observation& observation) const {
+  const auto parameters = ParametersOf(observation);
+  Eigen::Vector2d residual;
+  const bool is_in_front =
+      CostOf(observation, sigma_px_).Evaluate(parameters.data(), residual.data(), nullptr);
+  return is_in_front ? std::optional(residual) : std::nullopt;
+}
+
+CameraProblem::CostSum CameraProblem::Cost() const {
+  CostSum cost;
+  const ceres::CauchyLoss loss(kLossScale);
+  double rho[3];
+  for (const Observation& observation : observations_) {
+    const std::optional<Eigen::Vector2d> residual = Residual(observation);
+    if (!residual) {
+      ++cost.num_behind;
+      continue;
+    }
+    loss.Evaluate(residual->squaredNorm(), rho);
+    cost.sum += rho[0] / 2;
+  }
+  const ceres::CauchyLoss loss_of_positions(kPositionLossScale);
+  for (const MeasuredCentre& measured : positions_) {
+    Eigen::Vector3d error;
+    (void)measured.error(unknowns_.poses[measured.image].data(), error.data());
+    loss_of_positions.Evaluate(error.squaredNorm(), rho);
+    cost.sum += rho[0] / 2;
+  }
+  for (std::size_t i = 0; i < velocities_.size(); ++i) {
+    const Eigen::Map<const Vector6d> change(unknowns_.velocity_changes[i].data());
+    cost.sum += change.dot(KnownVelocity(i).gradient) / 2;
+  }
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    const ParameterVector difference = parameters(i) - prior(i);
+    cost.sum += difference.dot(prior_information(i).cwiseProduct(difference)) / 2;
+  }
+  return cost;
+}
+
+ParameterVector CameraProblem::prior_information(std::size_t camera) const {
+  const FreeCamera& of = cameras_[camera];
+  return of.is_fixed.select(0., of.prior_sigmas.array().square().inverse());
+}
+
+bool CameraProblem::HasVelocities() const {
+  for (std::size_t i = 0; i < velocities_.size(); ++i) {
+    if (HasFreeVelocity(i)) return true;
+  }
+  return false;
+}
+
+CameraProblem::Quadratic CameraProblem::KnownVelocity(std::size_t image) const {
+  Quadratic known;
+  if (!HasFreeVelocity(image)) return known;
+  known.information = velocities_[image].information / velocity_variance_;
+  known.gradient =
+      known.information * Eigen::Map<const Vector6d>(unknowns_.velocity_changes[image].data());
+  return known;
+}
+
+CameraProblem::Quadratic CameraProblem::KnownPosition(std::size_t image) const {
+  Quadratic known;
   for (const MeasuredCentre& measured : positions_) {
     if (measured.image != image) continue;
-    const double* parameters[] = {poses_[image].data()};
+    const double* parameters[] = {unknowns_.poses[image].data()};
     Eigen::Vector3d error;
     Eigen::Matrix<double, 3, 6, Eigen::RowMajor> J;
     double* jacobians[] = {J.data()};
@@ -426,9 +413,10 @@ CameraProblem::PoseInformation CameraProblem::position_information(std::size_t i
         .Evaluate(parameters, error.data(), jacobians);
     double rho[3];
     ceres::CauchyLoss(kPositionLossScale).Evaluate(error.squaredNorm(), rho);
-    information += rho[1] * J.transpose() * J;
+    known.information += rho[1] * J.transpose() * J;
+    known.gradient += rho[1] * J.transpose() * error;
   }
-  return information;
+  return known;
 }
 
 Parameter CameraProblem::HoldLesserReadout(std::size_t camera) {
@@ -444,18 +432,22 @@ Parameter CameraProblem::HoldLesserReadout(std::size_t camera) {
 void CameraProblem::FixAtPrior(const ParameterFlags& which, std::size_t camera) {
   FreeCamera& held = cameras_[camera];
   held.is_fixed = held.is_fixed || which;
-  held.parameters = which.select(held.prior, held.parameters);
+  unknowns_.cameras[camera] = which.select(held.prior, unknowns_.cameras[camera]);
+}
+
+void CameraProblem::Free(Parameter which, double prior_sigma, std::size_t camera) {
+  cameras_[camera].prior_sigmas[which] = prior_sigma;
+  cameras_[camera].is_fixed[which] = false;
 }
 
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
   const FreeCamera& camera = cameras_[camera_of(observation)];
-  const double* parameters[] = {camera.parameters.data(), poses_[observation.image].data(),
-                                points_[observation.point].data(),
-                                velocities_[observation.image].change.data()};
+  const auto parameters = ParametersOf(observation);
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data(),
                          result.by_velocity.data()};
-  if (!CostOf(observation, sigma_px_).Evaluate(parameters, result.residual.data(), jacobians)) {
+  if (!CostOf(observation, sigma_px_)
+           .Evaluate(parameters.data(), result.residual.data(), jacobians)) {
     result.residual.setZero();
     result.by_camera.setZero();
     result.by_pose.setZero();

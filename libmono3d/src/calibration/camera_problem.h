@@ -17,10 +17,6 @@
 #include "mono3d/image/sparse_model.h"
 #include "tracking/optimisation/centre_error.h"
 
-namespace ceres {
-class Problem;
-}  // namespace ceres
-
 namespace mono3d::calibration {
 
 class ReprojectionCost;
@@ -47,15 +43,30 @@ class CameraProblem {
   // Of all maps. Time grows with the square of the images and with the points.
   static constexpr std::size_t kMaxImages = 100;
 
-  // Of angular and linear velocity.
-  using VelocityInformation = Eigen::Matrix<double, 6, 6>;
+  // Rotation vector and translation of T_cam_axes, in the axes that the map has here.
+  using PoseBlock = std::array<double, 6>;
+  // Angular and linear.
+  using VelocityBlock = std::array<double, 6>;
+  // What an adjustment varies.
+  struct Unknowns {
+    std::vector<PoseBlock> poses;                 // of each image at its middle line
+    std::vector<VelocityBlock> velocity_changes;  // from what is known
+    std::vector<std::array<double, 3>> points;
+    std::vector<ParameterVector> cameras;
+  };
+
+  // Of the pose or the velocity of one image.
+  using Information = Eigen::Matrix<double, 6, 6>;
+  struct Quadratic {
+    Information information = Information::Zero();
+    Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  };
 
   struct Observation {
-    std::size_t image;      // position in poses()
-    std::size_t point;      // position in points()
+    std::size_t image;      // position in Unknowns::poses
+    std::size_t point;      // position in Unknowns::points
     Eigen::Vector2d pixel;  // as taken, its lines read one after the other
   };
-  using PoseInformation = Eigen::Matrix<double, 6, 6>;
   // The derivatives of one observation's residual (in sigmas, corrected for the robust loss).
   struct Linearised {
     Eigen::Vector2d residual;
@@ -80,23 +91,34 @@ class CameraProblem {
   CameraProblem(const CalibrationMaps& maps, std::span<const CameraModel> starts,
                 std::span<const CameraPrior> priors);
 
-  // Adjusts everything; the weights come from the residuals before. `min_gain`: the relative gain
-  // below which a step is the last.
-  void Solve(double min_gain);
+  // Weights from the residuals: to be called before each adjustment.
+  void Weigh();
+  const Unknowns& unknowns() const { return unknowns_; }
+  void set_unknowns(const Unknowns& unknowns) { unknowns_ = unknowns; }
+  // Half of the sum of the squares, of robust losses.
+  struct CostSum {
+    double sum = 0;
+    std::size_t num_behind = 0;  // observations of points behind their image, which are not in it
+  };
+  CostSum Cost() const;
   void FixAtPrior(const ParameterFlags& which, std::size_t camera = 0);
+  // About the prior, to this standard deviation.
+  void Free(Parameter which, double prior_sigma, std::size_t camera = 0);
   // Of two readout times, the one that says less is held at the prior. Returns the other one.
   Parameter HoldLesserReadout(std::size_t camera = 0);
   CameraModel camera(std::size_t i = 0) const {
-    return WithParameters(cameras_[i].shape, cameras_[i].parameters);
+    return WithParameters(cameras_[i].shape, unknowns_.cameras[i]);
   }
 
   Linearised Linearise(const Observation& observation) const;
+  // In sigmas, whatever the robust loss; nothing where the point is behind the image.
+  std::optional<Eigen::Vector2d> Residual(const Observation& observation) const;
   // Of the observations that lie in front of their image; of all cameras, or of one.
   std::vector<CalibrationResidual> Residuals(std::optional<std::size_t> camera = {}) const;
-  // Sorted by point.
+  // Sorted by point, those of a point by image.
   const std::vector<Observation>& observations() const { return observations_; }
-  std::size_t num_images() const { return poses_.size(); }
-  std::size_t num_points() const { return points_.size(); }
+  std::size_t num_images() const { return unknowns_.poses.size(); }
+  std::size_t num_points() const { return unknowns_.points.size(); }
   double sigma_px() const { return sigma_px_; }
   std::size_t num_cameras() const { return cameras_.size(); }
   std::size_t camera_of(const Observation& observation) const {
@@ -108,19 +130,20 @@ class CameraProblem {
   std::size_t NumPositionsOf(std::size_t camera) const;
   const ParameterFlags& is_fixed(std::size_t camera = 0) const { return cameras_[camera].is_fixed; }
   const ParameterVector& parameters(std::size_t camera = 0) const {
-    return cameras_[camera].parameters;
+    return unknowns_.cameras[camera];
   }
   const ParameterVector& prior(std::size_t camera = 0) const { return cameras_[camera].prior; }
   const ParameterVector& prior_sigmas(std::size_t camera = 0) const {
     return cameras_[camera].prior_sigmas;
   }
+  // One over the variances; 0 where a parameter is fixed.
+  ParameterVector prior_information(std::size_t camera) const;
+  // Is any image's velocity varied?
+  bool HasVelocities() const;
   // What is known of an image's velocity before the adjustment; zero where it is not varied.
-  VelocityInformation velocity_information(std::size_t image) const {
-    if (!HasFreeVelocity(image)) return VelocityInformation::Zero();
-    return velocities_[image].information / velocity_variance_;
-  }
+  Quadratic KnownVelocity(std::size_t image) const;
   // What its measured position says of an image's pose; zero where there is none.
-  PoseInformation position_information(std::size_t image) const;
+  Quadratic KnownPosition(std::size_t image) const;
   // The gauge of the maps: images whose poses are not varied, and single coordinates.
   const std::vector<std::size_t>& held_images() const { return held_images_; }
   const std::vector<HeldCoordinate>& held_coordinates() const { return held_coordinates_; }
@@ -128,9 +151,8 @@ class CameraProblem {
  private:
   // Found less observed, in `sigma_px`; false behind the camera.
   ReprojectionCost CostOf(const Observation& observation, double sigma_px) const;
-
-  // Rotation vector and translation of T_cam_axes, in the axes that the map has here.
-  using PoseBlock = std::array<double, 6>;
+  // As CostOf takes them.
+  std::array<const double*, 4> ParametersOf(const Observation& observation) const;
 
   struct MeasuredCentre {
     std::size_t image;
@@ -140,8 +162,7 @@ class CameraProblem {
   // Of an image's middle line.
   struct ImageVelocity {
     CameraVelocity known;  // zero where the map has none
-    VelocityInformation information = VelocityInformation::Zero();
-    std::array<double, 6> change = {};  // angular and linear
+    Information information = Information::Zero();
   };
 
   struct FreeCamera {
@@ -151,7 +172,6 @@ class CameraProblem {
     ParameterVector prior_sigmas;
     ParameterFlags is_fixed;
     CameraModel shape;  // the size of the images and the kind of lens
-    ParameterVector parameters;
   };
 
   // The first images of each camera, this share of them.
@@ -160,8 +180,6 @@ class CameraProblem {
            const CameraPositions* positions, std::size_t max_points);
   void AddPoints(const SparseModel& map, const std::vector<std::size_t>& images,
                  const Similarity& S_axes_map, std::size_t first_image, std::size_t max_points);
-  static void AddCamera(FreeCamera& camera, ceres::Problem& problem);
-  void AddVelocity(std::size_t image, ceres::Problem& problem);
   // Is that of the image varied? Only where its lines are not all read at once.
   bool HasFreeVelocity(std::size_t image) const;
   void WeighVelocities(std::size_t first_image);
@@ -171,9 +189,8 @@ class CameraProblem {
 
   std::vector<FreeCamera> cameras_;
   std::vector<std::size_t> camera_of_image_;
-  std::vector<PoseBlock> poses_;           // of the middle line
   std::vector<ImageVelocity> velocities_;  // of each image
-  std::vector<std::array<double, 3>> points_;
+  Unknowns unknowns_;
   std::vector<Observation> observations_;
   std::vector<std::size_t> held_images_;
   std::vector<HeldCoordinate> held_coordinates_;

@@ -11,6 +11,7 @@
 
 #include "calibration/camera_covariance.h"
 #include "calibration/camera_parameters.h"
+#include "calibration/camera_solver.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d::calibration {
@@ -99,7 +100,7 @@ double MeasureFocalDrift(std::vector<SparseModel> maps, const CameraModel& camer
   ParameterFlags held = ParameterFlags::Constant(true);
   held[kLogFocal] = false;
   for (std::size_t i = 0; i < num_stretches; ++i) problem.FixAtPrior(held, i);
-  for (const double min_gain : {1e-2, 1e-4}) problem.Solve(min_gain);
+  for (const double min_gain : {1e-2, 1e-4}) Solve(problem, min_gain);
   const std::vector<CameraCovariance> covariances = CameraCovariances(problem);
   // The two that differ most, of those that differ beyond chance.
   double largest = 0;
