@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -17,7 +16,7 @@ namespace {
 
 // What the model leaves out (rolling shutter, a lens that is focused, patches that drift) is alike
 // in neighbouring images: errors are taken for independent between so many stretches of them.
-constexpr std::size_t kNumBlocks = 12;
+constexpr std::size_t kMaxErrorStretches = 12;
 // Points at infinity leave one direction free.
 constexpr double kPointDamping = 1e-9;
 
@@ -49,13 +48,53 @@ std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem,
   return of_camera;
 }
 
+// By how much the observations move the camera, in one stretch of the images.
+struct ErrorStretch {
+  ParameterVector moved = ParameterVector::Zero();
+  // The variances that independent errors of one standard deviation would give this.
+  ParameterVector expected = ParameterVector::Zero();
+};
+
 // Of the sum of what the stretches move. The camera that was fitted to them leaves their residuals
 // too small, by (n - 1) / n twice (the jackknife of MacKinnon and White 1985).
-ParameterMatrix CovarianceOfSum(const std::array<ParameterVector, kNumBlocks>& of_block) {
-  constexpr double kFitted = static_cast<double>(kNumBlocks) / (kNumBlocks - 1);
+ParameterMatrix CovarianceOfSum(const std::vector<ErrorStretch>& stretches) {
+  const auto count = static_cast<double>(stretches.size());
+  const double fitted = count / std::max(1., count - 1);
   ParameterMatrix covariance = ParameterMatrix::Zero();
-  for (const ParameterVector& moved : of_block) covariance += moved * moved.transpose();
-  return kFitted * kFitted * covariance;
+  for (const ErrorStretch& of : stretches) covariance += of.moved * of.moved.transpose();
+  return fitted * fitted * covariance;
+}
+
+// Over the standard deviation of a normal distribution, for which 95 % lie within 1.96 of them: by
+// the quantile of Student's t (expansion of Cornish and Fisher, 3 % off with two degrees).
+double StudentOverNormal(double degrees) {
+  constexpr double kNormal = 1.959964;
+  constexpr double kFirst = 2.372271;   // (z^3 + z) / 4
+  constexpr double kSecond = 2.822499;  // (5 z^5 + 16 z^3 + 3 z) / 96
+  constexpr double kThird = 2.555846;   // (3 z^7 + 19 z^5 + 17 z^3 - 15 z) / 384
+  const double inverse = 1 / degrees;
+  return 1 + inverse * (kFirst + inverse * (kSecond + inverse * kThird)) / kNormal;
+}
+
+// A variance estimated from few stretches is itself known badly, the more so where few of them
+// tell most of a parameter, as a turn or the first seconds of a climb do: degrees of freedom by
+// Satterthwaite (1946), of what independent errors would give each stretch.
+ParameterVector StudentFactors(const std::vector<ErrorStretch>& stretches) {
+  constexpr double kFewestDegrees = 2;
+  const auto count = static_cast<double>(stretches.size());
+  ParameterVector sum = ParameterVector::Zero();
+  ParameterVector squares = ParameterVector::Zero();
+  for (const ErrorStretch& of : stretches) {
+    sum += of.expected;
+    squares += of.expected.cwiseAbs2();
+  }
+  ParameterVector factors = ParameterVector::Ones();
+  for (int i = 0; i < kNumParameters; ++i) {
+    if (!(squares[i] > 0)) continue;
+    const double degrees = sum[i] * sum[i] / squares[i] * (count - 1) / count;
+    factors[i] = StudentOverNormal(std::max(kFewestDegrees, degrees));
+  }
+  return factors;
 }
 
 // Of one camera, whose rows of the inverse `rows` are.
@@ -68,9 +107,10 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
   ParameterMatrix by_both = ParameterMatrix::Zero();
-  const std::size_t block = (problem.num_images() + kNumBlocks - 1) / kNumBlocks;
-  std::array<ParameterVector, kNumBlocks> of_block;
-  of_block.fill(ParameterVector::Zero());
+  const std::size_t num_images = problem.num_images();
+  const std::size_t length =
+      std::max<std::size_t>(1, (num_images + kMaxErrorStretches - 1) / kMaxErrorStretches);
+  std::vector<ErrorStretch> stretches((num_images + length - 1) / length);
   const auto of_image = [&](std::size_t i) {
     return rows.middleCols<kNumOfView>(equations.RowOfImage(observations[i].image));
   };
@@ -81,26 +121,30 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
       through_point += of_image(i) * equations.view_by_point(i);
     }
     through_point *= point.inverse;
-    std::array<ParameterVector, kNumBlocks> in_block;
-    in_block.fill(ParameterVector::Zero());
+    std::vector<ParameterVector> in_stretch(stretches.size(), ParameterVector::Zero());
     for (std::size_t i = point.begin; i < point.end; ++i) {
       const CameraProblem::Linearised& row = equations.row(i);
       const Eigen::Index camera_at = equations.RowOfCamera(problem.camera_of(observations[i]));
-      in_block[observations[i].image / block] +=
-          (of_image(i) * equations.by_view(i).transpose() +
-           rows.middleCols<kNumParameters>(camera_at) * row.by_camera.transpose() -
-           through_point * row.by_point.transpose()) *
-          row.residual;
+      const Eigen::Matrix<double, kNumParameters, 2> by_residual =
+          of_image(i) * equations.by_view(i).transpose() +
+          rows.middleCols<kNumParameters>(camera_at) * row.by_camera.transpose() -
+          through_point * row.by_point.transpose();
+      const std::size_t stretch = observations[i].image / length;
+      in_stretch[stretch] += by_residual * row.residual;
+      stretches[stretch].expected += by_residual.cwiseAbs2().rowwise().sum();
     }
     ParameterVector sum = ParameterVector::Zero();
-    for (std::size_t i = 0; i < kNumBlocks; ++i) {
-      by_both += in_block[i] * in_block[i].transpose();
-      of_block[i] += in_block[i];
-      sum += in_block[i];
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      by_both += in_stretch[i] * in_stretch[i].transpose();
+      stretches[i].moved += in_stretch[i];
+      sum += in_stretch[i];
     }
     by_point += sum * sum.transpose();
   }
-  ParameterMatrix covariance = by_point + CovarianceOfSum(of_block) - by_both;
+  const ParameterVector factors = StudentFactors(stretches);
+  ParameterMatrix covariance = factors.asDiagonal() *
+                               (by_point + CovarianceOfSum(stretches) - by_both) *
+                               factors.asDiagonal();
   for (std::size_t other = 0; other < problem.num_cameras(); ++other) {
     const ParameterMatrix by_other = rows.middleCols<kNumParameters>(equations.RowOfCamera(other));
     covariance += by_other * problem.prior_information(other).asDiagonal() * by_other.transpose();

@@ -12,7 +12,9 @@ namespace mono3d::calibration {
 
 // What is known of a camera's parameters. Zero where they are fixed.
 struct CameraCovariance {
-  ParameterMatrix clustered;  // errors are alike within stretches of images and of one point
+  // Errors are alike within stretches of images and of one point. Larger by what is not known of
+  // their size, so that 95 % lie within two standard deviations.
+  ParameterMatrix clustered;
   // Variances that errors alike in all images could hide, which more images do not reduce: see
   // kLeftOutShare.
   ParameterVector hidden;
