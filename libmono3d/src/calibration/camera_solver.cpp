@@ -47,7 +47,6 @@ class CameraSolver {
 
   CameraProblem& problem_;
   std::optional<Equations> equations_;  // linearised
-  Eigen::VectorXd damped_;              // by how much the diagonal is larger
   Eigen::LLT<Eigen::MatrixXd> factors_;
 };
 
