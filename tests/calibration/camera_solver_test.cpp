@@ -83,8 +83,8 @@ TEST(CameraSolver, EndsWhereTheCostIsLeast) {
 }
 
 // Straight down on flat ground, longer focal lengths agree with the images nearly as well, with the
-// ground farther away and the camera turned less: the way to the best one is narrow and bent.
-TEST(CameraSolver, FollowsANarrowBentValleyToItsEnd) {
+// ground farther away and the camera turned less.
+TEST(CameraSolver, EndsAtTheFocalLengthOfASwayingStrip) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const std::vector<SparseModel> maps = {MakeMap(TrueCamera(), Way::kStrip, seed, 2)};
     CameraModel start = UnknownCamera().camera;

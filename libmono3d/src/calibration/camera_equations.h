@@ -91,6 +91,7 @@ class CameraEquations {
         Eigen::Matrix<double, kNumParameters, kNumOfView>::Zero();
     std::size_t camera = 0;
   };
+
   static ByView ByViewOf(const CameraProblem::Linearised& row);
   void Add(const CameraProblem::Observation& observation, OfPoint& point);
   void EliminatePoint(const OfPoint& point, std::vector<ViewInformation>& pairs,

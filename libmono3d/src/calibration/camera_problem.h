@@ -55,7 +55,8 @@ class CameraProblem {
     std::vector<ParameterVector> cameras;
   };
 
-  // Of the pose or the velocity of one image.
+  // What is known of the pose or the velocity of one image: second and first derivatives of its
+  // cost.
   using Information = Eigen::Matrix<double, 6, 6>;
   struct Quadratic {
     Information information = Information::Zero();

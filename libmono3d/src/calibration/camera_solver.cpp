@@ -15,7 +15,8 @@ namespace mono3d::calibration {
 namespace {
 
 constexpr int kMaxLinearisations = 50;
-// Of the diagonal of the normal equations.
+// Of the diagonal of the normal equations. Little at first: damping makes a step gain less, and one
+// that gains too little is the last.
 constexpr double kFirstDamping = 1e-7;
 constexpr double kMaxDamping = 1e12;
 constexpr double kDampingAfterSuccess = 0.2;
@@ -24,8 +25,11 @@ constexpr double kDampingAfterFailure = 4;
 constexpr double kProbe = 0.1;
 // Of the second-order part of a step over the first-order part: beyond, the two terms do not
 // describe the path.
-constexpr double kMaxAcceleration = 0.75;
+constexpr double kMaxSecondOrder = 0.75;
 
+// The method of Levenberg and Marquardt, whose steps have a second-order part (the geodesic
+// acceleration of Transtrum and Sethna 2012): where unknowns are hardly told apart, the way to the
+// least cost is a narrow bent valley, in which straight steps have to be short.
 template <int kNumOfView>
 class CameraSolver {
  public:
@@ -40,9 +44,11 @@ class CameraSolver {
 
   std::optional<CameraProblem::Unknowns> NextUnknowns(const CameraProblem::Unknowns& unknowns,
                                                       double damping);
-  std::optional<Step> Acceleration(const CameraProblem::Unknowns& unknowns, const Step& velocity);
-  static CameraProblem::Unknowns Moved(CameraProblem::Unknowns unknowns, const Equations& equations,
-                                       const Step& step, double share);
+  std::optional<Step> SecondOrderPart(const CameraProblem::Unknowns& unknowns,
+                                      const Step& straight);
+  // By a share of a step.
+  CameraProblem::Unknowns Moved(CameraProblem::Unknowns unknowns, const Step& step,
+                                double share) const;
   Step SolveFor(const Gradient& gradient) const;
 
   CameraProblem& problem_;
@@ -52,11 +58,10 @@ class CameraSolver {
 
 template <int kNumOfView>
 CameraProblem::Unknowns CameraSolver<kNumOfView>::Moved(CameraProblem::Unknowns unknowns,
-                                                        const Equations& equations,
-                                                        const Step& step, double share) {
+                                                        const Step& step, double share) const {
   for (std::size_t i = 0; i < unknowns.poses.size(); ++i) {
     const auto of_view =
-        step.views_and_cameras.template segment<kNumOfView>(equations.RowOfImage(i));
+        step.views_and_cameras.template segment<kNumOfView>(equations_->RowOfImage(i));
     for (Eigen::Index k = 0; k < kNumOfPose; ++k) {
       unknowns.poses[i][static_cast<std::size_t>(k)] += share * of_view[k];
       if constexpr (kNumOfView == kNumOfPoseAndVelocity) {
@@ -67,7 +72,7 @@ CameraProblem::Unknowns CameraSolver<kNumOfView>::Moved(CameraProblem::Unknowns 
   }
   for (std::size_t i = 0; i < unknowns.cameras.size(); ++i) {
     unknowns.cameras[i] +=
-        share * step.views_and_cameras.template segment<kNumParameters>(equations.RowOfCamera(i));
+        share * step.views_and_cameras.template segment<kNumParameters>(equations_->RowOfCamera(i));
   }
   for (std::size_t i = 0; i < unknowns.points.size(); ++i) {
     Eigen::Map<Eigen::Vector3d>(unknowns.points[i].data()) += share * step.points[i];
@@ -81,13 +86,13 @@ typename CameraSolver<kNumOfView>::Step CameraSolver<kNumOfView>::SolveFor(
   return equations_->WithPoints(-factors_.solve(gradient.reduced), gradient.points);
 }
 
-// Half of what the step would need to follow the residuals' curvature along it. Nothing where a
-// point gets behind its image.
+// What bends a straight step along the curvature of the residuals. Nothing where a point gets
+// behind its image.
 template <int kNumOfView>
-std::optional<typename CameraSolver<kNumOfView>::Step> CameraSolver<kNumOfView>::Acceleration(
-    const CameraProblem::Unknowns& unknowns, const Step& velocity) {
+std::optional<typename CameraSolver<kNumOfView>::Step> CameraSolver<kNumOfView>::SecondOrderPart(
+    const CameraProblem::Unknowns& unknowns, const Step& straight) {
   const std::vector<CameraProblem::Observation>& observations = problem_.observations();
-  problem_.set_unknowns(Moved(unknowns, *equations_, velocity, kProbe));
+  problem_.set_unknowns(Moved(unknowns, straight, kProbe));
   std::vector<Eigen::Vector2d> curvature;
   curvature.reserve(observations.size());
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -99,7 +104,7 @@ std::optional<typename CameraSolver<kNumOfView>::Step> CameraSolver<kNumOfView>:
     const std::optional<Eigen::Vector2d> probe = problem_.Residual(observations[i]);
     if (!probe) return std::nullopt;
     curvature.emplace_back(
-        ((row.weight * *probe - row.residual) / kProbe - equations_->Change(i, velocity)) / kProbe);
+        ((row.weight * *probe - row.residual) / kProbe - equations_->Change(i, straight)) / kProbe);
   }
   Gradient gradient = equations_->GradientOf(curvature);
   equations_->Hold(gradient.reduced);
@@ -125,14 +130,14 @@ std::optional<CameraProblem::Unknowns> CameraSolver<kNumOfView>::NextUnknowns(
   Gradient gradient = equations_->GradientOf(residuals);
   equations_->AddPriors(gradient.reduced);
   equations_->Hold(gradient.reduced);
-  const Step velocity = SolveFor(gradient);
-  const std::optional<Step> acceleration = Acceleration(unknowns, velocity);
-  if (!acceleration) return std::nullopt;
+  const Step straight = SolveFor(gradient);
+  const std::optional<Step> second = SecondOrderPart(unknowns, straight);
+  if (!second) return std::nullopt;
   const auto length = [&](const Step& step) {
     return std::sqrt(step.views_and_cameras.cwiseAbs2().dot(scale));
   };
-  if (!(length(*acceleration) <= kMaxAcceleration * length(velocity))) return std::nullopt;
-  return Moved(Moved(unknowns, *equations_, velocity, 1), *equations_, *acceleration, 1);
+  if (!(length(*second) <= kMaxSecondOrder * length(straight))) return std::nullopt;
+  return Moved(Moved(unknowns, straight, 1), *second, 1);
 }
 
 template <int kNumOfView>
