@@ -3,17 +3,62 @@
 
 #include "calibration/calibration_maps.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
+#include "calibration/camera_problem.h"
+#include "calibration/camera_solver.h"
 #include "mono3d/geometry/distortion.h"
 #include "mono3d/geometry/rolling_shutter.h"
 #include "reference/random.h"
 #include "tracking/tracking_world.h"
 
 namespace mono3d::calibration {
+namespace {
+
+// How a point moves in the image for each component of a velocity, angular and linear.
+Eigen::Matrix<double, 2, 6> FlowByVelocity(const CameraModel& camera,
+                                           const Eigen::Vector3d& p_cam) {
+  constexpr double kMoment_s = 1e-5;
+  Eigen::Matrix<double, 2, 6> J;
+  for (int i = 0; i < 6; ++i) {
+    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(i % 3);
+    const Eigen::Vector3d moved = kMoment_s * (i < 3 ? axis.cross(p_cam) : axis);
+    J.col(i) = (ProjectDistorted(camera, p_cam + moved) - ProjectDistorted(camera, p_cam - moved)) /
+               (2 * kMoment_s);
+  }
+  return J;
+}
+
+// The velocity that moves an image of `to` as it moves in `from`, by least squares.
+CameraVelocity SameFlow(const SparseModel& from, const SparseImage& image_from,
+                        const SparseModel& to, const SparseImage& image_to) {
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> velocity;
+  velocity << image_from.velocity->angular_rad_per_s, image_from.velocity->linear_su_per_s;
+  for (const SparseObservation& seen : image_to.observations) {
+    const auto by_velocity = [&](const SparseModel& map, const SparseImage& image) {
+      return FlowByVelocity(map.camera,
+                            image.T_world_cam.Inverse() * map.points[*seen.point].p_world);
+    };
+    const Eigen::Vector2d flow = by_velocity(from, image_from) * velocity;
+    const Eigen::Matrix<double, 2, 6> J = by_velocity(to, image_to);
+    information += J.transpose() * J;
+    gradient += J.transpose() * flow;
+  }
+  velocity = information.ldlt().solve(gradient);
+  CameraVelocity result;
+  result.angular_rad_per_s = velocity.head<3>();
+  result.linear_su_per_s = velocity.tail<3>();
+  return result;
+}
+
+}  // namespace
 
 CameraModel TrueCamera() {
   return {640, 480, 560, 560, 324, 236, {-0.12, 0.05, 0.0004, -0.0003, 0}};
@@ -58,9 +103,10 @@ SparseModel MakeMap(const CameraModel& camera, Way way, unsigned seed, double sw
   return map;
 }
 
-SparseModel MakeRollingMap(const CameraModel& camera, unsigned seed) {
+SparseModel MakeRollingMap(const CameraModel& camera, unsigned seed, Way way,
+                           double sway_of_strip) {
   std::mt19937 random(seed);
-  SparseModel map = MakeMap(camera, Way::kOrbit, seed);
+  SparseModel map = MakeMap(camera, way, seed, sway_of_strip);
   for (SparseImage& image : map.images) {
     image.velocity = CameraVelocity();
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -77,6 +123,43 @@ SparseModel MakeRollingMap(const CameraModel& camera, unsigned seed) {
     });
   }
   return map;
+}
+
+SparseModel TrackedWith(const CameraModel& other, const SparseModel& map) {
+  const std::vector<SparseModel> maps = {map};
+  CameraPrior held = UnknownCamera();
+  held.camera = other;
+  held.focal_sigma = held.principal_point_sigma_px = held.readout_sigma_s = 0;
+  held.distortion_sigma = {};
+  CameraProblem problem({.maps = maps}, other, held);
+  for (int i = 0; i < 3; ++i) Solve(problem, 1e-8);
+  SparseModel result = map;
+  result.camera = other;
+  for (std::size_t i = 0; i < map.images.size(); ++i) {
+    SparseImage& image = result.images[i];
+    const CameraProblem::PoseBlock& pose = problem.unknowns().poses[i];
+    const Eigen::Vector3d turn(pose.data());
+    const Eigen::Quaterniond rotation(turn.norm() > 0
+                                          ? Eigen::AngleAxisd(turn.norm(), turn.normalized())
+                                          : Eigen::AngleAxisd::Identity());
+    image.T_world_cam = Pose(rotation, Eigen::Vector3d(pose.data() + 3)).Inverse();
+  }
+  std::vector<bool> is_used(map.points.size(), false);
+  for (const CameraProblem::Observation& seen : problem.observations()) {
+    // Points are numbered as they are observed: found again by their pixels.
+    for (const SparseObservation& of : map.images[seen.image].observations) {
+      if (seen.is_flow || of.pixel != seen.measured) continue;
+      result.points[*of.point].p_world =
+          Eigen::Vector3d(problem.unknowns().points[seen.point].data());
+      is_used[*of.point] = true;
+    }
+  }
+  for (std::size_t i = 0; i < map.images.size(); ++i) {
+    SparseImage& image = result.images[i];
+    std::erase_if(image.observations, [&](const auto& of) { return !is_used[*of.point]; });
+    image.velocity = SameFlow(map, map.images[i], result, image);
+  }
+  return result;
 }
 
 SparseModel MakeBlock(const CameraModel& camera, unsigned seed, double higher) {

@@ -3,6 +3,7 @@
 
 #include "calibration/reprojection_cost.h"
 
+#include <ceres/cost_function.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -11,6 +12,7 @@
 
 #include "calibration/camera_adjustment.h"
 #include "calibration/camera_posterior.h"
+#include "calibration/flow_cost.h"
 #include "mono3d/geometry/distortion.h"
 
 namespace mono3d::calibration {
@@ -45,7 +47,7 @@ struct Evaluated {
   bool is_in_front = false;
 };
 
-Evaluated EvaluateAt(const ReprojectionCost& cost, const Unknowns& at) {
+Evaluated EvaluateAt(const ceres::CostFunction& cost, const Unknowns& at) {
   Evaluated result;
   const double* of_pose = at.data() + kNumParameters;
   const std::array<const double*, 4> parameters = {at.data(), of_pose, of_pose + 6, of_pose + 9};
@@ -64,10 +66,7 @@ Unknowns SomeUnknowns(const CameraModel& camera, const Eigen::Vector3d& rotation
 
 class ReprojectionDerivatives : public testing::TestWithParam<LensModel> {};
 
-TEST_P(ReprojectionDerivatives, AreThoseOfDifferences) {
-  const CameraModel camera = RollingCamera(GetParam());
-  const CameraVelocity velocity = FastMotion();
-  const ReprojectionCost cost(camera, {500, 400}, 0.5, velocity);
+void ExpectDerivativesOfDifferences(const ceres::CostFunction& cost, const CameraModel& camera) {
   for (const double turn : {0., 1e-6, 0.3}) {
     const Unknowns at = SomeUnknowns(camera, turn * Eigen::Vector3d(0.5, -0.7, 0.4));
     const Evaluated found = EvaluateAt(cost, at);
@@ -86,6 +85,34 @@ TEST_P(ReprojectionDerivatives, AreThoseOfDifferences) {
           << "unknown " << i << ", rotated by " << turn;
     }
   }
+}
+
+TEST_P(ReprojectionDerivatives, AreThoseOfDifferences) {
+  const CameraModel camera = RollingCamera(GetParam());
+  const CameraVelocity velocity = FastMotion();
+  ExpectDerivativesOfDifferences(ReprojectionCost(camera, {500, 400}, 0.5, velocity), camera);
+  ExpectDerivativesOfDifferences(FlowCost(camera.lens, {20, -30}, 7, velocity), camera);
+}
+
+// From the pixel at one line to that at another.
+TEST_P(ReprojectionDerivatives, FlowIsThatBetweenTheLines) {
+  const CameraModel camera = RollingCamera(GetParam());
+  CameraVelocity velocity = FastMotion();
+  velocity.angular_rad_per_s2.setZero();
+  velocity.linear_su_per_s2.setZero();
+  const Unknowns at = SomeUnknowns(camera, {0.15, -0.2, 0.1});
+  const auto pixel_at = [&](double row) {
+    const Eigen::Vector2d observed(500, row);
+    return Eigen::Vector2d(
+        EvaluateAt(ReprojectionCost(camera, observed, 1, velocity), at).residual + observed);
+  };
+  const double middle = 0.5 * (camera.height - 1);
+  const double apart_s = camera.shutter.readout_s * 2 / (camera.height - 1);
+  const Eigen::Vector2d flow = (pixel_at(middle + 1) - pixel_at(middle - 1)) / apart_s;
+  const Eigen::Vector2d known(20, -30);
+  const Evaluated found = EvaluateAt(FlowCost(camera.lens, known, 7, velocity), at);
+  EXPECT_GT(flow.norm(), 50);
+  EXPECT_LT((7 * found.residual - (flow - known)).norm(), 1e-3 * flow.norm());
 }
 
 TEST_P(ReprojectionDerivatives, GoWithTheModelOfTheCamera) {
@@ -109,7 +136,8 @@ TEST(ReprojectionCost, IsNoneBehindTheCamera) {
   const CameraVelocity velocity;
   Unknowns at = SomeUnknowns(camera, Eigen::Vector3d::Zero());
   at[kNumParameters + 8] = -4;
-  EXPECT_FALSE(EvaluateAt({camera, {500, 400}, 0.5, velocity}, at).is_in_front);
+  EXPECT_FALSE(EvaluateAt(ReprojectionCost(camera, {500, 400}, 0.5, velocity), at).is_in_front);
+  EXPECT_FALSE(EvaluateAt(FlowCost(camera.lens, {0, 0}, 1, velocity), at).is_in_front);
 }
 
 TEST(DifferenceOfRounds, AddsHalfItsSquareToWhatTheImagesDetermine) {

@@ -23,12 +23,10 @@ constexpr double kPointDamping = 1e-9;
 using CameraRows = Eigen::Matrix<double, kNumParameters, Eigen::Dynamic>;
 
 // Of each camera the rows of the inverse that belong to it, with the gauge and the priors.
-// `weight`: of the observations, beside priors and positions.
 template <int kNumOfView>
 std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem,
-                                            const CameraEquations<kNumOfView>& equations,
-                                            Eigen::MatrixXd matrix, double weight) {
-  matrix *= weight;
+                                            CameraEquations<kNumOfView>& equations) {
+  Eigen::MatrixXd matrix = equations.Eliminate(kPointDamping);
   equations.AddPriors(matrix);
   equations.Hold(matrix);
   const Eigen::Index num_of_cameras = equations.size() - equations.RowOfCamera(0);
@@ -107,6 +105,7 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
   // By how much the observations move the camera, summed over points and over stretches of images.
   ParameterMatrix by_point = ParameterMatrix::Zero();
   ParameterMatrix by_both = ParameterMatrix::Zero();
+  ParameterMatrix by_flows = ParameterMatrix::Zero();
   const std::size_t num_images = problem.num_images();
   const std::size_t length =
       std::max<std::size_t>(1, (num_images + kMaxErrorStretches - 1) / kMaxErrorStretches);
@@ -129,6 +128,10 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
           of_image(i) * equations.by_view(i).transpose() +
           rows.middleCols<kNumParameters>(camera_at) * row.by_camera.transpose() -
           through_point * row.by_point.transpose();
+      if (observations[i].is_flow) {
+        by_flows += by_residual * by_residual.transpose();
+        continue;
+      }
       const std::size_t stretch = observations[i].image / length;
       in_stretch[stretch] += by_residual * row.residual;
       stretches[stretch].expected += by_residual.cwiseAbs2().rowwise().sum();
@@ -145,20 +148,15 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
   ParameterMatrix covariance = factors.asDiagonal() *
                                (by_point + CovarianceOfSum(stretches) - by_both) *
                                factors.asDiagonal();
+  covariance += by_flows;
   for (std::size_t other = 0; other < problem.num_cameras(); ++other) {
     const ParameterMatrix by_other = rows.middleCols<kNumParameters>(equations.RowOfCamera(other));
     covariance += by_other * problem.prior_information(other).asDiagonal() * by_other.transpose();
   }
   for (std::size_t image = 0; image < problem.num_images(); ++image) {
-    const auto add = [&](Eigen::Index at, const CameraProblem::Information& known) {
-      const Eigen::Matrix<double, kNumParameters, kNumOfPose> by_known =
-          rows.middleCols<kNumOfPose>(at);
-      covariance += by_known * known * by_known.transpose();
-    };
-    add(equations.RowOfImage(image), problem.KnownPosition(image).information);
-    if constexpr (kNumOfView == kNumOfPoseAndVelocity) {
-      add(equations.RowOfImage(image) + kNumOfPose, problem.KnownVelocity(image).information);
-    }
+    const Eigen::Matrix<double, kNumParameters, kNumOfPose> by_pose =
+        rows.middleCols<kNumOfPose>(equations.RowOfImage(image));
+    covariance += by_pose * problem.KnownPosition(image).information * by_pose.transpose();
   }
   // Never below what independent errors give.
   const ParameterMatrix inverse = rows.middleCols<kNumParameters>(equations.RowOfCamera(camera));
@@ -175,13 +173,13 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
 template <int kNumOfView>
 std::vector<CameraCovariance> CovariancesWith(const CameraProblem& problem) {
   CameraEquations<kNumOfView> equations(problem);
-  const Eigen::MatrixXd matrix = equations.Eliminate(kPointDamping);
-  const std::vector<CameraRows> rows = CameraRowsOfInverse(problem, equations, matrix, 1);
+  const std::vector<CameraRows> rows = CameraRowsOfInverse(problem, equations);
   std::vector<CameraCovariance> covariances;
   for (std::size_t camera = 0; camera < rows.size(); ++camera) {
     const auto num_coordinates = static_cast<double>(2 * problem.NumObservationsOf(camera));
     const double weight = 1 / std::max(1., kLeftOutShare * kLeftOutShare * num_coordinates);
-    const CameraRows hidden = CameraRowsOfInverse(problem, equations, matrix, weight)[camera];
+    CameraEquations<kNumOfView> weighted(problem, weight);
+    const CameraRows hidden = CameraRowsOfInverse(problem, weighted)[camera];
     covariances.push_back(
         {ClusteredCovariance(problem, equations, camera, rows[camera]),
          hidden.middleCols<kNumParameters>(equations.RowOfCamera(camera)).diagonal()});

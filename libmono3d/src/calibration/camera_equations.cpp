@@ -4,6 +4,7 @@
 #include "calibration/camera_equations.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 namespace mono3d::calibration {
 namespace {
@@ -14,7 +15,7 @@ std::size_t PositionOfPair(std::size_t a, std::size_t b) { return a * (a + 1) / 
 }  // namespace
 
 template <int kNumOfView>
-CameraEquations<kNumOfView>::CameraEquations(const CameraProblem& problem)
+CameraEquations<kNumOfView>::CameraEquations(const CameraProblem& problem, double weight)
     : problem_(problem),
       images_(problem.num_images()),
       cameras_(problem.num_cameras(), ParameterMatrix::Zero()) {
@@ -30,7 +31,7 @@ CameraEquations<kNumOfView>::CameraEquations(const CameraProblem& problem)
     point.begin = point.end = begin;
     while (point.end < observations.size() &&
            observations[point.end].point == observations[begin].point) {
-      Add(observations[point.end], point);
+      Add(observations[point.end], weight, point);
       ++point.end;
     }
     begin = point.end;
@@ -49,9 +50,10 @@ typename CameraEquations<kNumOfView>::ByView CameraEquations<kNumOfView>::ByView
 }
 
 template <int kNumOfView>
-void CameraEquations<kNumOfView>::Add(const CameraProblem::Observation& observation,
+void CameraEquations<kNumOfView>::Add(const CameraProblem::Observation& observation, double weight,
                                       OfPoint& point) {
-  const CameraProblem::Linearised& row = rows_.emplace_back(problem_.Linearise(observation));
+  CameraProblem::Linearised& row = rows_.emplace_back(problem_.Linearise(observation));
+  if (!observation.is_flow) row *= std::sqrt(weight);
   const ByView by_view = ByViewOf(row);
   OfImage& image = images_[observation.image];
   image.camera = problem_.camera_of(observation);
@@ -88,10 +90,12 @@ void CameraEquations<kNumOfView>::EliminatePoint(const OfPoint& point,
   for (std::size_t i = point.begin; i < point.end; ++i) {
     const std::size_t image = observations[i].image;
     const ViewByPoint weighted = view_by_point_[i].lazyProduct(point.inverse);
-    // The images of a point ascend.
+    // The images of a point ascend. One that shows its pixel and its flow is both of a pair.
     for (std::size_t k = point.begin; k <= i; ++k) {
-      pairs[PositionOfPair(image, observations[k].image)] -=
-          weighted.lazyProduct(view_by_point_[k].transpose());
+      ViewInformation& pair = pairs[PositionOfPair(image, observations[k].image)];
+      const ViewInformation shared = weighted.lazyProduct(view_by_point_[k].transpose());
+      pair -= shared;
+      if (k < i && observations[k].image == image) pair -= shared.transpose();
     }
     matrix.block(cameras_at, RowOfImage(image), num_of_cameras, kNumOfView) -=
         point.by_cameras.lazyProduct(weighted.transpose());
@@ -134,10 +138,6 @@ void CameraEquations<kNumOfView>::AddPriors(Eigen::MatrixXd& matrix) const {
   for (std::size_t i = 0; i < images_.size(); ++i) {
     const Eigen::Index at = RowOfImage(i);
     matrix.block<kNumOfPose, kNumOfPose>(at, at) += problem_.KnownPosition(i).information;
-    if constexpr (kNumOfView == kNumOfPoseAndVelocity) {
-      matrix.block<kNumOfPose, kNumOfPose>(at + kNumOfPose, at + kNumOfPose) +=
-          problem_.KnownVelocity(i).information;
-    }
   }
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     matrix.diagonal().segment<kNumParameters>(RowOfCamera(i)) += problem_.prior_information(i);
@@ -149,9 +149,6 @@ void CameraEquations<kNumOfView>::AddPriors(Eigen::VectorXd& gradient) const {
   for (std::size_t i = 0; i < images_.size(); ++i) {
     const Eigen::Index at = RowOfImage(i);
     gradient.segment<kNumOfPose>(at) += problem_.KnownPosition(i).gradient;
-    if constexpr (kNumOfView == kNumOfPoseAndVelocity) {
-      gradient.segment<kNumOfPose>(at + kNumOfPose) += problem_.KnownVelocity(i).gradient;
-    }
   }
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     gradient.segment<kNumParameters>(RowOfCamera(i)) +=

@@ -34,8 +34,8 @@ class CameraEquations {
     Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();    // of the information: see Eliminate
   };
 
-  // Of the observations alone. `problem` must outlive it.
-  explicit CameraEquations(const CameraProblem& problem);
+  // Of the observations alone. `weight`: of the pixels, beside all else. `problem` must outlive it.
+  explicit CameraEquations(const CameraProblem& problem, double weight = 1);
 
   static Eigen::Index RowOfImage(std::size_t image) {
     return kNumOfView * static_cast<Eigen::Index>(image);
@@ -50,7 +50,7 @@ class CameraEquations {
   Eigen::MatrixXd Eliminate(double damping);
   // The matrix's diagonal with the points not eliminated.
   Eigen::VectorXd Diagonal() const;
-  // What is known beside the observations: the cameras' priors, velocities and measured positions.
+  // What is known beside the observations: the cameras' priors and measured positions.
   void AddPriors(Eigen::MatrixXd& matrix) const;
   // What is not varied (gauge, fixed parameters) or not observed does not change.
   void Hold(Eigen::MatrixXd& matrix) const;
@@ -93,7 +93,7 @@ class CameraEquations {
   };
 
   static ByView ByViewOf(const CameraProblem::Linearised& row);
-  void Add(const CameraProblem::Observation& observation, OfPoint& point);
+  void Add(const CameraProblem::Observation& observation, double weight, OfPoint& point);
   void EliminatePoint(const OfPoint& point, std::vector<ViewInformation>& pairs,
                       Eigen::MatrixXd& matrix) const;
   // The unknowns that are not varied.

@@ -16,6 +16,7 @@
 #include <numeric>
 #include <utility>
 
+#include "calibration/flow_cost.h"
 #include "calibration/reprojection_cost.h"
 #include "mono3d/core/statistics.h"
 #include "mono3d/geometry/similarity.h"
@@ -36,7 +37,6 @@ constexpr double kRoundingOfShares = 1e-9;
 constexpr double kVelocityShare = 0.01;
 
 using CentreCost = ceres::AutoDiffCostFunction<tracking::CentreError, 3, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 CameraProblem::PoseBlock ToPoseBlock(const Pose& T_cam_axes) {
   CameraProblem::PoseBlock block = {};
@@ -168,7 +168,7 @@ void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& 
     unknowns_.poses.push_back(ToPoseBlock((S_axes_map * map.images[i].T_world_cam).Inverse()));
     CameraVelocity velocity = map.images[i].velocity.value_or(CameraVelocity());
     velocity.linear_su_per_s *= S_axes_map.scale();
-    velocities_.push_back({velocity});
+    velocities_.push_back({velocity, 0});
     unknowns_.velocity_changes.push_back({});
     camera_of_image_.push_back(map.images[i].camera);
   }
@@ -180,7 +180,7 @@ void CameraProblem::Add(const SparseModel& map, const std::vector<std::size_t>& 
     camera_of_image_.resize(first_image);
     return;
   }
-  WeighVelocities(first_image);
+  AddFlows(map, images, first_image);
   if (!metric) {
     ChooseGauge(first_image);
     return;
@@ -226,7 +226,8 @@ std::size_t CameraProblem::NumImagesOf(std::size_t camera) const {
 
 std::size_t CameraProblem::NumObservationsOf(std::size_t camera) const {
   return static_cast<std::size_t>(std::ranges::count_if(
-      observations_, [&](const Observation& seen) { return camera_of(seen) == camera; }));
+      observations_,
+      [&](const Observation& seen) { return !seen.is_flow && camera_of(seen) == camera; }));
 }
 
 std::size_t CameraProblem::NumPositionsOf(std::size_t camera) const {
@@ -257,57 +258,76 @@ std::array<const double*, 4> CameraProblem::ParametersOf(const Observation& obse
 }
 
 ReprojectionCost CameraProblem::CostOf(const Observation& observation, double sigma_px) const {
-  return {cameras_[camera_of(observation)].shape, observation.pixel, sigma_px,
+  return {cameras_[camera_of(observation)].shape, observation.measured, sigma_px,
           velocities_[observation.image].known};
+}
+
+FlowCost CameraProblem::FlowCostOf(const Observation& observation, double sigma) const {
+  return {cameras_[camera_of(observation)].shape.lens, observation.measured, sigma,
+          velocities_[observation.image].known};
+}
+
+double CameraProblem::FlowSigma(std::size_t image) const {
+  return std::sqrt(velocity_variance_) * velocities_[image].flow_sigma_px_per_s;
 }
 
 std::vector<CalibrationResidual> CameraProblem::Residuals(std::optional<std::size_t> camera) const {
   std::vector<CalibrationResidual> residuals;
   residuals.reserve(observations_.size());
   for (const Observation& observation : observations_) {
-    if (camera && camera_of(observation) != *camera) continue;
+    if (observation.is_flow || (camera && camera_of(observation) != *camera)) continue;
     const auto parameters = ParametersOf(observation);
     Eigen::Vector2d found_less_observed;
     if (!CostOf(observation, 1).Evaluate(parameters.data(), found_less_observed.data(), nullptr))
       continue;
-    residuals.push_back({observation.pixel, -found_less_observed});
+    residuals.push_back({observation.measured, -found_less_observed});
   }
   return residuals;
 }
 
-// A velocity comes from poses that others than this camera found, and from differences in time: it
-// is known by how the image moves, to a share of that. A turn and a shift that move the image
-// nearly alike, as far away or straight above the ground, are known but together.
-void CameraProblem::WeighVelocities(std::size_t first_image) {
-  std::vector<Information> sums(unknowns_.poses.size() - first_image, Information::Zero());
-  std::vector<double> squared_flows(sums.size(), 0);
+// A velocity comes from poses that others than this camera found, and from differences in time.
+// What is known is how the image moves, to a share of that: with another camera it is another
+// velocity. A turn and a shift that move the image nearly alike, as far away or straight above the
+// ground, are known but together.
+void CameraProblem::AddFlows(const SparseModel& map, const std::vector<std::size_t>& images,
+                             std::size_t first_image) {
+  constexpr std::size_t kMaxFlows = 24;  // of an image, for its six velocities
+  std::vector<std::vector<Observation>> of_image(images.size());
   for (const Observation& observation : observations_) {
     if (observation.image < first_image) continue;
-    const PoseBlock& pose = unknowns_.poses[observation.image];
-    const Eigen::Vector3d turn(pose[0], pose[1], pose[2]);
-    const double angle = turn.norm();
-    const Eigen::Vector3d p_axes(unknowns_.points[observation.point].data());
-    Eigen::Vector3d p_cam(pose[3], pose[4], pose[5]);
-    p_cam += angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * p_axes : p_axes;
-    const double distance = p_cam.norm();
-    if (!(distance > 0)) continue;
-    // How the ray to the point turns, per second.
-    const Eigen::Vector3d ray = p_cam / distance;
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
-    Eigen::Matrix<double, 3, 6> J;
-    for (int i = 0; i < 3; ++i) J.col(i) = Eigen::Vector3d::Unit(i).cross(ray);
-    J.rightCols<3>() = across / distance;
-    const CameraVelocity& known = velocities_[observation.image].known;
-    Eigen::Matrix<double, 6, 1> velocity;
-    velocity << known.angular_rad_per_s, known.linear_su_per_s;
-    sums[observation.image - first_image] += J.transpose() * J;
-    squared_flows[observation.image - first_image] += (J * velocity).squaredNorm();
+    of_image[observation.image - first_image].push_back(observation);
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const double variance = kVelocityShare * kVelocityShare * squared_flows[i];
-    if (!(variance > 0) || Eigen::LLT<Information>(sums[i]).info() != Eigen::Success) continue;
-    velocities_[first_image + i].information = sums[i] / variance;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const CameraModel& found_with = map.CameraOf(map.images[images[i]]);
+    const ParameterVector camera = ToParameters(found_with);
+    ImageVelocity& velocity = velocities_[first_image + i];
+    const FlowCost flow_of(found_with.lens, Eigen::Vector2d::Zero(), 1, velocity.known);
+    std::vector<Observation> flows;
+    Information information = Information::Zero();
+    double sum_of_squares = 0;
+    const std::size_t stride = of_image[i].size() / kMaxFlows + 1;
+    for (std::size_t k = 0; k < of_image[i].size(); k += stride) {
+      Observation flow = of_image[i][k];
+      flow.is_flow = true;
+      auto parameters = ParametersOf(flow);
+      parameters[0] = camera.data();
+      Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_velocity;
+      double* jacobians[] = {nullptr, nullptr, nullptr, by_velocity.data()};
+      if (!flow_of.Evaluate(parameters.data(), flow.measured.data(), jacobians)) continue;
+      information += by_velocity.transpose() * by_velocity;
+      sum_of_squares += flow.measured.squaredNorm();
+      flows.push_back(flow);
+    }
+    const double sigma_px_per_s = kVelocityShare * std::sqrt(sum_of_squares);
+    if (!(sigma_px_per_s > 0) || Eigen::LLT<Information>(information).info() != Eigen::Success) {
+      continue;
+    }
+    velocity.flow_sigma_px_per_s = sigma_px_per_s;
+    observations_.insert(observations_.end(), flows.begin(), flows.end());
   }
+  std::ranges::stable_sort(observations_, {}, [](const Observation& observation) {
+    return std::pair(observation.point, observation.image);
+  });
 }
 
 bool CameraProblem::HasFreeVelocity(std::size_t image) const {
@@ -315,21 +335,25 @@ bool CameraProblem::HasFreeVelocity(std::size_t image) const {
   const auto is_zero = [&](Parameter readout) {
     return camera.is_fixed[readout] && unknowns_.cameras[camera_of_image_[image]][readout] == 0;
   };
-  return !velocities_[image].information.isZero() &&
+  return velocities_[image].flow_sigma_px_per_s > 0 &&
          !(is_zero(kReadoutByRows) && is_zero(kReadoutByColumns));
 }
 
-// Velocities that come from a wrong camera are off by more than is said: by what the images say of
-// them. Never less.
+// Velocities by differences are off by more than is said where the camera shakes: by what the
+// images say of them. Never less.
 double CameraProblem::VelocityVariance() const {
   double sum = 0;
-  double count = 0;
-  for (std::size_t i = 0; i < velocities_.size(); ++i) {
-    if (!HasFreeVelocity(i)) continue;
-    const Eigen::Map<const Vector6d> change(unknowns_.velocity_changes[i].data());
-    sum += change.dot(velocities_[i].information * change);
-    count += 6;
+  for (const Observation& observation : observations_) {
+    if (!observation.is_flow || !HasFreeVelocity(observation.image)) continue;
+    const auto parameters = ParametersOf(observation);
+    Eigen::Vector2d residual;
+    const double sigma = velocities_[observation.image].flow_sigma_px_per_s;
+    if (FlowCostOf(observation, sigma).Evaluate(parameters.data(), residual.data(), nullptr)) {
+      sum += residual.squaredNorm();
+    }
   }
+  double count = 0;
+  for (std::size_t i = 0; i < velocities_.size(); ++i) count += HasFreeVelocity(i) ? 6 : 0;
   return count > 0 ? std::max(1., sum / count) : 1;
 }
 
@@ -342,10 +366,14 @@ void CameraProblem::Weigh() {
 }
 
 std::optional<Eigen::Vector2d> CameraProblem::Residual(const Observation& observation) const {
+  if (observation.is_flow && !HasFreeVelocity(observation.image)) return Eigen::Vector2d(0, 0);
   const auto parameters = ParametersOf(observation);
   Eigen::Vector2d residual;
   const bool is_in_front =
-      CostOf(observation, sigma_px_).Evaluate(parameters.data(), residual.data(), nullptr);
+      observation.is_flow
+          ? FlowCostOf(observation, FlowSigma(observation.image))
+                .Evaluate(parameters.data(), residual.data(), nullptr)
+          : CostOf(observation, sigma_px_).Evaluate(parameters.data(), residual.data(), nullptr);
   return is_in_front ? std::optional(residual) : std::nullopt;
 }
 
@@ -359,6 +387,10 @@ CameraProblem::CostSum CameraProblem::Cost() const {
       ++cost.num_behind;
       continue;
     }
+    if (observation.is_flow) {
+      cost.sum += residual->squaredNorm() / 2;
+      continue;
+    }
     loss.Evaluate(residual->squaredNorm(), rho);
     cost.sum += rho[0] / 2;
   }
@@ -368,10 +400,6 @@ CameraProblem::CostSum CameraProblem::Cost() const {
     (void)measured.error(unknowns_.poses[measured.image].data(), error.data());
     loss_of_positions.Evaluate(error.squaredNorm(), rho);
     cost.sum += rho[0] / 2;
-  }
-  for (std::size_t i = 0; i < velocities_.size(); ++i) {
-    const Eigen::Map<const Vector6d> change(unknowns_.velocity_changes[i].data());
-    cost.sum += change.dot(KnownVelocity(i).gradient) / 2;
   }
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     const ParameterVector difference = parameters(i) - prior(i);
@@ -390,15 +418,6 @@ bool CameraProblem::HasVelocities() const {
     if (HasFreeVelocity(i)) return true;
   }
   return false;
-}
-
-CameraProblem::Quadratic CameraProblem::KnownVelocity(std::size_t image) const {
-  Quadratic known;
-  if (!HasFreeVelocity(image)) return known;
-  known.information = velocities_[image].information / velocity_variance_;
-  known.gradient =
-      known.information * Eigen::Map<const Vector6d>(unknowns_.velocity_changes[image].data());
-  return known;
 }
 
 CameraProblem::Quadratic CameraProblem::KnownPosition(std::size_t image) const {
@@ -440,30 +459,42 @@ void CameraProblem::Free(Parameter which, double prior_sigma, std::size_t camera
   cameras_[camera].is_fixed[which] = false;
 }
 
+CameraProblem::Linearised& CameraProblem::Linearised::operator*=(double factor) {
+  residual *= factor;
+  by_pose *= factor;
+  by_velocity *= factor;
+  by_camera *= factor;
+  by_point *= factor;
+  weight *= factor;
+  return *this;
+}
+
 CameraProblem::Linearised CameraProblem::Linearise(const Observation& observation) const {
   Linearised result;
   const FreeCamera& camera = cameras_[camera_of(observation)];
   const auto parameters = ParametersOf(observation);
   double* jacobians[] = {result.by_camera.data(), result.by_pose.data(), result.by_point.data(),
                          result.by_velocity.data()};
-  if (!CostOf(observation, sigma_px_)
-           .Evaluate(parameters.data(), result.residual.data(), jacobians)) {
-    result.residual.setZero();
-    result.by_camera.setZero();
-    result.by_pose.setZero();
-    result.by_point.setZero();
-    result.by_velocity.setZero();
+  const auto evaluate = [&](const auto& cost) {
+    return cost.Evaluate(parameters.data(), result.residual.data(), jacobians);
+  };
+  const bool has_free_velocity = HasFreeVelocity(observation.image);
+  bool is_used = has_free_velocity || !observation.is_flow;
+  if (is_used) {
+    is_used = observation.is_flow ? evaluate(FlowCostOf(observation, FlowSigma(observation.image)))
+                                  : evaluate(CostOf(observation, sigma_px_));
+  }
+  if (!is_used) {
+    result = {};
     return result;
   }
-  double rho[3];
-  ceres::CauchyLoss(kLossScale).Evaluate(result.residual.squaredNorm(), rho);
-  const double weight = std::sqrt(rho[1]);
-  result.residual *= weight;
-  result.by_camera *= weight;
-  result.by_pose *= weight;
-  result.by_point *= weight;
-  result.by_velocity *= HasFreeVelocity(observation.image) ? weight : 0;
-  result.weight = weight;
+  result.weight = 1;
+  if (!observation.is_flow) {
+    double rho[3];
+    ceres::CauchyLoss(kLossScale).Evaluate(result.residual.squaredNorm(), rho);
+    result *= std::sqrt(rho[1]);
+  }
+  if (!has_free_velocity) result.by_velocity.setZero();
   for (int i = 0; i < kNumParameters; ++i) {
     if (camera.is_fixed[i]) result.by_camera.col(i).setZero();
   }

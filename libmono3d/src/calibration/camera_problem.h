@@ -19,6 +19,7 @@
 
 namespace mono3d::calibration {
 
+class FlowCost;
 class ReprojectionCost;
 
 // Of all maps, those that most images show. The time grows with their number.
@@ -55,8 +56,7 @@ class CameraProblem {
     std::vector<ParameterVector> cameras;
   };
 
-  // What is known of the pose or the velocity of one image: second and first derivatives of its
-  // cost.
+  // What is known of the pose of one image: second and first derivatives of its cost.
   using Information = Eigen::Matrix<double, 6, 6>;
   struct Quadratic {
     Information information = Information::Zero();
@@ -64,18 +64,26 @@ class CameraProblem {
   };
 
   struct Observation {
-    std::size_t image;      // position in Unknowns::poses
-    std::size_t point;      // position in Unknowns::points
-    Eigen::Vector2d pixel;  // as taken, its lines read one after the other
+    std::size_t image;  // position in Unknowns::poses
+    std::size_t point;  // position in Unknowns::points
+    // Where the image as taken, its lines read one after the other, shows the point (px). Of a
+    // flow: how fast the point moves there at the middle line, by the velocity that the map has
+    // for the image (px/s). Flows hold velocities that are free.
+    Eigen::Vector2d measured;
+    bool is_flow = false;
   };
   // The derivatives of one observation's residual (in sigmas, corrected for the robust loss).
   struct Linearised {
-    Eigen::Vector2d residual;
-    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
-    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_velocity;  // zero where that is not varied
-    Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera;
-    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
-    double weight = 0;  // of the robust loss, in all of them
+    Eigen::Vector2d residual = Eigen::Vector2d::Zero();
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose = decltype(by_pose)::Zero();
+    // Zero where that is not varied.
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_velocity = decltype(by_velocity)::Zero();
+    Eigen::Matrix<double, 2, kNumParameters, Eigen::RowMajor> by_camera =
+        decltype(by_camera)::Zero();
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point = decltype(by_point)::Zero();
+    double weight = 0;  // of the robust loss, in all of them; 0 where the residual is not used
+
+    Linearised& operator*=(double factor);
   };
 
   // One coordinate of an image's pose that is not varied.
@@ -112,11 +120,12 @@ class CameraProblem {
   }
 
   Linearised Linearise(const Observation& observation) const;
-  // In sigmas, whatever the robust loss; nothing where the point is behind the image.
+  // In sigmas, whatever the robust loss; nothing where the point is behind the image. Zero of a
+  // flow where the velocity is not varied.
   std::optional<Eigen::Vector2d> Residual(const Observation& observation) const;
-  // Of the observations that lie in front of their image; of all cameras, or of one.
+  // Of the pixels that lie in front of their image; of all cameras, or of one.
   std::vector<CalibrationResidual> Residuals(std::optional<std::size_t> camera = {}) const;
-  // Sorted by point, those of a point by image.
+  // Sorted by point, those of a point by image, pixels before flows.
   const std::vector<Observation>& observations() const { return observations_; }
   std::size_t num_images() const { return unknowns_.poses.size(); }
   std::size_t num_points() const { return unknowns_.points.size(); }
@@ -125,7 +134,7 @@ class CameraProblem {
   std::size_t camera_of(const Observation& observation) const {
     return camera_of_image_[observation.image];
   }
-  // That a camera took.
+  // That a camera took; of the observations, pixels.
   std::size_t NumImagesOf(std::size_t camera) const;
   std::size_t NumObservationsOf(std::size_t camera) const;
   std::size_t NumPositionsOf(std::size_t camera) const;
@@ -141,8 +150,6 @@ class CameraProblem {
   ParameterVector prior_information(std::size_t camera) const;
   // Is any image's velocity varied?
   bool HasVelocities() const;
-  // What is known of an image's velocity before the adjustment; zero where it is not varied.
-  Quadratic KnownVelocity(std::size_t image) const;
   // What its measured position says of an image's pose; zero where there is none.
   Quadratic KnownPosition(std::size_t image) const;
   // The gauge of the maps: images whose poses are not varied, and single coordinates.
@@ -152,7 +159,9 @@ class CameraProblem {
  private:
   // Found less observed, in `sigma_px`; false behind the camera.
   ReprojectionCost CostOf(const Observation& observation, double sigma_px) const;
-  // As CostOf takes them.
+  FlowCost FlowCostOf(const Observation& observation, double sigma) const;
+  double FlowSigma(std::size_t image) const;
+  // As both costs take them.
   std::array<const double*, 4> ParametersOf(const Observation& observation) const;
 
   struct MeasuredCentre {
@@ -163,7 +172,8 @@ class CameraProblem {
   // Of an image's middle line.
   struct ImageVelocity {
     CameraVelocity known;  // zero where the map has none
-    Information information = Information::Zero();
+    // Standard deviation of a flow; 0 where there are none that tell the velocity.
+    double flow_sigma_px_per_s = 0;
   };
 
   struct FreeCamera {
@@ -183,7 +193,8 @@ class CameraProblem {
                  const Similarity& S_axes_map, std::size_t first_image, std::size_t max_points);
   // Is that of the image varied? Only where its lines are not all read at once.
   bool HasFreeVelocity(std::size_t image) const;
-  void WeighVelocities(std::size_t first_image);
+  void AddFlows(const SparseModel& map, const std::vector<std::size_t>& images,
+                std::size_t first_image);
   double VelocityVariance() const;
   // Of the map whose images begin at `first_image`.
   void ChooseGauge(std::size_t first_image);
@@ -197,7 +208,7 @@ class CameraProblem {
   std::vector<HeldCoordinate> held_coordinates_;
   std::vector<MeasuredCentre> positions_;
   double sigma_px_ = 1;
-  double velocity_variance_ = 1;  // of the velocities, by that of their information
+  double velocity_variance_ = 1;  // of the velocities, over what is said of their flows
 };
 
 }  // namespace mono3d::calibration

@@ -80,6 +80,9 @@ std::size_t DivideIntoStretches(std::vector<SparseModel>& maps) {
   for (std::size_t i = 0; i < images.size() && num > 0; ++i) {
     images[i]->camera = i * num / images.size();
   }
+  for (SparseModel& map : maps) {
+    map.further_cameras.assign(std::max<std::size_t>(num, 1) - 1, map.camera);
+  }
   return num;
 }
 
@@ -128,10 +131,10 @@ IntrinsicsVariation MeasureIntrinsicsVariation(const CameraProblem& problem,
   const CameraModel camera = problem.camera(of_camera);
   std::vector<ImageEquations> images(problem.num_images());
   for (const CameraProblem::Observation& observation : problem.observations()) {
-    if (problem.camera_of(observation) != of_camera) continue;
+    if (observation.is_flow || problem.camera_of(observation) != of_camera) continue;
     const CameraProblem::Linearised row = problem.Linearise(observation);
     Eigen::Matrix<double, 2, 3> by_intrinsics;
-    by_intrinsics << observation.pixel - Eigen::Vector2d(camera.cx, camera.cy),
+    by_intrinsics << observation.measured - Eigen::Vector2d(camera.cx, camera.cy),
         Eigen::Matrix2d::Identity();
     images[observation.image].Add(row, by_intrinsics / problem.sigma_px());
   }

@@ -3,73 +3,12 @@
 
 #include "calibration/reprojection_cost.h"
 
-#include <ceres/jet.h>
-
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "calibration/parameter_projection.h"
+#include "calibration/projection_derivatives.h"
 
 namespace mono3d::calibration {
-namespace {
-
-// Of the lens: all but the readout times, which come last.
-constexpr int kNumOfLens = kReadoutByRows;
-
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d cross;
-  cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return cross;
-}
-
-// A rotation vector's rotation matrix R, and its left Jacobian: the vector that turns R as a change
-// of the rotation vector does is the Jacobian times that change.
-struct Turn {
-  Eigen::Matrix3d R;
-  Eigen::Matrix3d left;
-
-  explicit Turn(const Eigen::Vector3d& rotation) {
-    constexpr double kSmall = 1e-4;  // the next terms of the series are below 1e-10 there
-    const double squared = rotation.squaredNorm();
-    double sine = 1 - squared / 6;       // sin(angle) / angle
-    double cosine = 0.5 - squared / 24;  // (1 - cos(angle)) / angle^2
-    double third = 1. / 6 - squared / 120;
-    if (squared > kSmall * kSmall) {
-      const double angle = std::sqrt(squared);
-      sine = std::sin(angle) / angle;
-      cosine = (1 - std::cos(angle)) / squared;
-      third = (1 - sine) / squared;
-    }
-    const Eigen::Matrix3d cross = CrossMatrix(rotation);
-    const Eigen::Matrix3d twice = cross * cross;
-    R = Eigen::Matrix3d::Identity() + sine * cross + cosine * twice;
-    left = Eigen::Matrix3d::Identity() + cosine * cross + third * twice;
-  }
-};
-
-// Where the lens shows a point, with the derivatives by the point and by the lens.
-struct LensPixel {
-  Eigen::Vector2d pixel;
-  Eigen::Matrix<double, 2, 3> by_point;
-  Eigen::Matrix<double, 2, kNumOfLens> by_lens;
-
-  LensPixel(LensModel lens, const double* camera, const Eigen::Vector3d& p_line) {
-    using Jet = ceres::Jet<double, 3 + kNumOfLens>;
-    Jet point[3];
-    Jet parameters[kNumOfLens];
-    Jet found[2];
-    for (int i = 0; i < 3; ++i) point[i] = Jet(p_line[i], i);
-    for (int i = 0; i < kNumOfLens; ++i) parameters[i] = Jet(camera[i], 3 + i);
-    ProjectParameters(lens, parameters, point, found);
-    for (int i = 0; i < 2; ++i) {
-      pixel[i] = found[i].a;
-      by_point.row(i) = found[i].v.head<3>().transpose();
-      by_lens.row(i) = found[i].v.tail<kNumOfLens>().transpose();
-    }
-  }
-};
-
-}  // namespace
 
 ReprojectionCost::ReprojectionCost(const CameraModel& shape, const Eigen::Vector2d& pixel,
                                    double sigma_px, const CameraVelocity& velocity)
@@ -120,7 +59,7 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
         of_line.left * (v.angular_rad_per_s + time_s * v.angular_rad_per_s2);
     const Eigen::Vector2d by_time =
         by_line * (angular.cross(turned) + v.linear_su_per_s + time_s * v.linear_su_per_s2);
-    by_camera.leftCols<kNumOfLens>() = found.by_lens / sigma_px_;
+    by_camera.leftCols<LensPixel::kNumOfLens>() = found.by_lens / sigma_px_;
     by_camera.col(kReadoutByRows) = row_share_ * by_time;
     by_camera.col(kReadoutByColumns) = column_share_ * by_time;
   }
