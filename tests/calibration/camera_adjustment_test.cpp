@@ -259,6 +259,19 @@ TEST(CameraAdjustment, InventsNoRollingShutter) {
   EXPECT_FALSE(found.is_determined[kReadoutByRows]);
 }
 
+TEST(Contradicts, AFocalLengthThatIsOffByMoreThanCalibrationsAre) {
+  const CameraAdjustment found = Adjust(UnknownCamera(), MakeMap(TrueCamera(), Way::kOrbit, 6));
+  const auto told = [](double times) {
+    CameraModel camera = TrueCamera();
+    camera.fx *= times;
+    camera.fy *= times;
+    return CalibratedCameraPrior(camera);
+  };
+  EXPECT_TRUE(Contradicts(found, told(0.96)));
+  EXPECT_TRUE(Contradicts(found, told(1.04)));
+  for (const double times : {0.985, 1., 1.015}) EXPECT_FALSE(Contradicts(found, told(times)));
+}
+
 TEST(CameraAdjustment, InventsNoDistortion) {
   CameraModel pinhole = TrueCamera();
   pinhole.distortion = {};

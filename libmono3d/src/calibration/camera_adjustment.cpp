@@ -307,6 +307,11 @@ double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& c
 }
 
 bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& told) {
+  // Among the directions in which nine rays may differ, that of the focal length is one of many.
+  const double focal_difference = std::log(adjustment.camera.fx / told.camera.fx);
+  const double focal_variance =
+      told.focal_sigma * told.focal_sigma + adjustment.covariance(kLogFocal, kLogFocal);
+  if (focal_difference * focal_difference > kChi2At99.front() * focal_variance) return true;
   const RayGrid grid(told.camera);
   const RayGrid::Jacobian J = grid.ByParameters(adjustment.camera);
   RayGrid::Covariance covariance = J * adjustment.covariance * J.transpose();

@@ -66,7 +66,8 @@ double LargestUncertainty_px(const CameraModel& camera, const ParameterMatrix& c
 
 // Do the images contradict a calibration? By more than what they know and what good calibrations
 // are off by: a share of the focal length (told.focal_sigma) and 0.3 px in 1,000 anywhere. Compares
-// where nine rays show, at 99.9 %: coefficients that differ but mean the same lens do not count.
+// the focal length, at 99 %, and where nine rays show, at 99.9 %: coefficients that differ but mean
+// the same lens do not count.
 bool Contradicts(const CameraAdjustment& adjustment, const CameraPrior& told);
 
 }  // namespace mono3d::calibration

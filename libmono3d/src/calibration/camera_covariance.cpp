@@ -25,8 +25,8 @@ using CameraRows = Eigen::Matrix<double, kNumParameters, Eigen::Dynamic>;
 // Of each camera the rows of the inverse that belong to it, with the gauge and the priors.
 template <int kNumOfView>
 std::vector<CameraRows> CameraRowsOfInverse(const CameraProblem& problem,
-                                            CameraEquations<kNumOfView>& equations) {
-  Eigen::MatrixXd matrix = equations.Eliminate(kPointDamping);
+                                            const CameraEquations<kNumOfView>& equations,
+                                            Eigen::MatrixXd matrix) {
   equations.AddPriors(matrix);
   equations.Hold(matrix);
   const Eigen::Index num_of_cameras = equations.size() - equations.RowOfCamera(0);
@@ -170,16 +170,29 @@ ParameterMatrix ClusteredCovariance(const CameraProblem& problem,
   return covariance;
 }
 
+// With so much less weight of the pixels. Those are all observations where no velocity is varied.
+template <int kNumOfView>
+std::vector<CameraRows> RowsOfLessWeight(const CameraProblem& problem,
+                                         const CameraEquations<kNumOfView>& equations,
+                                         const Eigen::MatrixXd& matrix, double weight) {
+  if constexpr (kNumOfView == kNumOfPose) {
+    return CameraRowsOfInverse(problem, equations, weight * matrix);
+  } else {
+    CameraEquations<kNumOfView> weighted(problem, weight);
+    return CameraRowsOfInverse(problem, weighted, weighted.Eliminate(kPointDamping));
+  }
+}
+
 template <int kNumOfView>
 std::vector<CameraCovariance> CovariancesWith(const CameraProblem& problem) {
   CameraEquations<kNumOfView> equations(problem);
-  const std::vector<CameraRows> rows = CameraRowsOfInverse(problem, equations);
+  const Eigen::MatrixXd matrix = equations.Eliminate(kPointDamping);
+  const std::vector<CameraRows> rows = CameraRowsOfInverse(problem, equations, matrix);
   std::vector<CameraCovariance> covariances;
   for (std::size_t camera = 0; camera < rows.size(); ++camera) {
     const auto num_coordinates = static_cast<double>(2 * problem.NumObservationsOf(camera));
     const double weight = 1 / std::max(1., kLeftOutShare * kLeftOutShare * num_coordinates);
-    CameraEquations<kNumOfView> weighted(problem, weight);
-    const CameraRows hidden = CameraRowsOfInverse(problem, weighted)[camera];
+    const CameraRows hidden = RowsOfLessWeight(problem, equations, matrix, weight)[camera];
     covariances.push_back(
         {ClusteredCovariance(problem, equations, camera, rows[camera]),
          hidden.middleCols<kNumParameters>(equations.RowOfCamera(camera)).diagonal()});
