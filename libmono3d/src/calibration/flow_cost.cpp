@@ -19,7 +19,7 @@ FlowCost::FlowCost(LensModel lens, const Eigen::Vector2d& flow_px_per_s, double 
 // By the pixels a moment before and after: of these the derivatives are known.
 bool FlowCost::Evaluate(const double* const* parameters, double* residual,
                         double** jacobians) const {
-  constexpr double kMoment_s = 0.0005;  // in which no pixel moves by more than a few
+  constexpr double kMoment_s = 0.0005;  // in which no point moves by more than some px
   const double* camera = parameters[0];
   const Eigen::Map<const Eigen::Vector3d> rotation(parameters[1]);
   const Eigen::Map<const Eigen::Vector3d> translation(parameters[1] + 3);
