@@ -21,16 +21,12 @@ bool FlowCost::Evaluate(const double* const* parameters, double* residual,
                         double** jacobians) const {
   constexpr double kMoment_s = 0.0005;  // in which no point moves by more than some px
   const double* camera = parameters[0];
-  const Eigen::Map<const Eigen::Vector3d> rotation(parameters[1]);
-  const Eigen::Map<const Eigen::Vector3d> translation(parameters[1] + 3);
-  const Eigen::Map<const Eigen::Vector3d> p_first(parameters[2]);
   const Eigen::Map<const Eigen::Vector3d> angular_change(parameters[3]);
   const Eigen::Map<const Eigen::Vector3d> linear_change(parameters[3] + 3);
   Eigen::Map<Eigen::Vector2d> error(residual);
 
-  const Turn of_pose(rotation);
-  const Eigen::Vector3d rotated = of_pose.R * p_first;
-  const Eigen::Vector3d p_cam = rotated + translation;
+  const PosedPoint point(parameters[1], parameters[2]);
+  const Eigen::Vector3d& p_cam = point.p_cam();
   const Eigen::Vector3d angular = velocity_->angular_rad_per_s + angular_change;
   const Eigen::Vector3d linear = velocity_->linear_su_per_s + linear_change;
   const Eigen::Vector3d moved = kMoment_s * (angular.cross(p_cam) + linear);
@@ -52,15 +48,7 @@ bool FlowCost::Evaluate(const double* const* parameters, double* residual,
     by_camera.setZero();
     by_camera.leftCols<LensPixel::kNumOfLens>() = scale * (after.by_lens - before.by_lens);
   }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_pose(jacobians[1]);
-    by_pose.leftCols<3>() = -by_cam * CrossMatrix(rotated) * of_pose.left;
-    by_pose.rightCols<3>() = by_cam;
-  }
-  if (jacobians[2] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point(jacobians[2]);
-    by_point = by_cam * of_pose.R;
-  }
+  point.WriteDerivatives(by_cam, jacobians[1], jacobians[2]);
   if (jacobians[3] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_velocity(jacobians[3]);
     by_velocity.leftCols<3>() = -kMoment_s * by_moved * CrossMatrix(p_cam);

@@ -36,6 +36,24 @@ Turn::Turn(const Eigen::Vector3d& rotation) {
   left = Eigen::Matrix3d::Identity() + cosine * cross + third * twice;
 }
 
+PosedPoint::PosedPoint(const double* pose, const double* p_first)
+    : turn_(Eigen::Map<const Eigen::Vector3d>(pose)),
+      rotated_(turn_.R * Eigen::Map<const Eigen::Vector3d>(p_first)),
+      p_cam_(rotated_ + Eigen::Map<const Eigen::Vector3d>(pose + 3)) {}
+
+void PosedPoint::WriteDerivatives(const Eigen::Matrix<double, 2, 3>& by_cam, double* by_pose,
+                                  double* by_point) const {
+  if (by_pose != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> J(by_pose);
+    J.leftCols<3>() = -by_cam * CrossMatrix(rotated_) * turn_.left;
+    J.rightCols<3>() = by_cam;
+  }
+  if (by_point != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(by_point);
+    J = by_cam * turn_.R;
+  }
+}
+
 LensPixel::LensPixel(LensModel lens, const double* camera, const Eigen::Vector3d& p_cam) {
   using Jet = ceres::Jet<double, 3 + kNumOfLens>;
   Jet point[3];

@@ -22,6 +22,23 @@ struct Turn {
   explicit Turn(const Eigen::Vector3d& rotation);
 };
 
+// A point in a camera's frame. A pose is the rotation vector and the translation of T_cam_first.
+class PosedPoint {
+ public:
+  PosedPoint(const double* pose, const double* p_first);
+
+  const Eigen::Vector3d& p_cam() const { return p_cam_; }
+  // Of what changes by `by_cam` with the point in the camera's frame: by the pose and by the point
+  // (row-major, each may be null).
+  void WriteDerivatives(const Eigen::Matrix<double, 2, 3>& by_cam, double* by_pose,
+                        double* by_point) const;
+
+ private:
+  Turn turn_;
+  Eigen::Vector3d rotated_;
+  Eigen::Vector3d p_cam_;
+};
+
 // Where the lens shows a point (z forward must be positive), with the derivatives by the point and
 // by the lens: all parameters of a camera but the readout times, which come last.
 struct LensPixel {

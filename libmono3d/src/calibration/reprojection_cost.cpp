@@ -22,15 +22,11 @@ ReprojectionCost::ReprojectionCost(const CameraModel& shape, const Eigen::Vector
 bool ReprojectionCost::Evaluate(const double* const* parameters, double* residual,
                                 double** jacobians) const {
   const double* camera = parameters[0];
-  const Eigen::Map<const Eigen::Vector3d> rotation(parameters[1]);
-  const Eigen::Map<const Eigen::Vector3d> translation(parameters[1] + 3);
-  const Eigen::Map<const Eigen::Vector3d> p_first(parameters[2]);
   const Eigen::Map<const Eigen::Vector3d> angular_change(parameters[3]);
   const Eigen::Map<const Eigen::Vector3d> linear_change(parameters[3] + 3);
   Eigen::Map<Eigen::Vector2d> error(residual);
 
-  const Turn of_pose(rotation);
-  const Eigen::Vector3d rotated = of_pose.R * p_first;
+  const PosedPoint point(parameters[1], parameters[2]);
   // Into the camera's frame at the time of the line that the pixel is on.
   const double time_s =
       camera[kReadoutByRows] * row_share_ + camera[kReadoutByColumns] * column_share_;
@@ -38,7 +34,7 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   v.angular_rad_per_s += angular_change;
   v.linear_su_per_s += linear_change;
   const Turn of_line(time_s * v.angular_rad_per_s + 0.5 * time_s * time_s * v.angular_rad_per_s2);
-  const Eigen::Vector3d turned = of_line.R * (rotated + translation);
+  const Eigen::Vector3d turned = of_line.R * point.p_cam();
   const Eigen::Vector3d p_line =
       turned + time_s * v.linear_su_per_s + 0.5 * time_s * time_s * v.linear_su_per_s2;
   if (!(p_line.z() > 0)) return false;
@@ -63,15 +59,7 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
     by_camera.col(kReadoutByRows) = row_share_ * by_time;
     by_camera.col(kReadoutByColumns) = column_share_ * by_time;
   }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_pose(jacobians[1]);
-    by_pose.leftCols<3>() = -by_cam * CrossMatrix(rotated) * of_pose.left;
-    by_pose.rightCols<3>() = by_cam;
-  }
-  if (jacobians[2] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point(jacobians[2]);
-    by_point = by_cam * of_pose.R;
-  }
+  point.WriteDerivatives(by_cam, jacobians[1], jacobians[2]);
   if (jacobians[3] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_velocity(jacobians[3]);
     by_velocity.leftCols<3>() = -time_s * by_line * CrossMatrix(turned) * of_line.left;
