@@ -64,10 +64,11 @@ FootageOpener Footage(const std::vector<Frame>& frames) {
 
 // A part of an orbit over houses, looking down obliquely, the camera swaying a little. The section
 // of the sensor's image that is kept moves by up to `crop_motion_px`.
-std::vector<Frame> FlyAnOrbit(const CameraModel& camera, double crop_motion_px = 0) {
+std::vector<Frame> FlyAnOrbit(const CameraModel& camera, double crop_motion_px = 0,
+                              int num_frames = 45) {
   const tracking::TexturedGround ground(true);
   std::vector<Frame> frames;
-  for (int i = 0; i < 45; ++i) {
+  for (int i = 0; i < num_frames; ++i) {
     const double angle = 0.025 * i;
     const Pose T_world_cam =
         tracking::LookAt({10 * std::sin(angle), -10 * std::cos(angle), 10},
@@ -217,6 +218,45 @@ TEST_F(Calibration, FindsThatAToldOneIsWrong) {
   EXPECT_TRUE(found.is_learned);
   EXPECT_TRUE(found.contradicts_prior);
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
+}
+
+// With which nothing can be tracked.
+TEST_F(Calibration, LearnsTheCameraOfOneThatIsToldFarOff) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraModel told = truth;
+  told.distortion = {0.8, 3, 0, 0.1, 0};
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(told), Footage(*frames_), {.max_rounds = 4});
+  EXPECT_TRUE(found.is_learned);
+  EXPECT_TRUE(found.contradicts_prior);
+  EXPECT_EQ(found.prior.camera, told);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
+}
+
+// The first part, a straight flight without a turn, tells no focal length: the others do.
+TEST_F(Calibration, FindsThatAToldOneIsWrongWhereTheFirstPartCannotTell) {
+  const CameraModel truth = tracking::SmallCamera();
+  const tracking::TexturedGround ground(true);
+  std::vector<Frame> frames;
+  for (int i = 0; i < 25; ++i) {
+    const Pose T_world_cam = tracking::LookAt({0.25 * i - 3, -10, 10}, {0.25 * i - 3, 0, 0});
+    frames.push_back(
+        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(truth, T_world_cam), truth});
+  }
+  const std::vector<Frame> orbit = FlyAnOrbit(truth, 0, 55);
+  for (Frame frame : orbit) {
+    frame.index += 25;
+    frame.timestamp_s += 2.5;
+    frames.push_back(std::move(frame));
+  }
+  CameraModel told = truth;
+  told.fx = told.fy = 1.1 * truth.fx;
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(told), Footage(frames),
+                      {.num_parts = 3, .part_frames = 25, .max_rounds = 4});
+  EXPECT_TRUE(found.is_learned);
+  EXPECT_TRUE(found.contradicts_prior);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
 }
 
 // What is told of the lens is right, and says nothing of the shutter.

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/clock.h"
+
 namespace mono3d {
 namespace {
 
@@ -70,6 +72,25 @@ TEST(ModelPublisher, PublishesNothingThatNobodyAsksFor) {
   publisher.PublishIfDue(model, 0, std::make_shared<KeyframePoses>());
   EXPECT_EQ(publisher.Latest(0).surfels.version, 1U);
   EXPECT_FALSE(publisher.Due_s()) << "nothing has changed";
+}
+
+TEST(ModelPublisher, PublishesOnceBetweenTwoQuestions) {
+  ModelPublisher publisher;
+  VersionedMap model({1});
+  const std::uint64_t first = Publish(publisher, model, 0);
+  publisher.Latest(0);
+  const double asked_s = Clock_s();
+  std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  publisher.Latest(0);
+  publisher.NoteChange();
+  ASSERT_TRUE(publisher.Due_s());
+  EXPECT_GE(*publisher.Due_s(), asked_s + 0.06) << "half of the pause later";
+  while (Clock_s() < *publisher.Due_s()) std::this_thread::yield();
+  publisher.PublishIfDue(model, 0, std::make_shared<KeyframePoses>());
+  publisher.NoteChange();
+  EXPECT_FALSE(publisher.Due_s()) << "nobody has asked again";
+  EXPECT_EQ(publisher.Latest(0).surfels.version, first + 1);
+  EXPECT_TRUE(publisher.Due_s());
 }
 
 TEST(ModelPublisher, LetsItsCopyGoWhereNobodyAsksAnyMore) {

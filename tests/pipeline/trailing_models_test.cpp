@@ -8,13 +8,18 @@
 #include <chrono>
 #include <cstdint>
 #include <future>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "io/temporary_folder.h"
 #include "mono3d/pipeline/pipeline.h"
 #include "pipeline/gate.h"
 #include "pipeline/live_stages.h"
+#include "pipeline/trailing_model_worker.h"
 
 namespace mono3d {
 namespace {
@@ -129,6 +134,108 @@ TEST(TrailingModels, FeedbackComesAtTheSameFrameHoweverLongADepthMapTakes) {
   using Of = std::pair<std::int64_t, std::int64_t>;
   EXPECT_THAT(slow_depth, ElementsAre(Of(0, 6), Of(2, 8), Of(4, 9), Of(6, 9), Of(8, 9)));
   EXPECT_EQ(told_by(0, 5), slow_depth);
+}
+
+// A model that is its depth maps' frames, and can be saved.
+class FramesMap final : public SurfelMap {
+ public:
+  FusionResult Integrate(const DepthMap& map, const KeyframePoses&) override {
+    frames_.push_back(static_cast<char>('0' + map.frame_index));
+    FusionResult result;
+    result.status = FusionStatus::kFused;
+    return result;
+  }
+  UpdateResult Update(const KeyframePoses&) override { return {}; }
+  std::vector<FusedDepthMap> DepthMaps() const override { return {}; }
+  PointCloud Export(const SurfelExportOptions&) const override { return {}; }
+  std::int64_t num_surfels() const override { return static_cast<std::int64_t>(frames_.size()); }
+  void SaveState(StateFolder& folder, const std::string& name) override {
+    folder.Put(name, frames_);
+  }
+  void RestoreState(const StateFolder& folder, const std::string& name) override {
+    frames_ = folder.Get(name);
+  }
+
+ private:
+  std::string frames_;
+};
+
+class TrailingState : public TemporaryFolderTest {
+ protected:
+  ModelStages Stages() {
+    ModelStages stages;
+    stages.create_surfel_map = [] { return std::make_unique<FramesMap>(); };
+    stages.on_depth_map = [this](const DepthMap& map, const FusionResult&) {
+      const std::lock_guard lock(mutex_);
+      fused_.push_back(map.frame_index);
+    };
+    return stages;
+  }
+  std::vector<std::int64_t> Fused() {
+    const std::lock_guard lock(mutex_);
+    return fused_;
+  }
+  static std::vector<std::int64_t> References(const ModelFeedback& feedback) {
+    std::vector<std::int64_t> references;
+    for (const DepthQuality& quality : feedback.qualities) {
+      references.push_back(quality.reference_id);
+    }
+    return references;
+  }
+
+  std::mutex mutex_;
+  std::vector<std::int64_t> fused_;
+};
+
+// Bundle 0 is done, 1 is being estimated, and the poses have changed since.
+TEST_F(TrailingState, HasTheBundlesThatAreNotDone) {
+  std::vector<KeyframePosesPtr> poses;
+  for (std::uint64_t version = 1; version <= 2; ++version) {
+    poses.push_back(std::make_shared<KeyframePoses>(
+        version, std::vector<KeyframePose>{{0, 0, Similarity()}, {1, 0, Similarity()}}));
+  }
+  const auto bundle = [](std::int64_t index) {
+    return ImageBundle{{Keyframe{index, NumberedFrame(index), {1}}}, {}};
+  };
+  StateFolder folder(folder_ / "state");
+  Gate gate;
+  LiveScript script;
+  script.on_estimate = [&](const ImageBundle& estimated) {
+    if (estimated.reference().id == 1) gate.Pass();
+  };
+  TrailingModelWorker worker(std::make_unique<ScriptedEstimator>(&script), Stages());
+  worker.Add(bundle(0), poses[0]);
+  worker.Add(bundle(1), poses[0]);
+  worker.Update(poses[1]);
+  gate.WaitForArrival();
+  while (Fused().empty()) std::this_thread::yield();
+  int num_rests = 0;
+  worker.SaveState(folder, SavedImages::kByIndex, [&] {
+    ++num_rests;
+    EXPECT_THAT(Fused(), ElementsAre(0));
+  });
+  (void)folder.Commit();
+  EXPECT_EQ(num_rests, 1);
+  gate.Open();
+  worker.Wait();
+  EXPECT_THAT(Fused(), ElementsAre(0, 1)) << "the run goes on";
+  EXPECT_THAT(References(worker.TakeFeedback()), ElementsAre(0, 1));
+
+  fused_.clear();
+  EXPECT_THAT(TrailingModelWorker::FramesOfState(folder), ElementsAre(1));
+  double value = 0;
+  script.on_estimate = [&](const ImageBundle& estimated) {
+    value = estimated.reference().frame.bgr.at<cv::Vec3b>(0, 0)[0];
+  };
+  TrailingModelWorker restored(std::make_unique<ScriptedEstimator>(&script), Stages());
+  restored.RestoreState(folder, poses[1],
+                        [](std::int64_t index) { return NumberedFrame(index).bgr; });
+  restored.Wait();
+  EXPECT_THAT(Fused(), ElementsAre(1));
+  EXPECT_EQ(value, 1) << "the image of its frame";
+  EXPECT_THAT(References(restored.TakeFeedback()), ElementsAre(0, 1));
+  EXPECT_EQ(restored.Progress().num_surfels, 2);
+  EXPECT_EQ(restored.End().poses(), poses[1]);
 }
 
 }  // namespace

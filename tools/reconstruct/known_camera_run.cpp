@@ -4,6 +4,8 @@
 #include "reconstruct/known_camera_run.h"
 
 #include <cstdio>
+#include <future>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -15,6 +17,7 @@
 #include "common/summary.h"
 #include "common/tool.h"
 #include "mono3d/core/error.h"
+#include "mono3d/depth/depth_estimator.h"
 #include "mono3d/io/camera_metadata.h"
 #include "mono3d/pipeline/georeferencing.h"
 #include "mono3d/pipeline/images_of_run.h"
@@ -107,6 +110,11 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
   const ReconstructArguments& arguments = run.arguments;
   ReconstructResult result;
   PipelineOptions options = arguments.pipeline;
+  // Its kernels are made while the images are looked at.
+  std::future<std::unique_ptr<DepthEstimator>> depth_estimator =
+      std::async(std::launch::async, [&run, depth = options.depth] {
+        return CreateDepthEstimator(run.device, depth, &run.times);
+      });
   const Footage footage = FindFootage(arguments, run.times);
   FrameSourceOptions images_taken =
       arguments.size.Limit(arguments.source, footage, run.prior_camera);
@@ -149,8 +157,8 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
   options.photos.on_progress = [&](const PhotoMapperProgress& progress) {
     progress_line.Show(progress);
   };
-  AdoptedFiles files(run.writer);
-  PipelineStages stages = CreateStages(options, run.device, &run.times);
+  AdoptedFiles files(run.writer, run.failures, run.times);
+  PipelineStages stages = CreateStages(options, run.device, depth_estimator.get(), &run.times);
   std::optional<WorldAxes> saved_axes;
   if (!arguments.map.empty()) {
     // What the journal has of the tracker has the map.
@@ -206,6 +214,7 @@ ReconstructResult RunWithKnownCamera(const ReconstructRun& run) {
     run.record.end = RunEnd::kStopped;
   }
   NoteErrorOf(run.record, [&] { watch.End(); });
+  files.Wait();
   result.depth_camera = files.DepthCamera();
   ChooseAxes(arguments.written, saved_axes, place, result.reconstruction);
   WriteResult(run, result, pipeline.tracker(),

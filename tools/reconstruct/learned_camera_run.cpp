@@ -66,7 +66,7 @@ ReconstructResult RunWhileLearningCamera(const ReconstructRun& run) {
       run.view.Watched(WithNotes(OpenFrames(arguments, images_taken, {{as_taken}}), run.notes));
   CatchStopSignals();
   std::optional<ProgressLine> progress_line(NumFrames(*source, arguments));
-  AdoptedFiles files(run.writer);
+  AdoptedFiles files(run.writer, run.failures, run.times);
   SelfCalibrationSetup setup;
   setup.prior = prior.Resized(source->camera().width, source->camera().height);
   setup.create_stages = [&] { return CreateStages(arguments.pipeline, run.device, &run.times); };
@@ -99,8 +99,9 @@ ReconstructResult RunWhileLearningCamera(const ReconstructRun& run) {
     }
     NoteErrorOf(run.record, [&] { interim.End(); });
   }
-  ReconstructResult result{
-      FinishAfterAll(pipeline, run.record), {{prior.camera}}, files.DepthCamera()};
+  ReconstructResult result{FinishAfterAll(pipeline, run.record), {{prior.camera}}, {}};
+  files.Wait();
+  result.depth_camera = files.DepthCamera();
   NoteErrorOf(run.record, [&] { watch.End(); });
   ChooseAxes(arguments.written, {}, place, result.reconstruction);
   progress_line.reset();

@@ -95,15 +95,12 @@ PipelineObserver ObserverOf(const ReconstructRun& run, ProgressLine& progress_li
     progress_line.Show(progress);
   };
   observer.on_depth_map = [&run, files](const DepthMap& map, const FusionResult&) {
-    const ScopedStageTimer timer(&run.times, "io/write_depth_map");
-    run.failures.Try("depth maps", [&] { files->WriteDepthMap(map); });
+    files->WriteDepthMap(map);
     run.notes.AddDepthMap(map);
   };
   observer.on_keyframe = [&run, files](const Keyframe& keyframe) {
     run.frames.Take(keyframe);
-    if (!run.arguments.with_global_shutter_images) return;
-    const ScopedStageTimer timer(&run.times, "io/write_global_shutter_image");
-    run.failures.Try("keyframe images", [&] { files->WriteKeyframeImage(keyframe.frame); });
+    if (run.arguments.with_global_shutter_images) files->WriteKeyframeImage(keyframe.frame);
   };
   run.view.AddTo(observer);
   return observer;

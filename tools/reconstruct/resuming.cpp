@@ -80,15 +80,18 @@ std::unique_ptr<FrameSource> WithDigest(std::unique_ptr<FrameSource> source, Inp
 
 nlohmann::json PutRun(const JournaledRun& run, const EarlierParts& earlier, double wall_s,
                       StateFolder& states) {
-  run.pipeline.SaveState(states);
-  nlohmann::json stages = nlohmann::json::array();
-  for (const StageTime& time : run.times.Snapshot()) {
-    stages.push_back({time.stage, time.num_calls, time.wall_ms, time.gpu_ms, time.cpu_ms});
-  }
-  return {{"frames", run.frames.ToJson()},      {"notes", run.notes.ToJson()},
-          {"files", run.files.ToJson()},        {"stages", stages},
-          {"wall_s", earlier.wall_s + wall_s},  {"cpu_s", earlier.cpu_s + 1e-3 * ProcessCpuMs()},
-          {"last_frames", earlier.last_frames}, {"input", run.input.value()}};
+  nlohmann::json own;
+  run.pipeline.SaveState(states, [&] {
+    nlohmann::json stages = nlohmann::json::array();
+    for (const StageTime& time : run.times.Snapshot()) {
+      stages.push_back({time.stage, time.num_calls, time.wall_ms, time.gpu_ms, time.cpu_ms});
+    }
+    own = {{"frames", run.frames.ToJson()},      {"notes", run.notes.ToJson()},
+           {"files", run.files.ToJson()},        {"stages", stages},
+           {"wall_s", earlier.wall_s + wall_s},  {"cpu_s", earlier.cpu_s + 1e-3 * ProcessCpuMs()},
+           {"last_frames", earlier.last_frames}, {"input", run.input.value()}};
+  });
+  return own;
 }
 
 EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun& run) {
@@ -100,10 +103,6 @@ EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun
     throw Error(
         "the images have changed since the run was broken off: start anew without --resume");
   }
-  run.pipeline.RestoreState(journal.states(), [&](std::int64_t index) {
-    const auto found = images.find(index);
-    return found == images.end() ? cv::Mat() : found->second.clone();
-  });
   try {
     run.frames.TakeJson(state.at("frames"));
     run.notes.TakeJson(state.at("notes"));
@@ -119,6 +118,11 @@ EarlierParts Resume(RunJournal& journal, FrameSource& source, const JournaledRun
     EarlierParts earlier{state.at("wall_s").get<double>(), state.at("cpu_s").get<double>(),
                          state.at("last_frames").get<std::vector<std::int64_t>>()};
     earlier.last_frames.push_back(journal.last_frame());
+    // Last: from then on more may be noted.
+    run.pipeline.RestoreState(journal.states(), [&](std::int64_t index) {
+      const auto found = images.find(index);
+      return found == images.end() ? cv::Mat() : found->second.clone();
+    });
     return earlier;
   } catch (const nlohmann::json::exception& error) {
     throw Error(ErrorParts{.what = "the journal is damaged: start anew without --resume",

@@ -117,6 +117,12 @@ double ReadoutChange_s(const RollingShutter& a, const RollingShutter& b) {
              : std::max(std::abs(a.readout_s), std::abs(b.readout_s));
 }
 
+// Of the focal length than what was told claims: such images agree with a wrong one as well.
+bool KnowsLess(const CameraAdjustment& adjustment, const CameraPrior& told) {
+  return std::sqrt(adjustment.covariance(calibration::kLogFocal, calibration::kLogFocal)) >
+         told.focal_sigma;
+}
+
 // A round of Calibrate whose camera is nearest to the one it was tracked with: what to believe when
 // the rounds do not settle. A round may start its map wrongly and end far off.
 struct SteadiestRound {
@@ -132,10 +138,16 @@ struct TrackedMaps {
 
 using TrackParts = std::function<TrackedMaps(const CameraModel&, const std::vector<FootagePart>&)>;
 
-CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
-                            const std::vector<FootagePart>& all_parts,
-                            const CalibrationOptions& options) {
+struct Rounds {
   CameraCalibration result;
+  bool is_settled = false;  // the last one changed the camera by no more than it is known
+};
+
+Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
+                         const std::vector<FootagePart>& all_parts,
+                         const CalibrationOptions& options) {
+  Rounds rounds;
+  CameraCalibration& result = rounds.result;
   result.prior = result.posterior = prior;
   // A calibration that may be wrong must not be drawn on to judge it.
   const bool is_told = prior.source == CameraPriorSource::kCalibration;
@@ -143,10 +155,11 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   CameraModel camera = prior.camera;
   const std::vector<FootagePart> first_part = {{0, options.part_frames}};
   std::vector<FootagePart> parts = first_part;
-  bool lens_agrees = false;  // with what was told
+  bool lens_agrees = false;      // with what was told
+  bool is_contradicted = false;  // what was told, by a round
   std::optional<CameraAdjustment> before;
   std::optional<SteadiestRound> steadiest;
-  bool is_settled = false;
+  bool& is_settled = rounds.is_settled;
   // That a round was begun with, under the weight and with the parts of now: begun with the same
   // camera, one ends as that one did, and so do all that follow.
   std::vector<CameraModel> begun_with;
@@ -186,8 +199,20 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     before = adjustment;
     LogRound(result, change_px);
     if (is_told && !lens_agrees) {
-      lens_agrees = !Contradicts(adjustment, prior);
       begun_with.clear();
+      lens_agrees = !Contradicts(adjustment, prior);
+      if (lens_agrees && KnowsLess(adjustment, prior)) {
+        if (parts != all_parts) {
+          lens_agrees = false;
+          camera = prior.camera;
+          parts = all_parts;
+          before.reset();
+          continue;
+        }
+        // Such a round does not take back what another one has found.
+        lens_agrees = !is_contradicted;
+      }
+      is_contradicted = is_contradicted || !lens_agrees;
       if (lens_agrees) {
         weight = WithLensHeld(weight);
         TakeLens(prior, camera);
@@ -223,7 +248,38 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
     result.is_learned = true;
     result.contradicts_prior = result.contradicts_prior || (is_told && !lens_agrees);
   }
-  return result;
+  return rounds;
+}
+
+// With a camera that is told far off, maps may start wrongly, and rounds that begin with such maps
+// lead nowhere; or nothing can be tracked at all.
+bool LeadsNowhere(const Rounds& rounds) {
+  const CameraCalibration& result = rounds.result;
+  if (result.num_rounds == 0) return true;
+  return result.contradicts_prior && !(rounds.is_settled && result.determines_focal_length);
+}
+
+CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
+                            const std::vector<FootagePart>& all_parts,
+                            const CalibrationOptions& options) {
+  Rounds rounds = CalibrateInRounds(prior, track, all_parts, options);
+  if (prior.source != CameraPriorSource::kCalibration || !LeadsNowhere(rounds)) {
+    return std::move(rounds.result);
+  }
+  Log(LogLevel::kDebug, "calibration: begins again, with nothing of what was told");
+  const CameraModel& told = prior.camera;
+  Rounds of_unknown = CalibrateInRounds(DefaultCameraPrior(told.width, told.height, told.lens),
+                                        track, all_parts, options);
+  CameraCalibration& anew = of_unknown.result;
+  if (!of_unknown.is_settled || !anew.determines_focal_length) return std::move(rounds.result);
+  anew.prior = prior;
+  anew.posterior.source = prior.source;
+  anew.posterior.description = prior.description;
+  anew.change_px = LargestDifference_px(told, anew.posterior.camera);
+  anew.is_learned = true;
+  anew.contradicts_prior = true;
+  anew.reason.clear();
+  return std::move(anew);
 }
 
 }  // namespace

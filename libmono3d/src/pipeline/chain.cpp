@@ -15,6 +15,7 @@
 #include "pipeline/model_counts.h"
 #include "pipeline/run_state.h"
 #include "pipeline/state_parts.h"
+#include "pipeline/trailing_model_worker.h"
 
 namespace mono3d {
 namespace {
@@ -180,17 +181,17 @@ void Chain::ExchangeState(Archive& archive) {
                    [&](TrajectoryEntry& entry) { ExchangeState(archive, entry); });
 }
 
-void Chain::SaveState(StateFolder& folder) {
+void Chain::SaveState(StateFolder& folder, const std::function<void()>& at_rest) {
   if (is_live_) throw UsageError("the state of a live run cannot be saved");
   if (has_thrown_) throw UsageError("a run that has failed has no state to go on from");
   StateWriter writer(kChainState, kChainStateVersion, SavedImages::kByIndex);
   ExchangeState(writer);
   PutSections(folder, kChainPart, writer.TakeState());
   PutSections(folder, kTrackerPart, tracker_->SaveState(SavedImages::kByIndex));
-  const SavedImages of_selector =
+  const SavedImages of_keyframes =
       has_changed_images_ ? SavedImages::kIncluded : SavedImages::kByIndex;
-  PutSections(folder, kSelectorPart, keyframe_selector_->SaveState(of_selector));
-  worker_->SaveState(folder);
+  PutSections(folder, kSelectorPart, keyframe_selector_->SaveState(of_keyframes));
+  worker_->SaveState(folder, of_keyframes, at_rest);
 }
 
 std::vector<std::int64_t> Chain::FramesOfState(const StateFolder& folder) {
@@ -200,6 +201,8 @@ std::vector<std::int64_t> Chain::FramesOfState(const StateFolder& folder) {
   const std::vector<std::int64_t> of_selector =
       mono3d::FramesOfState(GetSections(folder, kSelectorPart), where);
   frames.insert(frames.end(), of_selector.begin(), of_selector.end());
+  const std::vector<std::int64_t> of_models = TrailingModelWorker::FramesOfState(folder);
+  frames.insert(frames.end(), of_models.begin(), of_models.end());
   return frames;
 }
 
@@ -214,7 +217,7 @@ void Chain::RestoreState(const StateFolder& folder, const ImageOfFrame& images) 
   // The same object where it is the same snapshot: else all would follow it once more.
   const KeyframePosesPtr latest = tracker_->Poses();
   if (latest->version() == poses_->version()) poses_ = latest;
-  worker_->RestoreState(folder, poses_);
+  worker_->RestoreState(folder, poses_, images);
   TakeCounts();
 }
 

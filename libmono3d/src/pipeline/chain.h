@@ -42,7 +42,7 @@ class Chain {
   void Abandon() { has_thrown_ = true; }
 
   // As Pipeline's; between two calls of Process.
-  void SaveState(StateFolder& folder);
+  void SaveState(StateFolder& folder, const std::function<void()>& at_rest);
   void RestoreState(const StateFolder& folder, const ImageOfFrame& images);
   static std::vector<std::int64_t> FramesOfState(const StateFolder& folder);
 

@@ -17,7 +17,14 @@ void DirectModelWorker::Update(KeyframePosesPtr poses) {
   TakeProgress();
 }
 
-void DirectModelWorker::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) {
+void DirectModelWorker::SaveState(StateFolder& folder, SavedImages /*images*/,
+                                  const std::function<void()>& at_rest) {
+  builder_.SaveState(folder);
+  at_rest();
+}
+
+void DirectModelWorker::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                                     const ImageOfFrame& /*images*/) {
   builder_.RestoreState(folder, poses);
   TakeProgress();
 }

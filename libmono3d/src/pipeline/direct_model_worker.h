@@ -26,8 +26,10 @@ class DirectModelWorker final : public ModelWorker {
   PublishedModel Published(std::uint64_t since_version) override {
     return builder_.publisher().Latest(since_version);
   }
-  void SaveState(StateFolder& folder) override { builder_.SaveState(folder); }
-  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) override;
+  void SaveState(StateFolder& folder, SavedImages images,
+                 const std::function<void()>& at_rest) override;
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                    const ImageOfFrame& images) override;
   ModelBuilder& End() override;
 
  private:

@@ -61,6 +61,7 @@ class ModelBuilder {
   ModelFeedback TakeFeedback() { return std::exchange(feedback_, {}); }
 
   ModelProgress Progress() const;
+  const KeyframePosesPtr& poses() const { return poses_; }  // of the last Update
 
   // What there is of one map of the tracker; the model and its depth maps after Close.
   struct OfMap {

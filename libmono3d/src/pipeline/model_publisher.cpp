@@ -3,6 +3,7 @@
 
 #include "pipeline/model_publisher.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "pipeline/clock.h"
@@ -11,12 +12,17 @@ namespace mono3d {
 namespace {
 
 constexpr double kMaxShareOfTime = 0.1;
+// Later it would be newer when it is asked for, but might not be there in time.
+constexpr double kShareOfPause = 0.5;
 
 }  // namespace
 
 PublishedModel ModelPublisher::Latest(std::uint64_t since_version) {
   const std::lock_guard lock(mutex_);
-  asked_s_ = Clock_s();
+  const double now_s = Clock_s();
+  pause_s_ = IsWanted() ? now_s - *asked_s_ : 0;
+  asked_s_ = now_s;
+  is_awaited_ = true;
   PublishedModel latest = latest_;
   for (const auto& [anchor, chunk] : chunks_) {
     if (chunk.version > since_version) latest.surfels.changed.push_back({anchor, chunk.surfels});
@@ -28,8 +34,8 @@ bool ModelPublisher::IsWanted() const { return asked_s_ && Clock_s() - *asked_s_
 
 std::optional<double> ModelPublisher::Due_s() const {
   const std::lock_guard lock(mutex_);
-  if (!IsWanted() || !has_changed_) return std::nullopt;
-  return earliest_s_;
+  if (!IsWanted() || !is_awaited_ || !has_changed_) return std::nullopt;
+  return std::max(earliest_s_, *asked_s_ + kShareOfPause * pause_s_);
 }
 
 // The next publication is of the whole model then.
@@ -46,6 +52,10 @@ void ModelPublisher::PublishIfDue(SurfelMap& model, int map_id, const KeyframePo
   const std::optional<double> due_s = Due_s();
   const double start_s = Clock_s();
   if (!due_s || *due_s > start_s) return;
+  {
+    const std::lock_guard lock(mutex_);
+    is_awaited_ = false;  // who asks from now on waits for what comes from now on
+  }
   const bool is_other_model = model_ != &model || latest_.map_id != map_id;
   model_ = &model;
   const SurfelChanges changes = model.ChangesSince(is_other_model ? 0 : model_version_);

@@ -22,8 +22,9 @@ struct PublishedModel {
   KeyframePosesPtr poses;  // that it follows; null where nothing was published yet
 };
 
-// Passes a model that grows in one thread to others, as often as that takes no more than a tenth of
-// the thread's time. Where nobody asks any more it lets its copy of the model go.
+// Passes a model that grows in one thread to others: once each time that somebody has asked, half
+// of the time later that passed between the last two questions, and as often as that takes no more
+// than a tenth of the thread's time. Where nobody asks any more it lets its copy of the model go.
 class ModelPublisher {
  public:
   // `interest_s`: for how long somebody who has asked is interested.
@@ -53,6 +54,8 @@ class ModelPublisher {
   double interest_s_;
   mutable std::mutex mutex_;
   std::optional<double> asked_s_;          // in seconds of the clock; last
+  double pause_s_ = 0;                     // between the last two questions
+  bool is_awaited_ = false;                // asked since the latest publication
   PublishedModel latest_;                  // without surfels
   std::map<std::uint32_t, Chunk> chunks_;  // by anchor
 

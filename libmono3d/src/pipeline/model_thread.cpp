@@ -25,11 +25,13 @@ ModelThread::ModelThread(std::unique_ptr<DepthEstimator> estimator, ModelStages 
   });
 }
 
-void ModelThread::SaveState(StateFolder& /*folder*/) {
+void ModelThread::SaveState(StateFolder& /*folder*/, SavedImages /*images*/,
+                            const std::function<void()>& /*at_rest*/) {
   throw UsageError("the state of a live run cannot be saved");
 }
 
-void ModelThread::RestoreState(const StateFolder& /*folder*/, const KeyframePosesPtr& /*poses*/) {
+void ModelThread::RestoreState(const StateFolder& /*folder*/, const KeyframePosesPtr& /*poses*/,
+                               const ImageOfFrame& /*images*/) {
   throw UsageError("a live run cannot be restored");
 }
 

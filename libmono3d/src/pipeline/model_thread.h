@@ -42,8 +42,10 @@ class ModelThread final : public ModelWorker {
   ModelFeedback TakeFeedback() override;
   ModelProgress Progress() const override;
   PublishedModel Published(std::uint64_t since_version) override;
-  void SaveState(StateFolder& folder) override;
-  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) override;
+  void SaveState(StateFolder& folder, SavedImages images,
+                 const std::function<void()>& at_rest) override;
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                    const ImageOfFrame& images) override;
   ModelBuilder& End() override;
 
  private:

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
+#include "mono3d/image/frame_images.h"
 #include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe_poses.h"
 #include "pipeline/model_builder.h"
@@ -32,9 +34,13 @@ class ModelWorker {
   // As ModelPublisher::Latest.
   virtual PublishedModel Published(std::uint64_t since_version) = 0;
 
-  // As ModelBuilder, once all is at rest. Throws UsageError on that of a live run.
-  virtual void SaveState(StateFolder& folder) = 0;
-  virtual void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) = 0;
+  // As ModelBuilder, with the bundles that are not done. `at_rest` is called while no models are
+  // worked at. Throws UsageError on that of a live run.
+  virtual void SaveState(StateFolder& folder, SavedImages images,
+                         const std::function<void()>& at_rest) = 0;
+  // `poses`: the latest ones that the worker that was saved had been given.
+  virtual void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                            const ImageOfFrame& images) = 0;
 
   // Ends after the work in hand; what waits is left undone. The builder is the caller's from then
   // on, as long as the worker lives. May be called again.

@@ -62,9 +62,9 @@ class Pipeline::Impl {
     Track(WithOwnImage(std::move(frame)));
   }
 
-  void SaveState(StateFolder& folder) {
+  void SaveState(StateFolder& folder, const std::function<void()>& at_rest) {
     if (thread_) throw UsageError("the state of a live run cannot be saved");
-    NamingOutOfMemory("saving the state of the run", [&] { chain_.SaveState(folder); });
+    NamingOutOfMemory("saving the state of the run", [&] { chain_.SaveState(folder, at_rest); });
   }
 
   void RestoreState(const StateFolder& folder, const ImageOfFrame& images) {
@@ -142,7 +142,9 @@ Pipeline::~Pipeline() = default;
 
 void Pipeline::Process(Frame frame) { impl_->Process(std::move(frame)); }
 
-void Pipeline::SaveState(StateFolder& folder) { impl_->SaveState(folder); }
+void Pipeline::SaveState(StateFolder& folder, const std::function<void()>& at_rest) {
+  impl_->SaveState(folder, at_rest);
+}
 
 std::vector<std::int64_t> Pipeline::FramesOfState(const StateFolder& folder) {
   return Chain::FramesOfState(folder);

@@ -14,6 +14,7 @@
 #include "image/image_state.h"
 #include "image/state_archive.h"
 #include "mono3d/geometry/point_cloud.h"
+#include "mono3d/image/image_bundle.h"
 #include "mono3d/image/keyframe_constraint.h"
 #include "mono3d/keyframes/keyframe_selector.h"
 #include "mono3d/pipeline/reconstruction.h"
@@ -181,6 +182,22 @@ void ExchangeState(Archive& archive, PointCloud& cloud) {
           cloud.observations.size(), cloud.inferred.size(), cloud.first_frames.size()}) {
       if (size != 0 && size != cloud.points.size()) archive.Refuse("contradicts itself");
     }
+  }
+}
+
+template <typename Archive>
+void ExchangeState(Archive& archive, ImageBundle& bundle) {
+  const auto exchange = [&](auto& member) { ExchangeState(archive, member); };
+  archive.List(bundle.keyframes, exchange);
+  archive.List(bundle.T_ref_cam, exchange);
+  bool has_sides = bundle.num_first_side.has_value();
+  archive.Number(has_sides);
+  if (has_sides) {
+    if constexpr (Archive::kReads) bundle.num_first_side = 0;
+    archive.Index(*bundle.num_first_side);
+  }
+  if constexpr (Archive::kReads) {
+    if (bundle.reference_index() >= bundle.keyframes.size()) archive.Refuse("contradicts itself");
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include "mono3d/pipeline/stages.h"
 
+#include <utility>
+
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
 
@@ -45,6 +47,12 @@ void PipelineOptions::Validate() const {
 PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
                             StageTimes* times) {
   options.Validate();
+  return CreateStages(options, device, CreateDepthEstimator(device, options.depth, times), times);
+}
+
+PipelineStages CreateStages(const PipelineOptions& options, const std::shared_ptr<Device>& device,
+                            std::unique_ptr<DepthEstimator> depth_estimator, StageTimes* times) {
+  options.Validate();
   PipelineStages stages;
   TrackerOptions tracking = options.tracking;
   if (options.is_live) tracking.mode = "live";
@@ -58,7 +66,7 @@ PipelineStages CreateStages(const PipelineOptions& options, const std::shared_pt
     stages.tracker = CreateTracker(tracking, times);
   }
   stages.keyframe_selector = CreateKeyframeSelector(keyframes);
-  stages.depth_estimator = CreateDepthEstimator(device, options.depth, times);
+  stages.depth_estimator = std::move(depth_estimator);
   stages.create_surfel_map = [device, fusion, times] {
     return CreateSurfelMap(device, fusion, times);
   };

@@ -3,6 +3,7 @@
 
 #include "pipeline/trailing_model_worker.h"
 
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -13,10 +14,33 @@ namespace mono3d {
 namespace {
 
 constexpr const char* kFeedbackState = "feedback of the model";
-constexpr std::uint32_t kFeedbackStateVersion = 2;
+constexpr std::uint32_t kFeedbackStateVersion = 3;
 constexpr const char* kFeedbackPart = "feedback";
 
 }  // namespace
+
+class TrailingModelWorker::Hold {
+ public:
+  // Throws what the work has thrown.
+  explicit Hold(TrailingModelWorker& worker) : worker_(worker) {
+    std::unique_lock lock(worker.mutex_);
+    worker.changed_.wait(lock, [&] { return worker.is_ending_ || !worker.is_busy_; });
+    worker.Rethrow();
+    worker.is_held_ = true;
+  }
+  ~Hold() {
+    {
+      const std::lock_guard lock(worker_.mutex_);
+      worker_.is_held_ = false;
+    }
+    worker_.changed_.notify_all();
+  }
+  Hold(const Hold&) = delete;
+  Hold& operator=(const Hold&) = delete;
+
+ private:
+  TrailingModelWorker& worker_;
+};
 
 TrailingModelWorker::TrailingModelWorker(std::unique_ptr<DepthEstimator> estimator,
                                          ModelStages stages)
@@ -33,17 +57,24 @@ void TrailingModelWorker::Add(ImageBundle bundle, KeyframePosesPtr poses) {
     // An error of the bundle before waits for the next call: so it comes at the same frame, too.
     if (num_undone_ > 1) Rethrow();
     Release(num_undone_ == 0 ? 1 : 0);
-    ++num_undone_;
-    std::future<EstimatedBundle> estimated = depth_.Estimate(std::move(bundle), poses);
-    waiting_.push_back({std::move(estimated), std::move(poses)});
+    Push(std::move(bundle), std::move(poses));
   }
   changed_.notify_all();
+}
+
+void TrailingModelWorker::Push(std::optional<ImageBundle> bundle, KeyframePosesPtr poses) {
+  Work work{std::move(bundle), std::move(poses), {}};
+  if (work.bundle) {
+    ++num_undone_;
+    work.estimated = depth_.Estimate(*work.bundle, work.poses);
+  }
+  waiting_.push_back(std::move(work));
 }
 
 void TrailingModelWorker::Update(KeyframePosesPtr poses) {
   {
     const std::lock_guard lock(mutex_);
-    waiting_.push_back({std::nullopt, std::move(poses)});
+    Push(std::nullopt, std::move(poses));
   }
   changed_.notify_all();
 }
@@ -85,32 +116,70 @@ ModelProgress TrailingModelWorker::Progress() const {
 }
 
 template <typename Archive>
-void TrailingModelWorker::ExchangeFeedback(Archive& archive) {
+void TrailingModelWorker::ExchangeState(Archive& archive, std::vector<KeyframePosesPtr>& snapshots,
+                                        std::vector<SavedWork>& waiting) {
   using mono3d::ExchangeState;
   ExchangeState(archive, released_);
   archive.List(outcomes_, [&](Outcome& outcome) { ExchangeState(archive, outcome.feedback); });
+  archive.List(snapshots, [&](KeyframePosesPtr& poses) {
+    if (!poses) poses = std::make_shared<KeyframePoses>();
+    ExchangeState(archive, poses);
+  });
+  archive.List(waiting, [&](SavedWork& work) {
+    archive.Index(work.snapshot);
+    bool has_bundle = work.bundle.has_value();
+    archive.Number(has_bundle);
+    if (!has_bundle) return;
+    if constexpr (Archive::kReads) work.bundle.emplace();
+    ExchangeState(archive, *work.bundle);
+  });
 }
 
-// What is not let out yet is saved as such, so that a run that goes on does what others do.
-void TrailingModelWorker::SaveState(StateFolder& folder) {
-  std::unique_lock lock(mutex_);
-  WaitUntilIdle(lock);
+// What is not done or not let out yet is saved as such, so that a run that goes on does what others
+// do.
+void TrailingModelWorker::SaveState(StateFolder& folder, SavedImages images,
+                                    const std::function<void()>& at_rest) {
+  const Hold hold(*this);
   builder_.SaveState(folder);
-  StateWriter writer(kFeedbackState, kFeedbackStateVersion, SavedImages::kByIndex);
-  ExchangeFeedback(writer);
+  std::vector<KeyframePosesPtr> snapshots = {builder_.poses()};
+  std::vector<SavedWork> waiting;
+  for (const Work& work : waiting_) {
+    if (work.poses != snapshots.back()) snapshots.push_back(work.poses);
+    waiting.push_back({work.bundle, snapshots.size() - 1});
+  }
+  StateWriter writer(kFeedbackState, kFeedbackStateVersion, images);
+  ExchangeState(writer, snapshots, waiting);
   PutSections(folder, kFeedbackPart, writer.TakeState());
+  at_rest();
 }
 
-void TrailingModelWorker::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) {
-  std::unique_lock lock(mutex_);
-  WaitUntilIdle(lock);
-  builder_.RestoreState(folder, poses);
+std::vector<std::int64_t> TrailingModelWorker::FramesOfState(const StateFolder& folder) {
+  if (folder.Names(kFeedbackPart).empty()) return {};
+  return mono3d::FramesOfState(GetSections(folder, kFeedbackPart), folder.path().string());
+}
+
+void TrailingModelWorker::RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                                       const ImageOfFrame& images) {
+  const Hold hold(*this);
   const std::string state = GetSections(folder, kFeedbackPart);
-  StateReader reader(state, kFeedbackState, kFeedbackStateVersion, folder.path().string(), {});
-  ExchangeFeedback(reader);
+  StateReader reader(state, kFeedbackState, kFeedbackStateVersion, folder.path().string(), images);
+  std::vector<KeyframePosesPtr> snapshots;
+  std::vector<SavedWork> waiting;
+  ExchangeState(reader, snapshots, waiting);
   reader.CheckEnd();
+  if (snapshots.empty()) reader.Refuse("has no poses");
+  // The same object where it is the same snapshot: else the models would follow it once more.
+  for (KeyframePosesPtr& snapshot : snapshots) {
+    if (snapshot->version() == poses->version()) snapshot = poses;
+  }
+  builder_.RestoreState(folder, snapshots.front());
   progress_ = builder_.Progress();
   for (Outcome& outcome : outcomes_) outcome.progress = progress_;
+  const std::lock_guard lock(mutex_);
+  for (SavedWork& work : waiting) {
+    if (work.snapshot >= snapshots.size()) reader.Refuse("contradicts itself");
+    Push(std::move(work.bundle), snapshots[work.snapshot]);
+  }
 }
 
 // What was done before an error counts.
@@ -129,18 +198,30 @@ ModelBuilder& TrailingModelWorker::End() {
 
 void TrailingModelWorker::Do(Work work) {
   if (work.bundle) {
-    builder_.Add(work.bundle->get(), work.poses);
+    builder_.Add(work.estimated.get(), work.poses);
   } else {
     builder_.Update(work.poses);
   }
   builder_.PublishIfDue();
 }
 
+// Until there is work that can be done; false when the thread is to end.
+bool TrailingModelWorker::WaitForWork(std::unique_lock<std::mutex>& lock) {
+  while (true) {
+    changed_.wait(lock, [&] { return is_ending_ || (!is_held_ && !waiting_.empty()); });
+    if (is_ending_) return false;
+    const std::future<EstimatedBundle>& estimated = waiting_.front().estimated;
+    if (!estimated.valid()) return true;
+    lock.unlock();
+    estimated.wait();  // of this thread alone: nobody else takes what waits
+    lock.lock();
+    if (!is_ending_ && !is_held_) return true;
+  }
+}
+
 void TrailingModelWorker::Run() {
   std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return is_ending_ || !waiting_.empty(); });
-    if (is_ending_) return;
+  while (WaitForWork(lock)) {
     Work work = std::move(waiting_.front());
     waiting_.pop_front();
     is_busy_ = true;

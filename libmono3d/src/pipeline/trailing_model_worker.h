@@ -5,6 +5,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <exception>
 #include <future>
@@ -39,14 +40,24 @@ class TrailingModelWorker final : public ModelWorker {
   PublishedModel Published(std::uint64_t since_version) override {
     return builder_.publisher().Latest(since_version);
   }
-  void SaveState(StateFolder& folder) override;
-  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses) override;
+  // The models are held between two bundles for it, not until all are done.
+  void SaveState(StateFolder& folder, SavedImages images,
+                 const std::function<void()>& at_rest) override;
+  // The frames whose images RestoreState will ask for; none where it was another worker's state.
+  static std::vector<std::int64_t> FramesOfState(const StateFolder& folder);
+  void RestoreState(const StateFolder& folder, const KeyframePosesPtr& poses,
+                    const ImageOfFrame& images) override;
   ModelBuilder& End() override;
 
  private:
   struct Work {
-    std::optional<std::future<EstimatedBundle>> bundle;  // none: only the poses have changed
+    std::optional<ImageBundle> bundle;  // none: only the poses have changed
     KeyframePosesPtr poses;
+    std::future<EstimatedBundle> estimated;  // of the bundle
+  };
+  struct SavedWork {
+    std::optional<ImageBundle> bundle;
+    std::size_t snapshot = 0;  // its poses
   };
   // What a bundle has come to, and what came before it.
   struct Outcome {
@@ -54,19 +65,26 @@ class TrailingModelWorker final : public ModelWorker {
     ModelProgress progress;
   };
 
+  // While it lives, no work is begun or in hand.
+  class Hold;
+
   void Run();
+  bool WaitForWork(std::unique_lock<std::mutex>& lock);
+  void Push(std::optional<ImageBundle> bundle, KeyframePosesPtr poses);
   void Do(Work work);
   void WaitUntilIdle(std::unique_lock<std::mutex>& lock);
   void Rethrow();
   void Release(std::size_t num_kept);
   template <typename Archive>
-  void ExchangeFeedback(Archive& archive);
+  void ExchangeState(Archive& archive, std::vector<KeyframePosesPtr>& snapshots,
+                     std::vector<SavedWork>& waiting);
 
-  ModelBuilder builder_;  // of the thread; of the caller while nothing waits and is worked at
+  ModelBuilder builder_;  // of the thread; of the caller while it is held
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Work> waiting_;
   bool is_busy_ = false;
+  bool is_held_ = false;
   bool is_ending_ = false;
   std::exception_ptr error_;       // nothing is done any more
   std::size_t num_undone_ = 0;     // bundles

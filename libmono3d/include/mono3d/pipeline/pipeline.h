@@ -72,14 +72,17 @@ class Pipeline {
 
   // Between two calls of Process, and not after one that threw: puts all that the run has so far
   // into the save that is being made; Commit is the caller's. Images are named by the indices of
-  // their frames. Throws UsageError for a live run and for photographs, and what StateFolder::Put
-  // throws, after which the run can go on.
-  void SaveState(StateFolder& folder);
+  // their frames. `at_rest` is called before the observer may be told of further depth maps: what
+  // it has been told by then is what the state has. Throws UsageError for a live run and for
+  // photographs, and what StateFolder::Put and `at_rest` throw, after which the run can go on.
+  void SaveState(
+      StateFolder& folder, const std::function<void()>& at_rest = [] {});
   // The frames whose images RestoreState will ask for.
   static std::vector<std::int64_t> FramesOfState(const StateFolder& folder);
   // Before the first Process, with stages and options like those of the run that was saved: goes on
   // with the frame after the last one that that had processed, and comes to the same result.
-  // `images` are asked for those that are still needed. Throws Error on a state that is damaged or
+  // `images` are asked for those that are still needed. From then on the observer may be told of
+  // depth maps. Throws Error on a state that is damaged or
   // was saved with other options; the pipeline is of no use then.
   void RestoreState(const StateFolder& folder, const ImageOfFrame& images);
 
