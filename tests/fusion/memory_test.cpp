@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -113,6 +115,27 @@ TEST(Memory, ACorrectionThatCannotMergeMovesTheModelStill) {
   ASSERT_EQ(map->DepthMaps().size(), 6U);
   EXPECT_NEAR(map->DepthMaps()[5].S_world_kf.pose().translation().x(), 5, 1e-6);
   EXPECT_EQ(map->num_surfels(), num_before);
+}
+
+// Whatever holds memory of the device holds the device.
+TEST(Memory, TheLastExportLetsTheModelGo) {
+  const std::shared_ptr<Device> device = TestDevice();
+  const long num_before = device.use_count();
+  const std::unique_ptr<SurfelMap> model = CreateSurfelMap(device, {}, nullptr);
+  std::vector<KeyframePose> poses;
+  for (int i = 0; i < 3; ++i) {
+    const TrackedMap view = WallMap(48, 32, 0.5 * i, i);
+    poses.push_back({i, 0, Similarity(1, view.T_world_cam)});
+    const KeyframePoses snapshot(static_cast<std::uint64_t>(i) + 1, poses);
+    ASSERT_EQ(model->Integrate(view, snapshot).status, FusionStatus::kFused);
+  }
+  EXPECT_GT(device.use_count(), num_before);
+  const PointCloud cloud = model->Export(SurfelExportOptions());
+  const PointCloud last = model->ExportLast(SurfelExportOptions());
+  EXPECT_EQ(device.use_count(), num_before);
+  ASSERT_GT(cloud.size(), 1000U);
+  EXPECT_EQ(last.points, cloud.points);
+  EXPECT_EQ(last.confidences, cloud.confidences);
 }
 
 TEST(Memory, OfKeptMapsIsBounded) {

@@ -47,16 +47,14 @@ nlohmann::json StateFromCbor(const std::string& bytes) {
   return nlohmann::json::from_cbor(bytes);
 }
 
-nlohmann::json PoseToJson(const Pose& pose) {
+SavedPose ToSaved(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation();
   const Eigen::Vector3d& t = pose.translation();
   return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
 }
 
-Pose PoseFromJson(const nlohmann::json& json) {
-  const auto number = [&](std::size_t i) { return json.at(i).get<double>(); };
-  return Pose(Eigen::Quaterniond(number(3), number(0), number(1), number(2)),
-              Eigen::Vector3d(number(4), number(5), number(6)));
+Pose FromSaved(const SavedPose& n) {
+  return Pose(Eigen::Quaterniond(n[3], n[0], n[1], n[2]), Eigen::Vector3d(n[4], n[5], n[6]));
 }
 
 nlohmann::json CameraToJson(const CameraModel& camera) {

@@ -92,30 +92,31 @@ MapReconstruction FramesSoFar::InMap(const PipelineSnapshot& snapshot) const {
 
 nlohmann::json FramesSoFar::ToJson() const {
   const std::lock_guard lock(mutex_);
-  nlohmann::json frames = nlohmann::json::array();
+  std::vector<std::uint8_t> frames;
   for (const auto& [index, frame] : frames_) {
-    frames.push_back({index, frame.timestamp_s, frame.keyframe_id, PoseToJson(frame.T_kf_cam)});
+    AddRow(frames, index, frame.timestamp_s, frame.keyframe_id, ToSaved(frame.T_kf_cam));
   }
-  nlohmann::json stamps = nlohmann::json::array();
-  for (const auto& [id, stamp] : stamps_) {
-    stamps.push_back({id, stamp.frame_index, stamp.timestamp_s});
-  }
-  return {{"latest_s", latest_s_}, {"frames", frames}, {"keyframes", stamps}};
+  std::vector<std::uint8_t> stamps;
+  for (const auto& [id, stamp] : stamps_) AddRow(stamps, id, stamp.frame_index, stamp.timestamp_s);
+  return {{"latest_s", latest_s_},
+          {"frames", nlohmann::json::binary(std::move(frames))},
+          {"keyframes", nlohmann::json::binary(std::move(stamps))}};
 }
 
 void FramesSoFar::TakeJson(const nlohmann::json& json) {
   const std::lock_guard lock(mutex_);
   json.at("latest_s").get_to(latest_s_);
   frames_.clear();
-  for (const nlohmann::json& frame : json.at("frames")) {
-    Keep({frame.at(0).get<std::int64_t>(), frame.at(1).get<double>(),
-          frame.at(2).get<std::int64_t>(), PoseFromJson(frame.at(3))});
-  }
+  ForEachRow<std::int64_t, double, std::int64_t, SavedPose>(
+      json.at("frames"), [&](std::int64_t index, double timestamp_s, std::int64_t keyframe_id,
+                             const SavedPose& T_kf_cam) {
+        Keep({index, timestamp_s, keyframe_id, FromSaved(T_kf_cam)});
+      });
   stamps_.clear();
-  for (const nlohmann::json& stamp : json.at("keyframes")) {
-    stamps_[stamp.at(0).get<std::int64_t>()] = {stamp.at(1).get<std::int64_t>(),
-                                                stamp.at(2).get<double>(), 0, Pose()};
-  }
+  ForEachRow<std::int64_t, std::int64_t, double>(
+      json.at("keyframes"), [&](std::int64_t id, std::int64_t frame_index, double timestamp_s) {
+        stamps_[id] = {frame_index, timestamp_s, 0, Pose()};
+      });
 }
 
 InterimWriter::InterimWriter(const RunWriter& writer, const FramesSoFar& frames, RunRecord record,

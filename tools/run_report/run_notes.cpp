@@ -4,11 +4,14 @@
 #include "run_report/run_notes.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/state_json.h"
+#include "mono3d/core/error.h"
 
 namespace mono3d::tools {
 namespace {
@@ -150,15 +153,15 @@ std::vector<LostImage> RunNotes::lost_images() const {
 
 nlohmann::json RunNotes::ToJson() const {
   const std::lock_guard lock(mutex_);
-  nlohmann::json json = {{"reasons", reasons_},
-                         {"frames", nlohmann::json::array()},
-                         {"lost", SampleToJson(lost_images_)},
-                         {"depth", SampleToJson(depth_examples_)}};
-  nlohmann::json& frames = json["frames"];
+  std::vector<std::uint8_t> frames;
   for (const auto& [index, note] : notes_) {
-    frames.push_back({index, note.is_tracked, note.reason});
+    AddRow(frames, index, static_cast<std::uint8_t>(note.is_tracked),
+           static_cast<std::uint64_t>(note.reason));
   }
-  return json;
+  return {{"reasons", reasons_},
+          {"frames", nlohmann::json::binary(std::move(frames))},
+          {"lost", SampleToJson(lost_images_)},
+          {"depth", SampleToJson(depth_examples_)}};
 }
 
 void RunNotes::TakeJson(const nlohmann::json& json) {
@@ -167,11 +170,11 @@ void RunNotes::TakeJson(const nlohmann::json& json) {
   number_of_reason_.clear();
   for (std::size_t i = 0; i < reasons_.size(); ++i) number_of_reason_[reasons_[i]] = i;
   notes_.clear();
-  for (const nlohmann::json& frame : json.at("frames")) {
-    const Note note{frame.at(1).get<bool>(), frame.at(2).get<std::size_t>()};
-    (void)json.at("reasons").at(note.reason);  // is there
-    notes_[frame.at(0).get<std::int64_t>()] = note;
-  }
+  ForEachRow<std::int64_t, std::uint8_t, std::uint64_t>(
+      json.at("frames"), [&](std::int64_t index, std::uint8_t is_tracked, std::uint64_t reason) {
+        if (reason >= reasons_.size()) throw Error("the journal is damaged: no such reason");
+        notes_[index] = {is_tracked != 0, reason};
+      });
   TakeSample(json.at("lost"), lost_images_);
   TakeSample(json.at("depth"), depth_examples_);
 }

@@ -197,16 +197,17 @@ PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
   const auto all_of = [](const Surfels& surfels) {
     return SurfelParts{[&](const auto& take) { take(surfels); }, surfels.size()};
   };
-  return ToPointCloud(all_of(matched), all_of(inferred), S_world_anchor, frames, options);
+  return ToPointCloud(Choose(all_of(matched), all_of(inferred), S_world_anchor, frames, options));
 }
 
-PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
-                        std::span<const Similarity> S_world_anchor,
-                        std::span<const std::uint32_t> frames,
-                        const SurfelExportOptions& asked_for) {
+ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
+                     std::span<const Similarity> S_world_anchor,
+                     std::span<const std::uint32_t> frames, const SurfelExportOptions& asked_for) {
   asked_for.Validate();
-  SurfelExportOptions options = asked_for;
-  PointCloud cloud = Chosen(matched, false, S_world_anchor, frames, options);
+  ChosenSurfels chosen{{}, {}, asked_for};
+  SurfelExportOptions& options = chosen.options;
+  PointCloud& cloud = chosen.matched;
+  cloud = Chosen(matched, false, S_world_anchor, frames, options);
   const double num_at_least = options.min_share * static_cast<double>(matched.num_at_most);
   if (options.min_confidence > 0 && static_cast<double>(cloud.size()) < num_at_least) {
     const double limit = LimitOfConfidence(matched, options);
@@ -215,11 +216,20 @@ PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
       cloud = Chosen(matched, false, S_world_anchor, frames, options);
     }
   }
+  if (options.with_inferred) {
+    chosen.inferred = Chosen(inferred, true, S_world_anchor, frames, options);
+  }
+  return chosen;
+}
+
+PointCloud ToPointCloud(ChosenSurfels chosen) {
+  const SurfelExportOptions& options = chosen.options;
+  PointCloud cloud = std::move(chosen.matched);
+  PointCloud guessed = std::move(chosen.inferred);
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
-  PointCloud guessed;
-  if (options.with_inferred) guessed = Chosen(inferred, true, S_world_anchor, frames, options);
-  if (options.min_confidence > 0 && !guessed.empty())
+  if (options.min_confidence > 0 && !guessed.empty()) {
     guessed = BesideMatched(std::move(guessed), cloud);
+  }
   if (options.voxel_radii > 0) {
     if (!cloud.empty()) cloud = Thinned(cloud, options.voxel_radii);
     if (!guessed.empty()) guessed = Thinned(guessed, options.voxel_radii);

@@ -32,8 +32,17 @@ struct SurfelParts {
 PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
                         std::span<const Similarity> S_world_anchor,
                         std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
-PointCloud ToPointCloud(const SurfelParts& matched, const SurfelParts& inferred,
-                        std::span<const Similarity> S_world_anchor,
-                        std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
+
+// The surfels that meet the options by what each holds alone.
+struct ChosenSurfels {
+  PointCloud matched;
+  PointCloud inferred;
+  SurfelExportOptions options;  // with the least confidence that was taken
+};
+ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
+                     std::span<const Similarity> S_world_anchor,
+                     std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
+// Without those that stand alone or in the place of others.
+PointCloud ToPointCloud(ChosenSurfels chosen);
 
 }  // namespace mono3d

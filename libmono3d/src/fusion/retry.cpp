@@ -66,6 +66,15 @@ void RepairingSurfelMap::Rest() {
   model_->Rest();
 }
 
+PointCloud RepairingSurfelMap::ExportLast(const SurfelExportOptions& options) {
+  waiting_.Clear();
+  recent_.Clear();
+  model_->MergePending();
+  ChosenSurfels chosen = model_->Choose(options);
+  model_.reset();
+  return ToPointCloud(std::move(chosen));
+}
+
 // All but the model and the depth maps that are kept.
 template <typename Archive>
 void RepairingSurfelMap::Exchange(Archive& archive) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "fusion/export.h"
 #include "fusion/health.h"
 #include "fusion/kept_maps.h"
 #include "mono3d/fusion/surfel_map.h"
@@ -25,6 +26,8 @@ class RepairableMap : public SurfelMap {
   virtual int num_submaps() const = 0;
   // Merges what corrections have laid upon each other and no depth map has shown since.
   virtual void MergePending() = 0;
+  // For ToPointCloud; needs nothing of the model any more.
+  virtual ChosenSurfels Choose(const SurfelExportOptions& options) const = 0;
 };
 
 // A model that tries depth maps again which did not fit, knows how it is, and when it refuses
@@ -49,6 +52,7 @@ class RepairingSurfelMap : public SurfelMap {
     model_->MergePending();
     return model_->Export(options);
   }
+  PointCloud ExportLast(const SurfelExportOptions& options) override;
   std::int64_t num_surfels() const override { return model_->num_surfels(); }
 
  private:

@@ -189,7 +189,7 @@ SurfelChanges VulkanSurfelMap::ChangesSince(std::uint64_t version) {
   return changes_.Since(version, model_);
 }
 
-PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
+ChosenSurfels VulkanSurfelMap::Choose(const SurfelExportOptions& options) const {
   const std::span<const Similarity> S_world_anchor = model_.anchors.S_world_surfels();
   const auto parts_of = [](const SurfelStorage& storage) {
     const auto for_each = [&](const std::function<void(const Surfels&)>& take) {
@@ -197,8 +197,8 @@ PointCloud VulkanSurfelMap::Export(const SurfelExportOptions& options) const {
     };
     return SurfelParts{for_each, storage.num_surfels()};
   };
-  return ToPointCloud(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor,
-                      model_.anchors.Frames(), options);
+  return mono3d::Choose(parts_of(model_.surfels), parts_of(model_.inferred), S_world_anchor,
+                        model_.anchors.Frames(), options);
 }
 
 void VulkanSurfelMap::TakeOut(std::uint32_t first_depth_map) {

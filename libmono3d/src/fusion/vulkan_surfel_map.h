@@ -40,7 +40,10 @@ class VulkanSurfelMap : public RepairableMap {
   void RestoreState(const StateFolder& folder, const std::string& name) override;
 
   using SurfelMap::Export;
-  PointCloud Export(const SurfelExportOptions& options) const override;
+  PointCloud Export(const SurfelExportOptions& options) const override {
+    return ToPointCloud(Choose(options));
+  }
+  ChosenSurfels Choose(const SurfelExportOptions& options) const override;
 
   std::int64_t num_surfels() const override { return model_.surfels.num_surfels(); }
 

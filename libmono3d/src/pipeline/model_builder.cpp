@@ -181,7 +181,7 @@ void ModelBuilder::Export(int map_id) {
   options.min_observations = std::min(options.min_observations, max_observations);
   PointCloud cloud;
   try {
-    cloud = model->Export(options);
+    cloud = model->ExportLast(options);
   } catch (...) {
     if (!export_error_) export_error_ = std::current_exception();
     cloud = LatestPublished(map_id);

@@ -179,6 +179,10 @@ class SurfelMap {
   // order, the inferred ones, marked, where something is inferred (PointCloud::inferred).
   virtual PointCloud Export(const SurfelExportOptions& options) const = 0;
 
+  // The same, as the last call but that of the destructor: the memory of the model is let go before
+  // that of the work on its surfels is taken.
+  virtual PointCloud ExportLast(const SurfelExportOptions& options) { return Export(options); }
+
   // Whatever their confidence.
   PointCloud Export(int min_observations) const {
     return Export(SurfelExportOptions{.min_observations = min_observations, .min_confidence = 0});
