@@ -5,10 +5,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace mono3d {
@@ -33,23 +33,29 @@ double Quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(position)];
 }
 
-// In the middle of what is seen, at the height of its lower parts, in axes with z up.
-Eigen::Vector3d OriginOf(const MapReconstruction& map, const Eigen::Matrix3d& rotation) {
-  constexpr double kGroundShare = 0.1;
-  std::array<std::vector<double>, 3> coordinates;
+// One axis at a time: a model may take most of the memory that there is.
+double CoordinateOf(const MapReconstruction& map, const Eigen::Matrix3d& rotation,
+                    Eigen::Index axis, double share) {
+  std::vector<double> values;
+  values.reserve(map.model.size());
   const auto add = [&](const Eigen::Vector3d& p_world) {
-    const Eigen::Vector3d p = rotation * p_world;
-    for (int i = 0; i < 3; ++i) coordinates.at(static_cast<std::size_t>(i)).push_back(p[i]);
+    values.push_back((rotation * p_world).eval()[axis]);
   };
   for (const Eigen::Vector3f& point : map.model.points) add(point.cast<double>());
   if (map.model.empty()) {
     for (const SparsePoint& point : map.sparse.points) add(point.p_world);
   }
-  if (coordinates[0].empty()) {
+  if (values.empty()) {
     for (const TrajectoryEntry& keyframe : map.keyframes) add(keyframe.T_world_cam.translation());
   }
-  return {Quantile(coordinates[0], 0.5), Quantile(coordinates[1], 0.5),
-          Quantile(coordinates[2], kGroundShare)};
+  return Quantile(std::move(values), share);
+}
+
+// In the middle of what is seen, at the height of its lower parts, in axes with z up.
+Eigen::Vector3d OriginOf(const MapReconstruction& map, const Eigen::Matrix3d& rotation) {
+  constexpr double kGroundShare = 0.1;
+  return {CoordinateOf(map, rotation, 0, 0.5), CoordinateOf(map, rotation, 1, 0.5),
+          CoordinateOf(map, rotation, 2, kGroundShare)};
 }
 
 void MoveCloud(const Similarity& S, PointCloud& cloud) {
