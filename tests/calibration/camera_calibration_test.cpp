@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -220,17 +222,27 @@ TEST_F(Calibration, FindsThatAToldOneIsWrong) {
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.01 * truth.fx);
 }
 
-// With which nothing can be tracked.
+// Nothing can be tracked with it.
 TEST_F(Calibration, LearnsTheCameraOfOneThatIsToldFarOff) {
   const CameraModel truth = tracking::SmallCamera();
   CameraModel told = truth;
-  told.distortion = {0.8, 3, 0, 0.1, 0};
+  told.fx = told.fy = 2 * truth.fx;
+  std::vector<Frame> black;
+  for (std::size_t i = 0; i < frames_->size(); ++i) {
+    black.push_back(tracking::BlackFrame(static_cast<std::int64_t>(i)));
+  }
+  const FootageOpener open = [&](const CameraModel& camera, int start, int max_frames) {
+    return Footage(camera.fx == told.fx ? black : *frames_)(camera, start, max_frames);
+  };
   const CameraCalibration found =
-      CalibrateCamera(CalibratedCameraPrior(told), Footage(*frames_), {.max_rounds = 4});
-  EXPECT_TRUE(found.is_learned);
+      CalibrateCamera(CalibratedCameraPrior(told), open, {.max_rounds = 4});
+  EXPECT_TRUE(found.is_learned) << found.reason;
   EXPECT_TRUE(found.contradicts_prior);
+  EXPECT_EQ(found.reason, "");
   EXPECT_EQ(found.prior.camera, told);
+  EXPECT_EQ(found.posterior.source, CameraPriorSource::kCalibration);
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
+  EXPECT_GT(found.change_px, 100);
 }
 
 // The first part, a straight flight without a turn, tells no focal length: the others do.
