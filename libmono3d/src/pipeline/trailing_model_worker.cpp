@@ -24,9 +24,10 @@ class TrailingModelWorker::Hold {
   // Throws what the work has thrown.
   explicit Hold(TrailingModelWorker& worker) : worker_(worker) {
     std::unique_lock lock(worker.mutex_);
+    worker.is_held_ = true;  // first: else the next work might be begun meanwhile
     worker.changed_.wait(lock, [&] { return worker.is_ending_ || !worker.is_busy_; });
+    if (worker.error_) worker.is_held_ = false;
     worker.Rethrow();
-    worker.is_held_ = true;
   }
   ~Hold() {
     {
