@@ -84,6 +84,18 @@ std::vector<Frame> FlyAnOrbit(const CameraModel& camera, double crop_motion_px =
   return frames;
 }
 
+// Without a turn: tells no focal length.
+std::vector<Frame> FlyStraight(const CameraModel& camera, int num_frames) {
+  const tracking::TexturedGround ground(true);
+  std::vector<Frame> frames;
+  for (int i = 0; i < num_frames; ++i) {
+    const Pose T_world_cam = tracking::LookAt({0.25 * i - 3, -10, 10}, {0.25 * i - 3, 0, 0});
+    frames.push_back(
+        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(camera, T_world_cam), camera});
+  }
+  return frames;
+}
+
 class Calibration : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -248,13 +260,7 @@ TEST_F(Calibration, LearnsTheCameraOfOneThatIsToldFarOff) {
 // The first part, a straight flight without a turn, tells no focal length: the others do.
 TEST_F(Calibration, FindsThatAToldOneIsWrongWhereTheFirstPartCannotTell) {
   const CameraModel truth = tracking::SmallCamera();
-  const tracking::TexturedGround ground(true);
-  std::vector<Frame> frames;
-  for (int i = 0; i < 25; ++i) {
-    const Pose T_world_cam = tracking::LookAt({0.25 * i - 3, -10, 10}, {0.25 * i - 3, 0, 0});
-    frames.push_back(
-        {i, 0.1 * i, "frame " + std::to_string(i), ground.Render(truth, T_world_cam), truth});
-  }
+  std::vector<Frame> frames = FlyStraight(truth, 25);
   const std::vector<Frame> orbit = FlyAnOrbit(truth, 0, 55);
   for (Frame frame : orbit) {
     frame.index += 25;
@@ -266,6 +272,23 @@ TEST_F(Calibration, FindsThatAToldOneIsWrongWhereTheFirstPartCannotTell) {
   const CameraCalibration found =
       CalibrateCamera(CalibratedCameraPrior(told), Footage(frames),
                       {.num_parts = 3, .part_frames = 25, .max_rounds = 4});
+  EXPECT_TRUE(found.is_learned);
+  EXPECT_TRUE(found.contradicts_prior);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
+}
+
+// Stands for a map of the told camera that starts wrongly and so tells no focal length: with a
+// better camera the same images tell it.
+TEST_F(Calibration, FindsThatAToldOneIsWrongWhereItsMapsCannotTell) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraModel told = truth;
+  told.fx = told.fy = 1.1 * truth.fx;
+  const std::vector<Frame> straight = FlyStraight(truth, 25);
+  const FootageOpener open = [&](const CameraModel& camera, int start, int max_frames) {
+    return Footage(camera.fx == told.fx ? straight : *frames_)(camera, start, max_frames);
+  };
+  const CameraCalibration found =
+      CalibrateCamera(CalibratedCameraPrior(told), open, {.max_rounds = 4});
   EXPECT_TRUE(found.is_learned);
   EXPECT_TRUE(found.contradicts_prior);
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);

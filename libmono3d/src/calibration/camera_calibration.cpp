@@ -157,6 +157,7 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
   std::vector<FootagePart> parts = first_part;
   bool lens_agrees = false;      // with what was told
   bool is_contradicted = false;  // what was told, by a round
+  bool is_tried_again = false;   // with all parts, that knew less than was told
   std::optional<CameraAdjustment> before;
   std::optional<SteadiestRound> steadiest;
   bool& is_settled = rounds.is_settled;
@@ -207,6 +208,12 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
           camera = prior.camera;
           parts = all_parts;
           before.reset();
+          continue;
+        }
+        // Maps of a wrong camera may be why little is known: one of the better camera tells.
+        if (!is_tried_again) {
+          is_tried_again = true;
+          lens_agrees = false;
           continue;
         }
         // Such a round does not take back what another one has found.
