@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/allocator.h"
 #include "common/common_options.h"
 #include "common/dotted_config.h"
 #include "common/manual.h"
@@ -232,6 +233,7 @@ int Tool::PrintError(const std::string& message, int status) const {
 }
 
 int Tool::Run(int argc, const char* const* argv, const std::function<int()>& body) {
+  ReturnLargeBlocks();
   const auto is_given = [&](const std::string& flag) {
     return std::any_of(argv + 1, argv + argc, [&](const char* word) { return word == flag; });
   };

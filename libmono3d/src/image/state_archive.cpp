@@ -32,12 +32,15 @@ void ExchangeForm(Archive& archive, ImageForm& form) {
 
 }  // namespace
 
-StateWriter::StateWriter(const std::string& kind, std::uint32_t version, SavedImages images)
+StateWriter::StateWriter(const std::string& kind, std::uint32_t version, SavedImages images,
+                         std::size_t expected_bytes)
     : images_(images) {
+  state_.reserve(expected_bytes);
   std::string head = HeadOf(kind);
   Text(head);
   Number(version);
-  head_ = ToSection(TakeBytes());
+  state_ = ToSection(TakeBytes());
+  head_bytes_ = state_.size();
 }
 
 void StateWriter::NextSection() { state_ += ToSection(TakeBytes()); }
@@ -81,7 +84,8 @@ std::string StateWriter::TakeState() {
   NextSection();
   std::vector<std::int64_t> frames(frames_.begin(), frames_.end());
   List(frames, [&](std::int64_t& frame) { Number(frame); });
-  return head_ + ToSection(TakeBytes()) + state_;
+  state_.insert(head_bytes_, ToSection(TakeBytes()));
+  return std::move(state_);
 }
 
 std::vector<std::int64_t> FramesOfState(std::string_view state, const std::string& where) {

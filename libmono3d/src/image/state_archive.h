@@ -26,8 +26,11 @@ namespace mono3d {
 
 class StateWriter : public ByteWriter {
  public:
-  // `kind` of state, "tracker state", and the version of its form.
-  StateWriter(const std::string& kind, std::uint32_t version, SavedImages images);
+  // `kind` of state, "tracker state", and the version of its form. `expected_bytes`: about as long
+  // as it is going to be, where that is known; a long one would lie in memory three times while it
+  // grows.
+  StateWriter(const std::string& kind, std::uint32_t version, SavedImages images,
+              std::size_t expected_bytes = 0);
 
   static constexpr bool kReads = false;
 
@@ -67,8 +70,8 @@ class StateWriter : public ByteWriter {
   SavedImages images_;
   std::map<Key, std::uint64_t> numbers_;  // of the images written so far
   std::set<std::int64_t> frames_;         // that have an image by their index
-  std::string head_;
-  std::string state_;  // behind it
+  std::size_t head_bytes_ = 0;
+  std::string state_;  // the head, and what lies behind the list of frames
 };
 
 // The frames whose images a state has by their indices alone. Throws Error, which names `where`, on

@@ -618,10 +618,14 @@ void MonocularTracker::ExchangeState(Archive& archive) {
 std::string MonocularTracker::SaveState(SavedImages images) const {
   const std::unique_ptr<TrackingLock> lock = Lock();
   if (mapping_) mapping_->Pause(*lock);
-  StateWriter writer(kTrackerState, kTrackerStateVersion, images);
+  // It grows by a little from one to the next.
+  StateWriter writer(kTrackerState, kTrackerStateVersion, images,
+                     last_state_bytes_ + last_state_bytes_ / 16);
   const_cast<MonocularTracker&>(*this).ExchangeState(writer);  // a writer changes nothing
   if (mapping_) mapping_->Resume();
-  return writer.TakeState();
+  std::string state = writer.TakeState();
+  last_state_bytes_ = state.size();
+  return state;
 }
 
 void MonocularTracker::RestoreState(std::string_view bytes, const std::string& where,

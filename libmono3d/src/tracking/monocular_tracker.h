@@ -99,9 +99,10 @@ class MonocularTracker final : public Tracker {
   bool is_publication_due_ = false;  // keyframes have come or moved since the last snapshot
   TurnOnTheSpot turn_;
   PositionFollower positions_;
-  bool may_return_ = true;                  // to a map that was left
-  TrackingLock* lock_ = nullptr;            // while a frame is tracked live
-  std::unique_ptr<MappingThread> mapping_;  // live only; ends first
+  mutable std::size_t last_state_bytes_ = 0;  // as the next state will have, about
+  bool may_return_ = true;                    // to a map that was left
+  TrackingLock* lock_ = nullptr;              // while a frame is tracked live
+  std::unique_ptr<MappingThread> mapping_;    // live only; ends first
 };
 
 }  // namespace mono3d::tracking

@@ -120,9 +120,9 @@ void ScalingTracker::ExchangeState(Archive& archive) {
 std::string ScalingTracker::SaveState(SavedImages images) const {
   StateWriter writer(kScalingState, kScalingVersion, images);
   const_cast<ScalingTracker&>(*this).ExchangeState(writer);  // a writer changes nothing
-  const std::string of_inner = tracker_->SaveState(images);
-  writer.TakeFramesOf(of_inner, kScalingState);
-  return writer.TakeState() + of_inner;
+  std::string state = tracker_->SaveState(images);
+  writer.TakeFramesOf(state, kScalingState);
+  return state.insert(0, writer.TakeState());
 }
 
 void ScalingTracker::RestoreState(std::string_view bytes, const std::string& where,
