@@ -8,6 +8,7 @@
 #include <iterator>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -181,6 +182,55 @@ TEST_F(Mp4Test, AVideoThatIsShownTurnedIsReadAsItIsStored) {
   EXPECT_THAT([&] { OpenFrameSource(path_, of_turned)->Next(); },
               ThrowsMessage<Error>(
                   testing::AllOf(HasSubstr("were turned"), HasSubstr("leave out --camera"))));
+}
+
+// Of a constant rate, a part of a video that is entered is the same as one that is counted to.
+TEST_F(VideoTest, AVideoIsEnteredAtTheFrameThatCountingTells) {
+  const std::filesystem::path path = folder_ / "long.mp4";
+  constexpr int kNumInLong = 400;
+  {
+    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
+                           cv::Size(64, 48));
+    for (int i = 0; i < kNumInLong; ++i) {
+      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * (i % kNumFrames))));
+    }
+  }
+  const auto read = [&](bool seeks) {
+    const auto source = OpenFrameSource(
+        path, VideoCamera(), {.start = kNumInLong - 90, .seeks = seeks, .max_frames = 9});
+    std::vector<Frame> frames;
+    while (auto frame = source->Next()) frames.push_back(*frame);
+    return frames;
+  };
+  const std::vector<Frame> counted = read(false);
+  const std::vector<Frame> entered = read(true);
+  ASSERT_EQ(counted.size(), 9U);
+  ASSERT_EQ(entered.size(), 9U);
+  for (std::size_t i = 0; i < entered.size(); ++i) {
+    EXPECT_EQ(entered[i].index, counted[i].index);
+    EXPECT_DOUBLE_EQ(entered[i].timestamp_s, counted[i].timestamp_s);
+    EXPECT_EQ(cv::norm(entered[i].bgr, counted[i].bgr, cv::NORM_INF), 0);
+  }
+}
+
+// A stream without an index.
+TEST_F(VideoTest, PassesOverFramesWhereAVideoCannotBeEntered) {
+  const std::filesystem::path path = folder_ / "long.m4v";
+  constexpr int kNumInLong = 300;
+  {
+    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
+                           cv::Size(64, 48));
+    for (int i = 0; i < kNumInLong; ++i) {
+      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * (i % kNumFrames))));
+    }
+  }
+  const auto source =
+      OpenFrameSource(path, VideoCamera(), {.start = 260, .seeks = true, .max_frames = 9});
+  int num_frames = 0;
+  while (const std::optional<Frame> frame = source->Next()) {
+    EXPECT_EQ(frame->index, 260 + num_frames++);
+  }
+  EXPECT_EQ(num_frames, 9);
 }
 
 TEST_F(VideoTest, RefusesWhatIsNoVideo) {

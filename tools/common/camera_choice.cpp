@@ -86,6 +86,7 @@ FootageOpener OpenerOf(const std::string& input, const FrameSourceOptions& sourc
   return [input, source](const CameraModel& camera, int start, int max_frames) {
     FrameSourceOptions part = source;
     part.start += start * std::max(1, source.stride);
+    part.seeks = start > 0;  // any part of the footage will do
     if (max_frames > 0) {
       // Never past the frames that the run itself will see.
       const int left = source.max_frames > 0 ? source.max_frames - start : max_frames;

@@ -102,6 +102,7 @@ class VideoSource : public ImageSource {
     times_ = FrameTimes(FileName(), has_fps ? container_fps : kDefaultFps);
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
     if (count >= 1 && count < kMaxCount) num_in_file_ = static_cast<std::int64_t>(count);
+    if (options_.seeks && options_.start >= kMinSeek) SeekStart();
   }
 
   std::optional<SourceImage> Next() override {
@@ -137,6 +138,20 @@ class VideoSource : public ImageSource {
  private:
   static constexpr double kMaxCount = 1e12;  // containers without a count say wild things
   static constexpr double kMaxFps = 1000;
+  // Between two places where H.264 and H.265 can be entered lie at most so many frames by default
+  // (x264, x265): to reach a nearer one, no more has to be decoded from the beginning.
+  static constexpr int kMinSeek = 250;
+
+  // Grabs the first frame. Streams without an index cannot be entered: of those, frames are passed
+  // over as ever.
+  void SeekStart() {
+    if (!capture_.set(cv::CAP_PROP_POS_FRAMES, options_.start) || !capture_.grab()) {
+      capture_ = OpenCapture(path_);
+      return;
+    }
+    time_s_ = times_.Add(options_.start, 1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC));
+    num_grabbed_ = options_.start + 1;
+  }
 
   std::string FileName() const { return std::filesystem::path(path_).filename().string(); }
 

@@ -28,9 +28,14 @@ namespace MONO3D_EXPORT mono3d {
 inline constexpr int kStrideByMotion = -1;
 
 struct FrameSourceOptions {
-  double fps = 0;      // of the input; 0: the container's own, or timestamps.txt, or 30
-  int stride = 1;      // take every stride-th image, or kStrideByMotion
-  int start = 0;       // first image
+  double fps = 0;  // of the input; 0: the container's own, or timestamps.txt, or 30
+  int stride = 1;  // take every stride-th image, or kStrideByMotion
+  int start = 0;   // first image
+  // A video is entered at the last place before `start` where that can be done, instead of decoding
+  // all that comes before: frames may be some further on or back than counting tells, and where the
+  // times in the file begin late, theirs begin late as well. The same file gives the same frames.
+  // Not among the listed options.
+  bool seeks = false;
   int max_frames = 0;  // 0: all
   // "WIDTHxHEIGHT": resize images and intrinsics; "calibration": resize images to the calibration's
   // size; empty: refuse images of another size.
