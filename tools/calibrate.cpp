@@ -119,6 +119,7 @@ void AddArguments(Tool& tool, Arguments& arguments) {
       ->needs(charuco);
   tool.AddOptions(mono3d::ListOptions(arguments.source));
   tool.AddOptions(mono3d::ListOptions(arguments.mask));
+  arguments.camera.calibration.max_share = 1;  // no run waits for it
   tool.AddOptions(mono3d::ListOptions(arguments.camera.calibration), "calibration.");
 }
 

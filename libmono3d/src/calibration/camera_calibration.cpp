@@ -53,6 +53,12 @@ constexpr std::size_t kCoarsePoints = 1000;
 // simulated flights (decision 17).
 constexpr double kPatchSigma_px = 0.25;
 
+// Of the focal length, as a share of it: what a careful calibration with a board knows it to. Where
+// it is known less well, more of the footage is looked at.
+constexpr double kWantedFocalSigma = 0.001;
+// With longer parts: one, and another where the first ones were off.
+constexpr int kRoundsWithLonger = 2;
+
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
 // an error is good up to there; who reads all of it will meet the error again.
 void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
@@ -80,18 +86,39 @@ struct FootagePart {
   bool operator==(const FootagePart&) const = default;
 };
 
-// Where all parts together would make up the footage, it is one.
-std::vector<FootagePart> ChooseParts(std::optional<std::int64_t> num_frames,
-                                     const CalibrationOptions& options) {
-  const std::int64_t num_wanted = std::int64_t{options.num_parts} * options.part_frames;
-  if (!num_frames || options.num_parts == 1 || *num_frames <= options.part_frames) {
-    return {{0, options.part_frames}};
+// Where all parts together would make up most of the footage, it is one: what hangs together tells
+// more (decision 17).
+std::vector<FootagePart> ChooseParts(std::optional<std::int64_t> num_frames, int num_parts,
+                                     int part_frames) {
+  constexpr double kMost = 2. / 3;
+  if (!num_frames || num_parts == 1 || *num_frames <= part_frames) return {{0, part_frames}};
+  if (kMost * static_cast<double>(*num_frames) <= num_parts * static_cast<double>(part_frames)) {
+    return {{0, static_cast<int>(*num_frames)}};
   }
-  if (*num_frames <= num_wanted) return {{0, static_cast<int>(*num_frames)}};
   std::vector<FootagePart> parts;
-  for (int i = 0; i < options.num_parts; ++i) {
-    const std::int64_t last = *num_frames - options.part_frames;
-    parts.push_back({static_cast<int>(last * i / (options.num_parts - 1)), options.part_frames});
+  for (int i = 0; i < num_parts; ++i) {
+    const std::int64_t last = *num_frames - part_frames;
+    parts.push_back({static_cast<int>(last * i / (num_parts - 1)), part_frames});
+  }
+  return parts;
+}
+
+// What to look at: the parts, then longer ones where those tell too little. Empty: none.
+struct FootageParts {
+  std::vector<FootagePart> all;
+  std::vector<FootagePart> longer;
+};
+
+FootageParts ChooseParts(std::optional<std::int64_t> num_frames,
+                         const CalibrationOptions& options) {
+  constexpr double kMinGrowth = 1.25;  // else they tell no more
+  FootageParts parts{ChooseParts(num_frames, options.num_parts, options.part_frames), {}};
+  if (!num_frames) return parts;
+  const double num_in_share =
+      options.max_share * static_cast<double>(*num_frames) / options.num_parts;
+  const double longest = std::min<double>(options.max_part_frames, num_in_share);
+  if (longest >= kMinGrowth * parts.all[0].num_frames) {
+    parts.longer = ChooseParts(num_frames, options.num_parts, static_cast<int>(longest));
   }
   return parts;
 }
@@ -143,8 +170,7 @@ struct Rounds {
   bool is_settled = false;  // the last one changed the camera by no more than it is known
 };
 
-Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
-                         const std::vector<FootagePart>& all_parts,
+Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, FootageParts footage,
                          const CalibrationOptions& options) {
   Rounds rounds;
   CameraCalibration& result = rounds.result;
@@ -153,8 +179,8 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
   const bool is_told = prior.source == CameraPriorSource::kCalibration;
   CameraPrior weight = is_told ? WithoutWeight(prior) : prior;
   CameraModel camera = prior.camera;
-  const std::vector<FootagePart> first_part = {{0, options.part_frames}};
-  std::vector<FootagePart> parts = first_part;
+  std::vector<FootagePart>& all_parts = footage.all;
+  std::vector<FootagePart> parts = {{0, options.part_frames}};
   bool lens_agrees = false;      // with what was told
   bool is_contradicted = false;  // what was told, by a round
   bool is_tried_again = false;   // with all parts, that knew less than was told
@@ -164,7 +190,9 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
   // That a round was begun with, under the weight and with the parts of now: begun with the same
   // camera, one ends as that one did, and so do all that follow.
   std::vector<CameraModel> begun_with;
-  for (int round = 1; round <= options.max_rounds; ++round) {
+  int last_round = options.max_rounds;
+  bool was_settled = false;  // with the shorter parts
+  for (int round = 1; round <= last_round; ++round) {
     if (std::ranges::find(begun_with, camera) != begun_with.end()) break;
     begun_with.push_back(camera);
     const TrackedMaps tracked = track(camera, parts);
@@ -233,6 +261,17 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
       TakeLens(prior, result.posterior);
     }
     is_settled = parts == all_parts && (lens_agrees || is_lens_settled) && is_readout_settled;
+    const bool is_known = lens_agrees || result.posterior.focal_sigma <= kWantedFocalSigma;
+    const bool is_at_end = is_settled || (round == last_round && parts == all_parts);
+    if (is_at_end && !is_known && !footage.longer.empty()) {
+      was_settled = std::exchange(is_settled, false);
+      parts = all_parts = std::exchange(footage.longer, {});
+      last_round = round + kRoundsWithLonger;
+      begun_with.clear();
+      before.reset();
+      steadiest.reset();
+      continue;
+    }
     if (is_settled) break;
     if (parts == all_parts && (!steadiest || change_px < steadiest->change_px)) {
       steadiest = {change_px, camera, result};
@@ -244,6 +283,7 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track,
     camera = steadiest->camera;
     result = steadiest->result;
   }
+  is_settled = is_settled || was_settled;
   result.change_px = LargestDifference_px(prior.camera, camera);
   if (result.num_rounds == 0) {
     result.reason = "too little of the footage can be tracked";
@@ -267,16 +307,15 @@ bool LeadsNowhere(const Rounds& rounds) {
 }
 
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
-                            const std::vector<FootagePart>& all_parts,
-                            const CalibrationOptions& options) {
-  Rounds rounds = CalibrateInRounds(prior, track, all_parts, options);
+                            const FootageParts& footage, const CalibrationOptions& options) {
+  Rounds rounds = CalibrateInRounds(prior, track, footage, options);
   if (prior.source != CameraPriorSource::kCalibration || !LeadsNowhere(rounds)) {
     return std::move(rounds.result);
   }
   Log(LogLevel::kDebug, "calibration: begins again, with nothing of what was told");
   const CameraModel& told = prior.camera;
   Rounds of_unknown = CalibrateInRounds(DefaultCameraPrior(told.width, told.height, told.lens),
-                                        track, all_parts, options);
+                                        track, footage, options);
   CameraCalibration& anew = of_unknown.result;
   if (!of_unknown.is_settled || !anew.determines_focal_length) return std::move(rounds.result);
   anew.prior = prior;
@@ -351,7 +390,7 @@ CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const Footag
         placed.positions = calibration::PositionsOf(placed.maps, positions);
         return placed;
       },
-      {{0, options.part_frames}}, options);
+      {{{0, options.part_frames}}, {}}, options);
   calibration::BringToSize(prior, result);
   return result;
 }
@@ -359,12 +398,19 @@ CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const Footag
 void CalibrationOptions::Visit(OptionVisitor& visit) {
   visit("num_parts", num_parts, "parts of the footage that are looked at");
   visit("part_frames", part_frames, "frames of each part");
+  visit("max_part_frames", max_part_frames,
+        "frames of each part where fewer do not tell the focal length to 0.1 %");
+  visit("max_share", max_share, "of the footage that such parts may be together");
   visit("max_rounds", max_rounds, "how often they are tracked, each time with a better camera");
 }
 
 void CalibrationOptions::Validate() const {
   if (num_parts < 1) throw UsageError("calibration.num_parts must be 1 or more");
   if (part_frames < 3) throw UsageError("calibration.part_frames must be 3 or more");
+  if (max_part_frames < 0) throw UsageError("calibration.max_part_frames must be 0 or more");
+  if (!(max_share >= 0 && max_share <= 1)) {
+    throw UsageError("calibration.max_share must be between 0 and 1");
+  }
   if (max_rounds < 1) throw UsageError("calibration.max_rounds must be 1 or more");
 }
 

@@ -30,6 +30,11 @@ struct CalibrationOptions {
   // Different parts show the camera from other directions and under other motions.
   int num_parts = 3;
   int part_frames = 80;
+  // Where these do not tell the focal length to 0.1 %, parts of up to so many frames are looked at,
+  // as long as all of them are no more than so much of the footage: that bounds what the
+  // calibration costs beside a run.
+  int max_part_frames = 320;
+  double max_share = 0.25;
   // How often they are tracked at most, each time with the camera of the time before.
   int max_rounds = 6;
 
