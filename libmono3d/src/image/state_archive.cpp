@@ -39,7 +39,7 @@ StateWriter::StateWriter(const std::string& kind, std::uint32_t version, SavedIm
   std::string head = HeadOf(kind);
   Text(head);
   Number(version);
-  state_ = ToSection(TakeBytes());
+  state_ += ToSection(TakeBytes());  // an assignment would replace what was reserved
   head_bytes_ = state_.size();
 }
 
