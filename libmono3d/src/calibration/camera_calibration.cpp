@@ -239,7 +239,7 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
           continue;
         }
         // Maps of a wrong camera may be why little is known: one of the better camera tells.
-        if (!is_tried_again) {
+        if (!is_tried_again && round < last_round) {
           is_tried_again = true;
           lens_agrees = false;
           continue;
