@@ -184,17 +184,20 @@ TEST_F(Mp4Test, AVideoThatIsShownTurnedIsReadAsItIsStored) {
                   testing::AllOf(HasSubstr("were turned"), HasSubstr("leave out --camera"))));
 }
 
+// The frames of flight.avi over and over, in MPEG-4.
+void WriteLongVideo(const std::filesystem::path& path, int num_frames) {
+  cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
+                         cv::Size(64, 48));
+  for (int i = 0; i < num_frames; ++i) {
+    writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * (i % kNumFrames))));
+  }
+}
+
 // Of a constant rate, a part of a video that is entered is the same as one that is counted to.
 TEST_F(VideoTest, AVideoIsEnteredAtTheFrameThatCountingTells) {
-  const std::filesystem::path path = folder_ / "long.mp4";
   constexpr int kNumInLong = 400;
-  {
-    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
-                           cv::Size(64, 48));
-    for (int i = 0; i < kNumInLong; ++i) {
-      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * (i % kNumFrames))));
-    }
-  }
+  const std::filesystem::path path = folder_ / "long.mp4";
+  WriteLongVideo(path, kNumInLong);
   const auto read = [&](bool seeks) {
     const auto source = OpenFrameSource(
         path, VideoCamera(), {.start = kNumInLong - 90, .seeks = seeks, .max_frames = 9});
@@ -216,14 +219,7 @@ TEST_F(VideoTest, AVideoIsEnteredAtTheFrameThatCountingTells) {
 // A stream without an index.
 TEST_F(VideoTest, PassesOverFramesWhereAVideoCannotBeEntered) {
   const std::filesystem::path path = folder_ / "long.m4v";
-  constexpr int kNumInLong = 300;
-  {
-    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), kFps,
-                           cv::Size(64, 48));
-    for (int i = 0; i < kNumInLong; ++i) {
-      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(kFirst + kStep * (i % kNumFrames))));
-    }
-  }
+  WriteLongVideo(path, 300);
   const auto source =
       OpenFrameSource(path, VideoCamera(), {.start = 260, .seeks = true, .max_frames = 9});
   int num_frames = 0;
