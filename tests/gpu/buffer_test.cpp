@@ -6,10 +6,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <span>
 
 #include "gpu/device_handle.h"
+#include "gpu/device_internals.h"
 #include "gpu/test_device.h"
 #include "mono3d/core/error.h"
 
@@ -41,6 +44,18 @@ TEST_P(BufferTest, GivesBackWhatWasUploaded) {
     buffer.Upload<std::uint8_t>(bytes);
     EXPECT_TRUE(buffer.Download<std::uint8_t>() == bytes) << size;
   }
+}
+
+// On large pages of the host, where the device is a processor.
+TEST_P(BufferTest, IsReadWithoutACopyWhereTheHostSeesIt) {
+  const std::vector<std::uint32_t> values = Counting((5U << 18) + 3U);
+  Buffer buffer(device(), values.size() * sizeof(std::uint32_t), "test");
+  buffer.Upload<std::uint32_t>(values);
+  std::vector<std::uint32_t> copy;
+  const std::span<const std::uint32_t> read = buffer.Read(copy);
+  EXPECT_TRUE(std::ranges::equal(read, values));
+  EXPECT_EQ(copy.empty(), device()->buffers_are_mappable());
+  EXPECT_TRUE(Buffer().Read(copy).empty());
 }
 
 TEST_P(BufferTest, UploadsAndDownloadsAPart) {

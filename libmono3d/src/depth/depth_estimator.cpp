@@ -110,6 +110,28 @@ void ClearHidden(const cv::Mat& hidden, DepthMap& map) {
   ClearWhere(at_size, map);
 }
 
+// Of all pixels, row by row; confidence 0: nothing is inferred.
+struct InferredValues {
+  std::span<const float> inverse_depth;
+  std::span<const float> confidence;
+  std::span<const float> normal;  // three each
+};
+
+void AddInferred(const cv::Rect& pixels, const InferredValues& inferred, DepthMap& map) {
+  for (int y = pixels.y; y < pixels.br().y; ++y) {
+    const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.depth.cols);
+    for (int x = pixels.x; x < pixels.br().x; ++x) {
+      const std::size_t i = row + static_cast<std::size_t>(x);
+      if (!(inferred.confidence[i] > 0)) continue;
+      const float* const normal = &inferred.normal[3 * i];
+      map.inferred.at<std::uint8_t>(y, x) = 255;
+      map.depth.at<float>(y, x) = 1 / inferred.inverse_depth[i];
+      map.confidence.at<float>(y, x) = inferred.confidence[i];
+      map.normal.at<cv::Vec3f>(y, x) = {normal[0], normal[1], normal[2]};
+    }
+  }
+}
+
 class VulkanDepthEstimator final : public DepthEstimator {
  public:
   VulkanDepthEstimator(std::shared_ptr<Device> device, const DepthEstimatorOptions& options,
@@ -128,7 +150,6 @@ class VulkanDepthEstimator final : public DepthEstimator {
   cv::Mat ClearDoubtful(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map) const;
   void Infer(const SweepGeometry& geometry, const SweepPlan& plan, const cv::Mat& doubtful,
              DepthMap& map);
-  void AddInferred(const cv::Rect& pixels, DepthMap& map) const;
 
   std::shared_ptr<Device> device_;
   DepthEstimatorOptions given_;    // with full effort
@@ -149,9 +170,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Buffer certain_depth_;
   Buffer filtered_confidence_;
   MapStorage storage_;
-  cv::Mat inferred_inverse_depth_;  // kept, like the buffers
-  cv::Mat inferred_confidence_;
-  cv::Mat inferred_normal_;
+  std::vector<float> unfiltered_;  // kept, like the buffers; where the host cannot see these
+  std::vector<float> inferred_inverse_depth_;
+  std::vector<float> inferred_confidence_;
+  std::vector<float> inferred_normal_;
 };
 
 VulkanDepthEstimator::VulkanDepthEstimator(std::shared_ptr<Device> device,
@@ -314,8 +336,8 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
     filtered_depth_.Upload(std::span<const float>(map.depth.ptr<float>(), map.depth.total()));
   }
   const EstimateBuffers refined = RefinedWithout(doubtful, plan);
-  cv::Mat unfiltered(map.depth.size(), CV_32FC1);
-  refined.inverse_depth.Download(std::span<float>(unfiltered.ptr<float>(), unfiltered.total()));
+  const std::span<const float> before_filter = refined.inverse_depth.Read(unfiltered_);
+  const cv::Mat unfiltered(map.depth.size(), CV_32FC1, const_cast<float*>(before_filter.data()));
   cv::Mat winners(plan.size.height_px, plan.size.width_px, CV_32FC1);
   hierarchy_.winners().Download(std::span<float>(winners.ptr<float>(), winners.total()));
   const cv::Mat cells =
@@ -343,32 +365,13 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
                      .tiles = tiles,
                      .normals = ParamsOfNormals(geometry, plan)});
   recorder_.Submit(times_);
-  const std::size_t num_pixels = map.depth.total();
-  const auto download = [num_pixels](const Buffer& from, std::size_t num_channels, cv::Mat& to) {
-    from.Download(std::span<float>(to.ptr<float>(), num_channels * num_pixels));
-  };
-  inferred_inverse_depth_.create(map.depth.size(), CV_32FC1);
-  inferred_confidence_.create(map.depth.size(), CV_32FC1);
-  inferred_normal_.create(map.depth.size(), CV_32FC3);
-  download(inference_.inverse_depth(), 1, inferred_inverse_depth_);
-  download(inference_.confidence(), 1, inferred_confidence_);
-  download(inference_.normals(), 3, inferred_normal_);
+  const InferredValues inferred{inference_.inverse_depth().Read(inferred_inverse_depth_),
+                                inference_.confidence().Read(inferred_confidence_),
+                                inference_.normals().Read(inferred_normal_)};
   map.inferred = storage_.Take(map.depth.size(), CV_8UC1);
   map.inferred.setTo(0);
-  for (const std::uint32_t tile : tiles) AddInferred(PixelsOfTile(tile, map.depth.size()), map);
-}
-
-void VulkanDepthEstimator::AddInferred(const cv::Rect& pixels, DepthMap& map) const {
-  for (int y = pixels.y; y < pixels.br().y; ++y) {
-    const auto* inverse_depth = inferred_inverse_depth_.ptr<float>(y);
-    const auto* confidence = inferred_confidence_.ptr<float>(y);
-    for (int x = pixels.x; x < pixels.br().x; ++x) {
-      if (!(confidence[x] > 0)) continue;
-      map.inferred.at<std::uint8_t>(y, x) = 255;
-      map.depth.at<float>(y, x) = 1 / inverse_depth[x];
-      map.confidence.at<float>(y, x) = confidence[x];
-      map.normal.at<cv::Vec3f>(y, x) = inferred_normal_.at<cv::Vec3f>(y, x);
-    }
+  for (const std::uint32_t tile : tiles) {
+    AddInferred(PixelsOfTile(tile, map.depth.size()), inferred, map);
   }
 }
 

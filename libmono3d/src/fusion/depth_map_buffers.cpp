@@ -40,14 +40,35 @@ bool IsInside(const DepthMap& map, int x, int y) {
          y < map.camera.height - border;
 }
 
+void PackColours(const DepthMap& map, std::vector<std::uint32_t>& colours) {
+  if (map.bgr.empty()) {
+    colours.assign(static_cast<std::size_t>(map.camera.width) * map.camera.height, kGrey);
+    return;
+  }
+  colours.resize(map.bgr.total());
+  std::uint32_t* to = colours.data();
+  for (int y = 0; y < map.bgr.rows; ++y) {
+    const auto* from = map.bgr.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < map.bgr.cols; ++x) {
+      const cv::Vec3b& bgr = from[x];
+      *to++ = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
+              static_cast<std::uint32_t>(bgr[0] << 16);
+    }
+  }
+}
+
 }  // namespace
 
-void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed) {
+void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed,
+          std::span<const std::uint32_t> colours) {
+  if (colours.empty()) {
+    PackColours(map, packed.colour);
+  } else {
+    packed.colour.assign(colours.begin(), colours.end());
+  }
   const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
   packed.depth.resize(num_pixels);
   packed.normal_confidence.resize(num_pixels);
-  packed.colour.assign(map.bgr.empty() ? num_pixels : 0, kGrey);
-  packed.colour.resize(num_pixels);
   packed.num_candidates = 0;
   packed.blocks.clear();
   packed.blocks_to_fit.clear();
@@ -64,13 +85,7 @@ void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed) {
     const auto* confidences =
         map.confidence.empty() || !with_confidence ? nullptr : map.confidence.ptr<float>(y);
     const auto* normals = map.normal.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
-    const auto* colours = map.bgr.empty() ? nullptr : map.bgr.ptr<cv::Vec3b>(y);
     for (int x = 0; x < map.camera.width; ++x, ++i) {
-      if (colours != nullptr) {
-        const cv::Vec3b& bgr = colours[x];
-        packed.colour[i] = bgr[2] | static_cast<std::uint32_t>(bgr[1] << 8) |
-                           static_cast<std::uint32_t>(bgr[0] << 16);
-      }
       const float z = depth[x];
       float confidence = confidences == nullptr ? 1.0F : std::min(confidences[x], 1.0F);
       // Written so that NaN fails.

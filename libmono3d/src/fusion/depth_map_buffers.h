@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fusion/blocks.h"
@@ -32,8 +33,9 @@ struct PackedDepthMap {
 // colour grey where it has no image. No estimate either where the map's border is uncertain.
 // Grazing views keep a part of their confidence. Without confidence every estimate has 1.
 PackedDepthMap Pack(const DepthMap& map, bool with_confidence = true);
-// The same, in the memory of the one before.
-void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed);
+// The same, in the memory of the one before. `colours`: instead of those of its image.
+void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed,
+          std::span<const std::uint32_t> colours = {});
 
 // The buffers of the size of a depth map: it and what the stages derive from it.
 struct DepthMapBuffers {

@@ -67,9 +67,8 @@ void InferredFuser::GiveWay(const View& view) {
 
 std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
                                  std::span<const std::uint32_t> colours, PastViews& past) {
-  Pack(inferred, context_.options.with_confidence, packed_);
+  Pack(inferred, context_.options.with_confidence, packed_, colours);
   if (packed_.num_candidates == 0) return 0;
-  if (!colours.empty()) packed_.colour.assign(colours.begin(), colours.end());
   if (inferred.camera.width != width_px_ || inferred.camera.height != height_px_) {
     width_px_ = inferred.camera.width;
     height_px_ = inferred.camera.height;

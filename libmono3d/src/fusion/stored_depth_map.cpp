@@ -56,11 +56,11 @@ StoredDepthMap::StoredDepthMap(const DepthMap& map) : frame(map) {
   float nearest = std::numeric_limits<float>::max();
   float farthest = 0;
   for (int y = 0; y < map.depth.rows; ++y) {
+    const auto* depth = map.depth.ptr<float>(y);
     for (int x = 0; x < map.depth.cols; ++x) {
-      const float z = map.depth.at<float>(y, x);
-      if (!IsEstimate(z)) continue;
-      nearest = std::min(nearest, z);
-      farthest = std::max(farthest, z);
+      if (!IsEstimate(depth[x])) continue;
+      nearest = std::min(nearest, depth[x]);
+      farthest = std::max(farthest, depth[x]);
     }
   }
   depth_ = cv::Mat::zeros(map.depth.size(), CV_16UC1);
@@ -75,13 +75,14 @@ StoredDepthMap::StoredDepthMap(const DepthMap& map) : frame(map) {
   for (int y = 0; y < map.depth.rows; ++y) {
     const auto* depth = map.depth.ptr<float>(y);
     const auto* logarithm = log_depth.ptr<float>(y);
+    const auto* normals = normal_.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
     auto* steps = depth_.ptr<ushort>(y);
+    auto* packed_normals = normal_.empty() ? nullptr : normal_.ptr<cv::Vec<schar, 2>>(y);
     for (int x = 0; x < map.depth.cols; ++x) {
       if (!IsEstimate(depth[x])) continue;
       const float step = (logarithm[x] - log_nearest_) / log_step_;
       steps[x] = static_cast<ushort>(1.5F + std::clamp(step, 0.0F, kDepthSteps));
-      if (normal_.empty()) continue;
-      normal_.at<cv::Vec<schar, 2>>(y, x) = PackNormal(map.normal.at<cv::Vec3f>(y, x));
+      if (normals != nullptr) packed_normals[x] = PackNormal(normals[x]);
     }
   }
 }

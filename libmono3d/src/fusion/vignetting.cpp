@@ -114,7 +114,8 @@ Eigen::Matrix2d WithCoefficientPrior(const Eigen::Matrix2d& information) {
 void Vignetting::Add(const DepthMap& map, const Similarity& S_world_kf) {
   if (map.bgr.empty()) return;
   View now{map.camera, S_world_kf, ToGrey(map.bgr), map.depth};
-  for (const View& before : views_) Compare(now, before);
+  const std::vector<Sample> samples = SamplesOf(now);
+  for (const View& before : views_) Compare(now, samples, before);
   if (IsKnown()) {
     Log(LogLevel::kDebug, "vignetting: corners have " +
                               std::to_string(std::exp(Coefficients().sum())) +
@@ -124,29 +125,40 @@ void Vignetting::Add(const DepthMap& map, const Similarity& S_world_kf) {
   if (views_.size() > kMaxViews) views_.pop_front();
 }
 
-void Vignetting::Compare(const View& now, const View& before) {
+std::vector<Vignetting::Sample> Vignetting::SamplesOf(const View& view) {
+  std::vector<Sample> samples;
+  for (int y = 0; y < view.depth.rows; y += kSampleStep_px) {
+    for (int x = 0; x < view.depth.cols; x += kSampleStep_px) {
+      const float z = view.depth.at<float>(y, x);
+      if (!std::isfinite(z) || z <= 0) continue;
+      const std::optional<double> log_grey = LogGrey(view.grey, x, y);
+      if (!log_grey) continue;
+      samples.push_back(
+          {double{z} * view.camera.Unproject({x, y}), *log_grey, RadiusSquare(view.camera, x, y)});
+    }
+  }
+  return samples;
+}
+
+void Vignetting::Compare(const View& now, const std::vector<Sample>& samples, const View& before) {
   const Similarity S_before_now = before.S_world_kf.Inverse() * now.S_world_kf;
   std::vector<SamePlace> places;
-  for (int y = 0; y < now.depth.rows; y += kSampleStep_px) {
-    for (int x = 0; x < now.depth.cols; x += kSampleStep_px) {
-      const float z = now.depth.at<float>(y, x);
-      if (!std::isfinite(z) || z <= 0) continue;
-      const Eigen::Vector3d p = S_before_now * (double{z} * now.camera.Unproject({x, y}));
-      if (p.z() <= 0) continue;
-      const double u = before.camera.fx * p.x() / p.z() + before.camera.cx;
-      const double v = before.camera.fy * p.y() / p.z() + before.camera.cy;
-      if (!(u >= 0 && v >= 0 && u < before.depth.cols - 1 && v < before.depth.rows - 1)) continue;
-      const auto column = static_cast<int>(std::lround(u));
-      const auto row = static_cast<int>(std::lround(v));
-      const double seen = before.depth.at<float>(row, column);
-      if (!(std::abs(seen - p.z()) < kDepthTolerance * p.z())) continue;
-      const auto log_now = LogGrey(now.grey, x, y);
-      const auto log_before = LogGrey(before.grey, column, row);
-      if (!log_now || !log_before) continue;
-      const double r2 = RadiusSquare(now.camera, x, y);
-      const double r2_before = RadiusSquare(before.camera, u, v);
-      places.push_back({{r2 - r2_before, r2 * r2 - r2_before * r2_before}, *log_now - *log_before});
-    }
+  for (const Sample& sample : samples) {
+    const Eigen::Vector3d p = S_before_now * sample.p_cam;
+    if (p.z() <= 0) continue;
+    const double u = before.camera.fx * p.x() / p.z() + before.camera.cx;
+    const double v = before.camera.fy * p.y() / p.z() + before.camera.cy;
+    if (!(u >= 0 && v >= 0 && u < before.depth.cols - 1 && v < before.depth.rows - 1)) continue;
+    const auto column = static_cast<int>(std::lround(u));
+    const auto row = static_cast<int>(std::lround(v));
+    const double seen = before.depth.at<float>(row, column);
+    if (!(std::abs(seen - p.z()) < kDepthTolerance * p.z())) continue;
+    const std::optional<double> log_before = LogGrey(before.grey, column, row);
+    if (!log_before) continue;
+    const double r2 = sample.radius_square;
+    const double r2_before = RadiusSquare(before.camera, u, v);
+    places.push_back(
+        {{r2 - r2_before, r2 * r2 - r2_before * r2_before}, sample.log_grey - *log_before});
   }
   if (places.size() >= kMinPlaces) AddPair(places, Coefficients(), information_, right_);
 }

@@ -46,7 +46,14 @@ class Vignetting {
     cv::Mat depth;  // CV_32FC1, in the unit of the keyframe
   };
 
-  void Compare(const View& now, const View& before);
+  struct Sample {
+    Eigen::Vector3d p_cam;  // in the unit of the keyframe
+    double log_grey;        // mean around it
+    double radius_square;   // in halves of the diagonal
+  };
+
+  static std::vector<Sample> SamplesOf(const View& view);
+  void Compare(const View& now, const std::vector<Sample>& samples, const View& before);
   Eigen::Vector2d Coefficients() const;
 
   std::deque<View> views_;  // oldest first

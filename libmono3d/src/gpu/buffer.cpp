@@ -39,11 +39,35 @@ void CheckSize(const Device& device, const std::string& name, std::size_t size_b
   }
 }
 
+// Smaller ones lie in the driver's heap, beside others.
+constexpr std::size_t kLargeBytes = std::size_t{1} << 20;
+
+// Where the device is a processor: in memory of ours, on large pages. False where that cannot be.
+bool AllocateOnLargePages(BufferMemory& memory) {
+  const Device& device = *memory.device;
+  if (!device.features().host_memory || !device.buffers_are_mappable()) return false;
+  if (memory.allocated_bytes < kLargeBytes) return false;
+  memory.host = LargeMemory(memory.allocated_bytes);
+  if (memory.host.data() == nullptr) return false;
+  const vk::ExternalMemoryBufferCreateInfo of_host(
+      vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT);
+  vk::BufferCreateInfo info({}, memory.allocated_bytes, kUsage);
+  info.pNext = &of_host;
+  memory.buffer = device.vulkan().createBuffer(info);
+  const vk::MemoryRequirements requirements = memory.buffer.getMemoryRequirements();
+  if (requirements.size > memory.host.size()) return false;
+  memory.memory = device.Import(memory.host, requirements.memoryTypeBits);
+  return *memory.memory != vk::DeviceMemory();
+}
+
 void Allocate(BufferMemory& memory) {
   const Device& device = *memory.device;
-  memory.buffer = device.vulkan().createBuffer({{}, memory.allocated_bytes, kUsage});
+  if (!AllocateOnLargePages(memory)) {
+    memory.host = LargeMemory();
+    memory.buffer = device.vulkan().createBuffer({{}, memory.allocated_bytes, kUsage});
+    memory.memory = device.Allocate(memory.buffer.getMemoryRequirements(), false);
+  }
   device.SetName(*memory.buffer, memory.name);
-  memory.memory = device.Allocate(memory.buffer.getMemoryRequirements(), false);
   memory.buffer.bindMemory(*memory.memory, 0);
   if (!device.buffers_are_mappable()) return;
   memory.mapped = static_cast<std::byte*>(memory.memory.mapMemory(0, VK_WHOLE_SIZE));
@@ -94,6 +118,8 @@ Buffer::Buffer(std::shared_ptr<Device> device, std::size_t size_bytes, std::stri
 }
 
 std::size_t Buffer::size_bytes() const { return memory_ ? memory_->size_bytes : 0; }
+
+const std::byte* Buffer::mapped() const { return memory_ ? memory_->mapped : nullptr; }
 
 const std::string& Buffer::name() const {
   static const std::string kEmpty = "empty buffer";

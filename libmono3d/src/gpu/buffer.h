@@ -57,9 +57,23 @@ class Buffer {
     Download(std::span<T>(data));
     return data;
   }
+  // All of it, rounded down to whole elements, without a copy where the host sees the memory; else
+  // a copy in `copy`. Holds until the memory is written again.
+  template <typename T>
+  std::span<const T> Read(std::vector<T>& copy) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (const std::byte* const memory = mapped()) {
+      return {reinterpret_cast<const T*>(memory), size_bytes() / sizeof(T)};
+    }
+    copy.resize(size_bytes() / sizeof(T));
+    Download(std::span<T>(copy));
+    return copy;
+  }
 
  private:
   friend class Recorder;
+
+  const std::byte* mapped() const;  // null where the host cannot see it
 
   void UploadBytes(const void* data, std::size_t size_bytes, std::size_t offset_bytes);
   void DownloadBytes(void* data, std::size_t size_bytes, std::size_t offset_bytes) const;

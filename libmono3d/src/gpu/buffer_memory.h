@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "core/large_memory.h"
 #include "gpu/device_internals.h"
 
 namespace mono3d {
@@ -18,6 +19,7 @@ struct BufferMemory {
   std::string name;
   std::size_t size_bytes = 0;       // as asked for
   std::size_t allocated_bytes = 0;  // rounded up to kBufferGranularityBytes
+  LargeMemory host;                 // what `memory` is, where the device is a processor
   vk::raii::DeviceMemory memory = nullptr;
   vk::raii::Buffer buffer = nullptr;
   std::byte* mapped = nullptr;  // null where the host cannot see it

@@ -91,6 +91,19 @@ vk::raii::DeviceMemory Device::Allocate(const vk::MemoryRequirements& requiremen
   return device_.allocateMemory({requirements.size, *type});
 }
 
+vk::raii::DeviceMemory Device::Import(const LargeMemory& memory, std::uint32_t type_bits) const {
+  constexpr auto kOfHost = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
+  const vk::MemoryHostPointerPropertiesEXT found =
+      device_.getMemoryHostPointerPropertiesEXT(kOfHost, memory.data());
+  const std::optional<std::uint32_t> type =
+      FindMemoryType(type_bits & found.memoryTypeBits, kLocalAndMapped);
+  if (!type) return nullptr;
+  const vk::ImportMemoryHostPointerInfoEXT of_host(kOfHost, memory.data());
+  vk::MemoryAllocateInfo info(memory.size(), *type);
+  info.pNext = &of_host;
+  return device_.allocateMemory(info);
+}
+
 void Device::Run(const vk::raii::CommandBuffer& commands, const vk::raii::Fence& fence,
                  const std::string& what) const {
   RequireAddressSpace(what, kDriverCallBytes);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/large_memory.h"
 #include "gpu/device_handle.h"
 #include "gpu/features.h"
 #include "gpu/host_memory.h"
@@ -44,6 +45,9 @@ class Device {
   // Memory of one of the types in `type_bits`. `mappable`: for staging; else for a Buffer, where
   // the host sees it only if that costs nothing (see is_mappable).
   vk::raii::DeviceMemory Allocate(const vk::MemoryRequirements& requirements, bool mappable) const;
+  // `memory` as that of a Buffer, of a type in `type_bits`; needs features().host_memory, and that
+  // buffers are mappable. Null where the device does not take it.
+  vk::raii::DeviceMemory Import(const LargeMemory& memory, std::uint32_t type_bits) const;
   // Whether Allocate(.., false) gives memory that can be mapped.
   bool buffers_are_mappable() const { return buffers_are_mappable_; }
 

@@ -6,12 +6,21 @@
 #include <spirv_cross_c.h>
 
 #include <algorithm>
+#include <string_view>
+#include <vector>
 
 namespace mono3d {
 namespace {
 
 bool Has13(const vk::raii::PhysicalDevice& physical) {
   return physical.getProperties().apiVersion >= VK_API_VERSION_1_3;
+}
+
+bool HasExtension(const vk::raii::PhysicalDevice& physical, std::string_view name) {
+  return std::ranges::any_of(physical.enumerateDeviceExtensionProperties(),
+                             [&](const vk::ExtensionProperties& extension) {
+                               return extension.extensionName.data() == name;
+                             });
 }
 
 std::optional<std::string> Unless(bool present, const char* name) {
@@ -36,6 +45,8 @@ DeviceFeatures QueryFeatures(const vk::raii::PhysicalDevice& physical) {
   if (subgroup.supportedStages & vk::ShaderStageFlagBits::eCompute) {
     result.subgroup_operations = subgroup.supportedOperations;
   }
+  result.host_memory = physical.getProperties().deviceType == vk::PhysicalDeviceType::eCpu &&
+                       HasExtension(physical, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
   if (Has13(physical)) {
     const auto chain13 =
         physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan13Features>();
@@ -99,7 +110,9 @@ vk::raii::Device CreateLogicalDevice(const vk::raii::PhysicalDevice& physical,
 
   const float priority = 1.0F;
   const vk::DeviceQueueCreateInfo queue({}, queue_family, 1, &priority);
-  vk::DeviceCreateInfo info({}, queue);
+  std::vector<const char*> extensions;
+  if (features.host_memory) extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
+  vk::DeviceCreateInfo info({}, queue, {}, extensions);
   info.pNext = &core;
   return physical.createDevice(info);
 }

@@ -19,6 +19,7 @@ struct DeviceFeatures {
   bool extended_image_formats = false;
   bool subgroup_size_control = false;  // a pipeline may demand its subgroup size
   bool full_subgroups = false;
+  bool host_memory = false;  // of a processor: its memory may be what the host has already
   vk::SubgroupFeatureFlags subgroup_operations;  // in compute shaders
 };
 

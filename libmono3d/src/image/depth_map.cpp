@@ -23,6 +23,25 @@ void RequireImage(const cv::Mat& image, int type, const CameraModel& camera, con
                          .found = describe(image.cols, image.rows, image.type())});
 }
 
+bool HasInferred(const DepthMap& map) {
+  return !map.inferred.empty() && cv::countNonZero(map.inferred) > 0;
+}
+
+// `values` where the estimate is inferred, or where not; 0 elsewhere.
+cv::Mat OfOneKind(const cv::Mat& values, const cv::Mat& inferred, bool wants_inferred) {
+  if (values.empty()) return {};
+  cv::Mat chosen(values.size(), CV_32FC1);
+  for (int y = 0; y < values.rows; ++y) {
+    const auto* from = values.ptr<float>(y);
+    const auto* is_inferred = inferred.ptr<std::uint8_t>(y);
+    auto* to = chosen.ptr<float>(y);
+    for (int x = 0; x < values.cols; ++x) {
+      to[x] = (is_inferred[x] != 0) == wants_inferred ? from[x] : 0.0F;
+    }
+  }
+  return chosen;
+}
+
 }  // namespace
 
 std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.depth); }
@@ -30,26 +49,20 @@ std::int64_t CountEstimates(const DepthMap& map) { return cv::countNonZero(map.d
 DepthMap WithoutInferred(const DepthMap& map) {
   DepthMap matched = map;
   matched.inferred.release();
-  if (map.inferred.empty() || cv::countNonZero(map.inferred) == 0) return matched;
-  for (cv::Mat* image : {&matched.depth, &matched.normal, &matched.confidence}) {
-    if (image->empty()) continue;
-    *image = image->clone();
-    image->setTo(cv::Scalar::all(0), map.inferred);
-  }
+  if (!HasInferred(map)) return matched;
+  matched.depth = OfOneKind(map.depth, map.inferred, false);
+  matched.confidence = OfOneKind(map.confidence, map.inferred, false);
   return matched;
 }
 
 DepthMap OnlyInferred(const DepthMap& map) {
   DepthMap inferred = map;
-  if (map.inferred.empty() || cv::countNonZero(map.inferred) == 0) {
+  if (!HasInferred(map)) {
     inferred.depth.release();
     return inferred;
   }
-  for (cv::Mat* image : {&inferred.depth, &inferred.normal, &inferred.confidence}) {
-    if (image->empty()) continue;
-    *image = image->clone();
-    image->setTo(cv::Scalar::all(0), map.inferred == 0);
-  }
+  inferred.depth = OfOneKind(map.depth, map.inferred, true);
+  inferred.confidence = OfOneKind(map.confidence, map.inferred, true);
   return inferred;
 }
 

@@ -56,10 +56,12 @@ struct DepthMap {
 // Number of pixels with an estimate.
 std::int64_t CountEstimates(const DepthMap& map);
 
-// The map without the estimates that are inferred. Shares its images where there are none.
+// The map without the estimates that are inferred. Shares its images where there are none, and its
+// normals in any case, so that there are normals where no estimate is left.
 DepthMap WithoutInferred(const DepthMap& map);
 
-// The map with the estimates that are inferred alone. `depth` is empty where there are none.
+// The map with the estimates that are inferred alone, and with all normals. `depth` is empty where
+// there are none.
 DepthMap OnlyInferred(const DepthMap& map);
 
 // The map at the size of its reference image `frame`: each pixel has the estimate of the nearest
