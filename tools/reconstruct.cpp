@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -261,13 +262,16 @@ int Reconstruct(ReconstructArguments& arguments, const DeviceOptions& device_opt
   if (arguments.map.empty() && !arguments.live) {
     RequireImagesOfPlaces(arguments.input, camera, arguments.source);
   }
+  DeviceOptions own_device_options = device_options;
+  own_device_options.yields = arguments.pipeline.is_live;
+  // Loading a driver and its compiler takes as long as looking at the images.
+  std::future<std::shared_ptr<Device>> opened_device = std::async(
+      std::launch::async, [own_device_options] { return OpenDevice(own_device_options); });
   arguments.source.hidden = FindHidden(arguments.input, arguments.mask, camera, arguments.source,
                                        arguments.pipeline.is_live, kMaskName);
   if (!arguments.live) RequireOtherFolder(arguments.input, arguments.output);
   if (!arguments.save_map.empty()) RequireWritableFile(arguments.save_map);
-  DeviceOptions own_device_options = device_options;
-  own_device_options.yields = arguments.pipeline.is_live;
-  const std::shared_ptr<Device> device = OpenDevice(own_device_options);
+  const std::shared_ptr<Device> device = opened_device.get();
   TellOfDevice(Info(*device));
   RunRecord record;
   record.input = WithoutPassword(arguments.input);

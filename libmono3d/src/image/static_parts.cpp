@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <opencv2/core.hpp>
+#include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -52,19 +53,94 @@ constexpr float kMaxChangeOfBare = 16;
 // Smaller ones are chance: a letter of text that can be read has more.
 constexpr int kMinArea_px = 30;
 
+constexpr int kTensorRadius_px = kWindow_px / 2;
+constexpr int kTensorLanes = cv::v_float32x4::nlanes;  // pixels that are worked on together
+
+int InWholeSteps(int width) { return (width + kTensorLanes - 1) / kTensorLanes * kTensorLanes; }
+
+// Of the structure tensor, in a row: sums over the window's rows, and beyond both ends over what
+// lies there mirrored.
+class TensorRow {
+ public:
+  explicit TensorRow(int width)
+      : width_(width), xx_(Padded(width)), xy_(Padded(width)), yy_(Padded(width)) {}
+
+  void Clear() {
+    for (std::vector<float>* values : {&xx_, &xy_, &yy_}) std::ranges::fill(*values, 0.0F);
+  }
+
+  void Add(const float* x, const float* y) {
+    for (int i = 0; i < width_; i += kTensorLanes) {
+      const cv::v_float32x4 x4 = cv::v_load(x + i);
+      const cv::v_float32x4 y4 = cv::v_load(y + i);
+      Add(x4 * x4, At(xx_, i));
+      Add(x4 * y4, At(xy_, i));
+      Add(y4 * y4, At(yy_, i));
+    }
+  }
+
+  // The least eigenvalue of the mean tensor at each pixel.
+  void Strength(float* strength) {
+    for (std::vector<float>* values : {&xx_, &xy_, &yy_}) Mirror(*values);
+    constexpr float kPerPixel = 1.0F / (kWindow_px * kWindow_px);
+    const cv::v_float32x4 half = cv::v_setall_f32(0.5F * kPerPixel);
+    const cv::v_float32x4 whole = cv::v_setall_f32(kPerPixel);
+    for (int i = 0; i < width_; i += kTensorLanes) {
+      const cv::v_float32x4 xx = half * Sum(xx_, i);
+      const cv::v_float32x4 yy = half * Sum(yy_, i);
+      const cv::v_float32x4 xy = whole * Sum(xy_, i);
+      const cv::v_float32x4 half_difference = xx - yy;
+      cv::v_store(strength + i, xx + yy - cv::v_sqrt(half_difference * half_difference + xy * xy));
+    }
+  }
+
+ private:
+  static std::size_t Padded(int width) {
+    return static_cast<std::size_t>(kTensorRadius_px + InWholeSteps(width) + kTensorRadius_px);
+  }
+  static float* At(std::vector<float>& values, int i) {
+    return values.data() + kTensorRadius_px + i;
+  }
+  static void Add(const cv::v_float32x4& values, float* to) {
+    cv::v_store(to, cv::v_load(to) + values);
+  }
+  static cv::v_float32x4 Sum(std::vector<float>& values, int i) {
+    cv::v_float32x4 sum = cv::v_setzero_f32();
+    for (int k = -kTensorRadius_px; k <= kTensorRadius_px; ++k)
+      sum += cv::v_load(At(values, i) + k);
+    return sum;
+  }
+  void Mirror(std::vector<float>& values) const {
+    float* const first = At(values, 0);
+    for (int k = 1; k <= kTensorRadius_px; ++k) {
+      first[-k] = first[cv::borderInterpolate(-k, width_, cv::BORDER_REFLECT_101)];
+      first[width_ - 1 + k] =
+          first[cv::borderInterpolate(width_ - 1 + k, width_, cv::BORDER_REFLECT_101)];
+    }
+  }
+
+  int width_;
+  std::vector<float> xx_, xy_, yy_;
+};
+
+// In one pass, as such images are looked at before anything else is done.
 cv::Mat CornerStrength(const cv::Mat& x, const cv::Mat& y) {
-  const auto mean = [](const cv::Mat& values) {
-    cv::Mat smooth;
-    cv::boxFilter(values, smooth, CV_32F, {kWindow_px, kWindow_px});
-    return smooth;
-  };
-  const cv::Mat xx = mean(x.mul(x));
-  const cv::Mat xy = mean(x.mul(y));
-  const cv::Mat yy = mean(y.mul(y));
-  const cv::Mat half_difference = 0.5 * (xx - yy);
-  cv::Mat root;
-  cv::sqrt(half_difference.mul(half_difference) + xy.mul(xy), root);
-  return 0.5 * (xx + yy) - root;
+  const int padding = InWholeSteps(x.cols) - x.cols;
+  cv::Mat padded_x;
+  cv::Mat padded_y;
+  cv::copyMakeBorder(x, padded_x, 0, 0, 0, padding, cv::BORDER_CONSTANT);
+  cv::copyMakeBorder(y, padded_y, 0, 0, 0, padding, cv::BORDER_CONSTANT);
+  cv::Mat strength(padded_x.size(), CV_32FC1);
+  TensorRow tensor(x.cols);
+  for (int v = 0; v < x.rows; ++v) {
+    tensor.Clear();
+    for (int k = -kTensorRadius_px; k <= kTensorRadius_px; ++k) {
+      const int row = cv::borderInterpolate(v + k, x.rows, cv::BORDER_REFLECT_101);
+      tensor.Add(padded_x.ptr<float>(row), padded_y.ptr<float>(row));
+    }
+    tensor.Strength(strength.ptr<float>(v));
+  }
+  return strength.colRange(0, x.cols);
 }
 
 cv::Mat Dilated(const cv::Mat& mask, int radius_px) {
