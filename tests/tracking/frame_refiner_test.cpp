@@ -184,7 +184,7 @@ TEST(FrameRefiner, LeavesTheFirstFramesWhereEarlierOnesAreGone) {
   RefinedFlight flight(kRefinedReadout_s, Off());
   flight.AddKeyframeWithoutFrame();
   for (const KeyframeId id : {0, 1, 4}) flight.Finalise(id);
-  flight.refiner().Refine();  // up to frame 7, of which 6 and 7 are kept
+  flight.refiner().Refine();  // up to frame 7, of which 2 to 7 are kept
   const double before = flight.PositionError(6);
   const double of_later = flight.PositionError(9);
   flight.RefineAll();
@@ -196,8 +196,8 @@ TEST(FrameRefiner, LeavesTheFirstFramesWhereEarlierOnesAreGone) {
 TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
   RefinedFlight flight(0, Off());
   for (KeyframeId id = 0; id < flight.map().keyframes().size(); ++id) flight.Finalise(id);
-  flight.AddFrameBefore(0);  // two at the beginning are left out
-  flight.AddFrameBefore(-1);
+  // Six at the beginning are left out.
+  for (const int frame : {0, -1, -2, -3, -4, -5}) flight.AddFrameBefore(frame);
   PriorityMutex mutex;
   const std::atomic<bool> is_interrupted = false;
   std::atomic<bool> has_begun = false;
@@ -213,7 +213,7 @@ TEST(FrameRefiner, LetsTrackingAddFramesMeanwhile) {
   }
   {
     const TrackingLock tracking(mutex);
-    for (const int frame : {-2, -3, -4}) flight.AddFrameBefore(frame);
+    for (const int frame : {-6, -7, -8}) flight.AddFrameBefore(frame);
   }
   mapping.join();
   for (int i = 0; i < kNumRefinedFrames - 1; ++i) EXPECT_LT(flight.PositionError(i), 1e-6) << i;

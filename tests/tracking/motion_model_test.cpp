@@ -68,10 +68,11 @@ CameraVelocity TrueVelocity(double t_s) {
   return VelocityOf(ShakingPose(t_s + kStep_s) * ShakingPose(t_s - kStep_s).Inverse(), 2 * kStep_s);
 }
 
-MotionModel FollowShaking(int num_frames) {
+MotionModel FollowShaking(int num_frames, double frames_per_s = 30) {
   MotionModel motion;
   for (int i = 1; i < num_frames; ++i) {
-    motion.Add(ShakingPose(i / 30.) * ShakingPose((i - 1) / 30.).Inverse(), 1 / 30.);
+    motion.Add(ShakingPose(i / frames_per_s) * ShakingPose((i - 1) / frames_per_s).Inverse(),
+               1 / frames_per_s);
   }
   return motion;
 }
@@ -96,6 +97,21 @@ TEST(MotionModel, FollowsAShakeByTwoFramesOnEachSide) {
   EXPECT_LT(sum_between_four / 30, 0.03 * amplitude);
   EXPECT_LT(sum_between_four, 0.5 * sum_between_two);
   EXPECT_LT(sum_between_two, 0.5 * sum_at_end);
+}
+
+// A fifth of the frame rate, of which two frames on each side miss a fourteenth.
+TEST(MotionModel, FollowsAFastShakeBySixFramesOnEachSide) {
+  constexpr double kFramesPerS = 20;
+  double sum_between_four = 0;
+  double sum_between_twelve = 0;
+  for (int num_frames = 14; num_frames < 44; ++num_frames) {
+    const MotionModel motion = FollowShaking(num_frames, kFramesPerS);
+    sum_between_four += AngularError(motion.Velocity(2), (num_frames - 3) / kFramesPerS);
+    sum_between_twelve += AngularError(motion.Velocity(6), (num_frames - 7) / kFramesPerS);
+  }
+  const double amplitude = 0.02 * 25;
+  EXPECT_LT(sum_between_twelve / 30, 0.005 * amplitude);
+  EXPECT_GT(sum_between_four / 30, 0.03 * amplitude);
 }
 
 TEST(MotionModel, FollowsFramesMovedAfterwards) {

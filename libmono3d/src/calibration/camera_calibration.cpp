@@ -19,6 +19,7 @@
 #include "calibration/camera_posterior.h"
 #include "calibration/intrinsics_variation.h"
 #include "calibration/photo_footage.h"
+#include "calibration/velocity_shortfall.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/log.h"
 #include "mono3d/geometry/distortion.h"
@@ -37,6 +38,7 @@ using calibration::IsFarFrom;
 using calibration::kMaxPoints;
 using calibration::TakeLens;
 using calibration::TakePosterior;
+using calibration::VelocityShortfall;
 using calibration::WithDifference;
 using calibration::WithLensHeld;
 using calibration::WithoutWeight;
@@ -59,9 +61,15 @@ constexpr double kWantedFocalSigma = 0.001;
 // With longer parts: one, and another where the first ones were off.
 constexpr int kRoundsWithLonger = 2;
 
+struct TrackedMaps {
+  std::vector<SparseModel> maps;
+  std::vector<CameraPositions> positions;  // of which map: map_id
+  VelocityShortfall shortfall = {};        // unknown of images placed together
+};
+
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
 // an error is good up to there; who reads all of it will meet the error again.
-void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<SparseModel>& maps) {
+void TrackFootage(FrameSource& source, const CameraModel& camera, TrackedMaps& tracked) {
   TrackerOptions options;
   options.features.patch_sigma_px = kPatchSigma_px;
   // A map needs no keyframe whose points others show; of the camera it tells as much as any other.
@@ -76,7 +84,10 @@ void TrackFootage(FrameSource& source, const CameraModel& camera, std::vector<Sp
   (void)tracker->Finish();
   std::set<int> map_ids;
   for (const TrajectoryEntry& entry : tracker->KeyframeTrajectory()) map_ids.insert(entry.map_id);
-  for (const int id : map_ids) maps.push_back(WithCamera(tracker->Sparse(id), camera));
+  for (const int id : map_ids) {
+    tracked.maps.push_back(WithCamera(tracker->Sparse(id), camera));
+  }
+  tracked.shortfall.Add(tracker->Trajectory());
 }
 
 // Frames that are tracked without those before and after.
@@ -158,16 +169,12 @@ struct SteadiestRound {
   CameraCalibration result;
 };
 
-struct TrackedMaps {
-  std::vector<SparseModel> maps;
-  std::vector<CameraPositions> positions;  // of which map: map_id
-};
-
 using TrackParts = std::function<TrackedMaps(const CameraModel&, const std::vector<FootagePart>&)>;
 
 struct Rounds {
   CameraCalibration result;
   bool is_settled = false;  // the last one changed the camera by no more than it is known
+  double velocity_shortfall = 0;
 };
 
 Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, FootageParts footage,
@@ -196,6 +203,7 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
     if (std::ranges::find(begun_with, camera) != begun_with.end()) break;
     begun_with.push_back(camera);
     const TrackedMaps tracked = track(camera, parts);
+    rounds.velocity_shortfall = tracked.shortfall.Share();
     const bool is_coarse = parts != all_parts && !is_told;
     const CalibrationMaps maps{tracked.maps, tracked.positions,
                                is_coarse ? kCoarsePoints : kMaxPoints};
@@ -208,6 +216,12 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
       adjustment = AdjustToLens(weight, adjustment.camera, maps);
     }
     if (adjustment.num_observations == 0) {
+      if (parts == all_parts && is_tried_again && !is_contradicted) {
+        // The round before knew too little to contradict what was told.
+        lens_agrees = true;
+        TakeLens(prior, camera);
+        TakeLens(prior, result.posterior);
+      }
       if (parts == all_parts) break;
       parts = all_parts;  // more may be seen elsewhere
       begun_with.clear();
@@ -226,6 +240,8 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
         change_s <= std::max(kConverged_s, 2 * result.posterior.readout_sigma_s);
     if (before) TakePosterior(WithDifference(adjustment, *before), result);
     before = adjustment;
+    Log(LogLevel::kDebug, "calibration: velocities fall short by " +
+                              std::to_string(100 * rounds.velocity_shortfall) + " % at most");
     LogRound(result, change_px);
     if (is_told && !lens_agrees) {
       begun_with.clear();
@@ -306,18 +322,28 @@ bool LeadsNowhere(const Rounds& rounds) {
   return result.contradicts_prior && !(rounds.is_settled && result.determines_focal_length);
 }
 
+// What came of them; a readout time is known no better than the velocities.
+CameraCalibration EndOf(Rounds rounds) {
+  CameraPrior& posterior = rounds.result.posterior;
+  posterior.readout_sigma_s = std::hypot(
+      posterior.readout_sigma_s, rounds.velocity_shortfall * posterior.camera.shutter.readout_s);
+  return std::move(rounds.result);
+}
+
 CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
                             const FootageParts& footage, const CalibrationOptions& options) {
   Rounds rounds = CalibrateInRounds(prior, track, footage, options);
   if (prior.source != CameraPriorSource::kCalibration || !LeadsNowhere(rounds)) {
-    return std::move(rounds.result);
+    return EndOf(std::move(rounds));
   }
   Log(LogLevel::kDebug, "calibration: begins again, with nothing of what was told");
   const CameraModel& told = prior.camera;
   Rounds of_unknown = CalibrateInRounds(DefaultCameraPrior(told.width, told.height, told.lens),
                                         track, footage, options);
-  CameraCalibration& anew = of_unknown.result;
-  if (!of_unknown.is_settled || !anew.determines_focal_length) return std::move(rounds.result);
+  if (!of_unknown.is_settled || !of_unknown.result.determines_focal_length) {
+    return EndOf(std::move(rounds));
+  }
+  CameraCalibration anew = EndOf(std::move(of_unknown));
   anew.prior = prior;
   anew.posterior.source = prior.source;
   anew.posterior.description = prior.description;
@@ -325,7 +351,7 @@ CameraCalibration Calibrate(const CameraPrior& prior, const TrackParts& track,
   anew.is_learned = true;
   anew.contradicts_prior = true;
   anew.reason.clear();
-  return std::move(anew);
+  return anew;
 }
 
 }  // namespace
@@ -360,7 +386,7 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
     for (const FootagePart& part : parts) {
       const std::unique_ptr<FrameSource> footage =
           open(camera.Resized(told.width, told.height), part.start, part.num_frames);
-      TrackFootage(*footage, camera, tracked.maps);
+      TrackFootage(*footage, camera, tracked);
     }
     latest = tracked.maps;
     return tracked;

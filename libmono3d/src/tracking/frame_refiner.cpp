@@ -20,7 +20,7 @@ namespace mono3d::tracking {
 namespace {
 
 // On each side of a frame, of those that its velocity is taken from.
-constexpr std::size_t kNeighbours = 2;
+constexpr std::size_t kNeighbours = MotionModel::kMaxOnSide;
 // Of a map whose frames are all kept, so that memory (500 points of 32 bytes in 5000 frames: 80 MB)
 // and the time to settle it (2 to 3 s of 500 frames and 260 keyframes) are bounded.
 constexpr std::size_t kMaxKeyframes = 500;

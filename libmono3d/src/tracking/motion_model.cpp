@@ -17,6 +17,12 @@ namespace {
 // two leave of a shake of 4 Hz at 30 frames a second.
 constexpr std::array<double, 3> kSigmaShares = {1, 0.2, 0.02};
 
+// On each side of a frame while it is tracked; what a polynomial through them misses is what more
+// frames can miss at most, up to a shake of two fifths of the frame rate.
+constexpr std::size_t kFewOnSide = 2;
+
+double PerAxis(const Eigen::Vector3d& difference) { return difference.norm() / std::sqrt(3.); }
+
 }  // namespace
 
 Pose ScaleMotion(const Pose& motion, double factor) {
@@ -61,8 +67,7 @@ std::optional<Pose> MotionModel::Predict(double duration_s) const {
 
 // From the frame before the motion `at` to those around it. Where the next but one comes after a
 // time of another order it is left out: a polynomial through it would swing in the longer one.
-std::vector<LaterPose> MotionModel::Neighbours(std::size_t at) const {
-  constexpr std::size_t kMaxOnSide = 2;
+std::vector<LaterPose> MotionModel::Neighbours(std::size_t at, std::size_t on_side) const {
   constexpr double kMaxRatio = 4;  // of the times
   const auto are_alike = [&](std::size_t i, std::size_t j) {
     const double a_s = motions_[i].duration_s;
@@ -71,13 +76,13 @@ std::vector<LaterPose> MotionModel::Neighbours(std::size_t at) const {
   };
   std::vector<LaterPose> neighbours;
   LaterPose way;
-  for (std::size_t i = at; i < std::min(at + kMaxOnSide, motions_.size()); ++i) {
+  for (std::size_t i = at; i < std::min(at + on_side, motions_.size()); ++i) {
     if (i > at && !are_alike(i - 1, i)) break;
     way = {motions_[i].T_later_earlier * way.T_later_now, way.time_s + motions_[i].duration_s};
     neighbours.push_back(way);
   }
   way = {};
-  for (std::size_t i = at; i > at - std::min(at, kMaxOnSide); --i) {
+  for (std::size_t i = at; i > at - std::min(at, on_side); --i) {
     if (i < at && !are_alike(i - 1, i)) break;
     way = {motions_[i - 1].T_later_earlier.Inverse() * way.T_later_now,
            way.time_s - motions_[i - 1].duration_s};
@@ -93,23 +98,30 @@ VelocityPrior MotionModel::Velocity(std::size_t num_before) const {
     return prior;
   }
   if (num_before > motions_.size() || motions_.empty()) return {};
-  const std::vector<LaterPose> neighbours = Neighbours(motions_.size() - num_before);
+  const std::size_t at = motions_.size() - num_before;
   const double unit_s = motions_.back().duration_s;
-  const std::optional<CameraVelocity> velocity = VelocityThrough(neighbours, unit_s);
-  if (!velocity) return {};
+  const std::optional<CameraVelocity> by_few = VelocityThrough(Neighbours(at, kFewOnSide), unit_s);
+  if (!by_few) return {};
+  // As many on each side as there are on both: a polynomial swings far away from its middle.
+  const std::size_t on_side = std::min({at, num_before, kMaxOnSide});
+  if (on_side > kFewOnSide) {
+    if (const auto by_all = VelocityThrough(Neighbours(at, on_side), unit_s)) {
+      return {*by_all, PerAxis(by_all->angular_rad_per_s - by_few->angular_rad_per_s),
+              PerAxis(by_all->linear_su_per_s - by_few->linear_su_per_s)};
+    }
+  }
   VelocityPrior prior;
-  prior.mean = *velocity;
+  prior.mean = *by_few;
   const CameraVelocity last = VelocityOf(motions_.back().T_later_earlier, unit_s);
   CameraVelocity before;
   if (motions_.size() > 1) {
     const Motion& motion = motions_[motions_.size() - 2];
     before = VelocityOf(motion.T_later_earlier, motion.duration_s);
   }
-  const double per_axis =
-      kSigmaShares[std::min(num_before, kSigmaShares.size() - 1)] / std::sqrt(3.);
+  const double share = kSigmaShares[std::min(num_before, kSigmaShares.size() - 1)];
   prior.angular_sigma_rad_per_s =
-      per_axis * (last.angular_rad_per_s - before.angular_rad_per_s).norm();
-  prior.linear_sigma_su_per_s = per_axis * (last.linear_su_per_s - before.linear_su_per_s).norm();
+      share * PerAxis(last.angular_rad_per_s - before.angular_rad_per_s);
+  prior.linear_sigma_su_per_s = share * PerAxis(last.linear_su_per_s - before.linear_su_per_s);
   return prior;
 }
 

@@ -193,7 +193,7 @@ void PhotoScene::ForgetShutters() {
 }
 
 void PhotoScene::FollowShutters(std::span<const PhotoTime> times) {
-  constexpr std::size_t kOnSide = 2;  // as many as the polynomial of the motion model takes
+  constexpr std::size_t kOnSide = MotionModel::kMaxOnSide;
   std::vector<std::size_t> in_time = posed_;
   std::ranges::stable_sort(in_time, {},
                            [&](std::size_t photo) { return times[photo].timestamp_s; });
