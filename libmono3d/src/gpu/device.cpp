@@ -101,7 +101,11 @@ vk::raii::DeviceMemory Device::Import(const LargeMemory& memory, std::uint32_t t
   const vk::ImportMemoryHostPointerInfoEXT of_host(kOfHost, memory.data());
   vk::MemoryAllocateInfo info(memory.size(), *type);
   info.pNext = &of_host;
-  return device_.allocateMemory(info);
+  try {
+    return device_.allocateMemory(info);
+  } catch (const vk::SystemError&) {
+    return nullptr;
+  }
 }
 
 void Device::Run(const vk::raii::CommandBuffer& commands, const vk::raii::Fence& fence,
