@@ -116,7 +116,7 @@ StageScene::StageScene(const TrackedMap& map, const Surfels& model, const Surfel
       buffers(TestDevice(), map.camera.width, map.camera.height),
       storage(TestDevice(), kRoom) {
   anchor_table.Set(TestDevice(), anchors);
-  buffers.Upload(TestDevice(), packed);
+  buffers.Write(TestDevice(), [&](const PackedPixels& to) { return mono3d::Pack(map, true, to); });
   storage.Upload(surfels);
   all_blocks.SetRange(TestDevice(), 0, storage.size());
 }

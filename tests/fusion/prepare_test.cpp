@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "fusion/fusion_scene.h"
 
@@ -62,7 +65,7 @@ TEST(Prepare, LeavesPixelsWithoutEstimateEmpty) {
   map.confidence.at<float>(0, 1) = 0;
   map.depth.at<float>(0, 2) = std::numeric_limits<float>::quiet_NaN();
   StageScene scene(map, {});
-  EXPECT_EQ(scene.packed.num_candidates, 1);
+  EXPECT_EQ(scene.packed.blocks.num_candidates, 1);
   scene.RunPrepare();
   const auto candidates = scene.DeviceCandidates();
   for (const std::size_t i : {0U, 1U, 2U}) {
@@ -92,6 +95,37 @@ TEST(Prepare, EqualsReference) {
     }
     EXPECT_LE(static_cast<double>(different),
               kMaxDifferingShare * static_cast<double>(found.size()));
+  }
+}
+
+// As packing a map that has no other estimates.
+TEST(PackInferred, WritesThoseOfTheMapAndTakesAwayTheLastOnes) {
+  TrackedMap map = PlaneMap(TestCamera(70, 5), Pose());
+  map.normal = cv::Mat(5, 70, CV_32FC3, cv::Scalar(0, 0.6, -0.8));
+  map.normal.at<cv::Vec3f>(2, 40) = cv::Vec3f(0, 0, 0);
+  map.confidence = cv::Mat(5, 70, CV_32FC1, cv::Scalar(0.5));
+  const auto num_pixels = static_cast<std::size_t>(5 * 70);
+  PackedDepthMap packed{std::vector<float>(num_pixels),
+                        std::vector<std::array<float, 4>>(num_pixels),
+                        std::vector<std::uint32_t>(num_pixels),
+                        {}};
+  const std::vector<std::uint32_t> colours(num_pixels, 0x112233);
+  std::vector<std::uint32_t> pixels;
+  for (const cv::Rect part : {cv::Rect(30, 1, 20, 3), cv::Rect(0, 3, 70, 2)}) {
+    map.inferred = cv::Mat::zeros(map.depth.size(), CV_8UC1);
+    map.inferred(part) = 255;
+    packed.blocks = PackInferred(map, true, colours,
+                                 {packed.depth, packed.normal_confidence, packed.colour}, pixels);
+    TrackedMap only = map;
+    only.depth = cv::Mat(map.depth.size(), CV_32FC1, cv::Scalar(0));
+    map.depth.copyTo(only.depth, map.inferred);
+    const PackedDepthMap expected = Pack(only);
+    EXPECT_EQ(packed.depth, expected.depth);
+    EXPECT_EQ(packed.normal_confidence, expected.normal_confidence);
+    EXPECT_EQ(packed.blocks.num_candidates, part.area());
+    EXPECT_EQ(packed.blocks.with_candidates, expected.blocks.with_candidates);
+    EXPECT_EQ(packed.blocks.to_fit, expected.blocks.to_fit);
+    for (const std::uint32_t pixel : pixels) EXPECT_EQ(packed.colour[pixel], 0x112233U);
   }
 }
 

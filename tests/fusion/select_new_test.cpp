@@ -66,7 +66,7 @@ TEST(SelectNew, EqualsReferenceBitForBit) {
     const std::size_t num_selected = ListSelected(expected).size();
     if (width == 96) {
       EXPECT_GT(num_selected, 0U);
-      EXPECT_LT(num_selected, static_cast<std::size_t>(scene.packed.num_candidates) / 2);
+      EXPECT_LT(num_selected, static_cast<std::size_t>(scene.packed.blocks.num_candidates) / 2);
     }
   }
 }

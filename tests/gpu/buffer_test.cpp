@@ -58,6 +58,18 @@ TEST_P(BufferTest, IsReadWithoutACopyWhereTheHostSeesIt) {
   EXPECT_TRUE(Buffer().Read(copy).empty());
 }
 
+TEST_P(BufferTest, IsWrittenInPartWhereTheHostSeesIt) {
+  Buffer buffer(device(), 4 * sizeof(std::uint32_t), "test");
+  std::vector<std::uint32_t> copy;
+  std::ranges::copy(Counting(4), buffer.BeginWrite(copy).begin());
+  buffer.EndWrite(copy);
+  EXPECT_THAT(buffer.Download<std::uint32_t>(), ElementsAre(1, 2, 3, 4));
+  buffer.BeginWrite(copy)[2] = 30;
+  buffer.EndWrite(copy);
+  EXPECT_THAT(buffer.Download<std::uint32_t>(), ElementsAre(1, 2, 30, 4));
+  EXPECT_EQ(copy.empty(), device()->buffers_are_mappable());
+}
+
 TEST_P(BufferTest, UploadsAndDownloadsAPart) {
   Buffer buffer(device(), 5 * sizeof(std::uint32_t), "test");
   buffer.Upload<std::uint32_t>(Counting(5));

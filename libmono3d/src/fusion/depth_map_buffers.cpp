@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::uint32_t kGrey = 0x808080;
 
-template <typename T>
-std::span<const T> AsSpan(const std::vector<T>& values) {
-  return values;
-}
-
 // What of its confidence a pixel keeps for the angle under which it sees the surface: `along` is
 // its unit normal times the ray, turned towards the camera. Beyond kMaxSlantDeg it shows the edge
 // of a surface, or the ramp that smoothing lays across a depth step: its depth moves with every
@@ -40,12 +35,11 @@ bool IsInside(const DepthMap& map, int x, int y) {
          y < map.camera.height - border;
 }
 
-void PackColours(const DepthMap& map, std::vector<std::uint32_t>& colours) {
+void PackColours(const DepthMap& map, std::span<std::uint32_t> colours) {
   if (map.bgr.empty()) {
-    colours.assign(static_cast<std::size_t>(map.camera.width) * map.camera.height, kGrey);
+    std::ranges::fill(colours, kGrey);
     return;
   }
-  colours.resize(map.bgr.total());
   std::uint32_t* to = colours.data();
   for (int y = 0; y < map.bgr.rows; ++y) {
     const auto* from = map.bgr.ptr<cv::Vec3b>(y);
@@ -57,64 +51,120 @@ void PackColours(const DepthMap& map, std::vector<std::uint32_t>& colours) {
   }
 }
 
+// Lists the block of a pixel that comes after those listed.
+void AddBlock(std::size_t pixel, std::vector<std::uint32_t>& blocks) {
+  const auto block = static_cast<std::uint32_t>(pixel / kSurfelsPerBlock);
+  if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
+}
+
+// Packs pixels in their order.
+class PixelPacker {
+ public:
+  PixelPacker(const DepthMap& map, bool with_confidence, const PackedPixels& to,
+              PackedBlocks& blocks)
+      : map_(map), with_confidence_(with_confidence), to_(to), blocks_(blocks) {
+    for (int x = 0; x < map.camera.width; ++x) ray_x_.push_back(map.camera.Unproject({x, 0}).x());
+  }
+
+  void BeginRow(int y) {
+    y_ = y;
+    first_ = static_cast<std::size_t>(y) * static_cast<std::size_t>(map_.camera.width);
+    ray_y_ = map_.camera.Unproject({0, y}).y();
+    depth_ = map_.depth.ptr<float>(y);
+    confidences_ =
+        map_.confidence.empty() || !with_confidence_ ? nullptr : map_.confidence.ptr<float>(y);
+    normals_ = map_.normal.empty() ? nullptr : map_.normal.ptr<cv::Vec3f>(y);
+  }
+
+  // False, with nothing written, where the pixel is no candidate.
+  bool Pack(int x) {
+    const float z = depth_[x];
+    float confidence = confidences_ == nullptr ? 1.0F : std::min(confidences_[x], 1.0F);
+    // Written so that NaN fails.
+    if (!(std::isfinite(z) && z > 0 && confidence > 0 && IsInside(map_, x, y_))) return false;
+    const std::size_t i = first_ + static_cast<std::size_t>(x);
+    to_.depth[i] = z;
+    ++blocks_.num_candidates;
+    AddBlock(i, blocks_.with_candidates);
+    cv::Vec3f n(0, 0, 0);
+    if (normals_ != nullptr) n = normals_[x];
+    if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
+    const double rx = ray_x_[static_cast<std::size_t>(x)];
+    const double along = -(rx * n[0] + ray_y_ * n[1] + n[2]);
+    if (with_confidence_) confidence *= SlantShare(along, rx * rx + ray_y_ * ray_y_ + 1);
+    if (along > 0) {
+      n = cv::normalize(n);
+      to_.normal_confidence[i] = {n[0], n[1], n[2], confidence};
+    } else {
+      AddBlock(i, blocks_.to_fit);
+      to_.normal_confidence[i] = {0, 0, 0, confidence};
+    }
+    return true;
+  }
+
+ private:
+  const DepthMap& map_;
+  bool with_confidence_;
+  const PackedPixels& to_;
+  PackedBlocks& blocks_;
+  std::vector<double> ray_x_;  // the camera has no distortion
+  int y_ = 0;
+  std::size_t first_ = 0;  // of the row
+  double ray_y_ = 0;
+  const float* depth_ = nullptr;
+  const float* confidences_ = nullptr;
+  const cv::Vec3f* normals_ = nullptr;
+};
+
 }  // namespace
 
-void Pack(const DepthMap& map, bool with_confidence, PackedDepthMap& packed,
-          std::span<const std::uint32_t> colours) {
-  if (colours.empty()) {
-    PackColours(map, packed.colour);
-  } else {
-    packed.colour.assign(colours.begin(), colours.end());
-  }
-  const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
-  packed.depth.resize(num_pixels);
-  packed.normal_confidence.resize(num_pixels);
-  packed.num_candidates = 0;
-  packed.blocks.clear();
-  packed.blocks_to_fit.clear();
-  const auto add_block = [](std::size_t pixel, std::vector<std::uint32_t>& blocks) {
-    const auto block = static_cast<std::uint32_t>(pixel / kSurfelsPerBlock);
-    if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
-  };
-  std::vector<double> ray_x;  // the camera has no distortion
-  for (int x = 0; x < map.camera.width; ++x) ray_x.push_back(map.camera.Unproject({x, 0}).x());
+PackedBlocks Pack(const DepthMap& map, bool with_confidence, const PackedPixels& to) {
+  PackColours(map, to.colour);
+  PackedBlocks blocks;
+  PixelPacker packer(map, with_confidence, to, blocks);
   std::size_t i = 0;
   for (int y = 0; y < map.camera.height; ++y) {
-    const double ray_y = map.camera.Unproject({0, y}).y();
-    const auto* depth = map.depth.ptr<float>(y);
-    const auto* confidences =
-        map.confidence.empty() || !with_confidence ? nullptr : map.confidence.ptr<float>(y);
-    const auto* normals = map.normal.empty() ? nullptr : map.normal.ptr<cv::Vec3f>(y);
+    packer.BeginRow(y);
     for (int x = 0; x < map.camera.width; ++x, ++i) {
-      const float z = depth[x];
-      float confidence = confidences == nullptr ? 1.0F : std::min(confidences[x], 1.0F);
-      // Written so that NaN fails.
-      const bool is_candidate = std::isfinite(z) && z > 0 && confidence > 0 && IsInside(map, x, y);
-      packed.depth[i] = is_candidate ? z : 0.0F;
-      packed.normal_confidence[i] = {0, 0, 0, 0};
-      if (!is_candidate) continue;
-      ++packed.num_candidates;
-      add_block(i, packed.blocks);
-      cv::Vec3f n(0, 0, 0);
-      if (normals != nullptr) n = normals[x];
-      if (!std::isfinite(n[0] + n[1] + n[2])) n = cv::Vec3f(0, 0, 0);
-      const double rx = ray_x[static_cast<std::size_t>(x)];
-      const double along = -(rx * n[0] + ray_y * n[1] + n[2]);
-      if (with_confidence) confidence *= SlantShare(along, rx * rx + ray_y * ray_y + 1);
-      if (along > 0) {
-        n = cv::normalize(n);
-        packed.normal_confidence[i] = {n[0], n[1], n[2], confidence};
-      } else {
-        add_block(i, packed.blocks_to_fit);
-        packed.normal_confidence[i][3] = confidence;
-      }
+      if (packer.Pack(x)) continue;
+      to.depth[i] = 0;
+      to.normal_confidence[i] = {0, 0, 0, 0};
     }
   }
+  return blocks;
+}
+
+PackedBlocks PackInferred(const DepthMap& map, bool with_confidence,
+                          std::span<const std::uint32_t> colours, const PackedPixels& to,
+                          std::vector<std::uint32_t>& pixels) {
+  for (const std::uint32_t pixel : pixels) {
+    to.depth[pixel] = 0;
+    to.normal_confidence[pixel] = {0, 0, 0, 0};
+  }
+  pixels.clear();
+  PackedBlocks blocks;
+  PixelPacker packer(map, with_confidence, to, blocks);
+  for (int y = 0; y < map.inferred.rows; ++y) {
+    packer.BeginRow(y);
+    const auto* is_inferred = map.inferred.ptr<std::uint8_t>(y);
+    for (int x = 0; x < map.inferred.cols; ++x) {
+      if (is_inferred[x] == 0 || !packer.Pack(x)) continue;
+      const auto pixel = static_cast<std::uint32_t>(y * map.camera.width + x);
+      to.colour[pixel] = colours.empty() ? kGrey : colours[pixel];
+      pixels.push_back(pixel);
+    }
+  }
+  return blocks;
 }
 
 PackedDepthMap Pack(const DepthMap& map, bool with_confidence) {
-  PackedDepthMap packed;
-  Pack(map, with_confidence, packed);
+  const auto num_pixels = static_cast<std::size_t>(map.camera.width) * map.camera.height;
+  PackedDepthMap packed{std::vector<float>(num_pixels),
+                        std::vector<std::array<float, 4>>(num_pixels),
+                        std::vector<std::uint32_t>(num_pixels),
+                        {}};
+  packed.blocks =
+      Pack(map, with_confidence, {packed.depth, packed.normal_confidence, packed.colour});
   return packed;
 }
 
@@ -137,12 +187,16 @@ DepthMapBuffers::DepthMapBuffers(const std::shared_ptr<Device>& device, int widt
   num_removed = Buffer(device, 4, "fusion/num_removed");
 }
 
-void DepthMapBuffers::Upload(const std::shared_ptr<Device>& device, const PackedDepthMap& map) {
-  depth.Upload(AsSpan(map.depth));
-  candidate.Upload(AsSpan(map.normal_confidence));
-  colour.Upload(AsSpan(map.colour));
-  blocks.Set(device, map.blocks);
-  blocks_to_fit.Set(device, map.blocks_to_fit);
+std::int64_t DepthMapBuffers::Write(const std::shared_ptr<Device>& device, const PackPixels& pack) {
+  const PackedBlocks packed =
+      pack({depth.BeginWrite(copies.depth), candidate.BeginWrite(copies.normal_confidence),
+            colour.BeginWrite(copies.colour)});
+  depth.EndWrite(copies.depth);
+  candidate.EndWrite(copies.normal_confidence);
+  colour.EndWrite(copies.colour);
+  blocks.Set(device, packed.with_candidates);
+  blocks_to_fit.Set(device, packed.to_fit);
+  return packed.num_candidates;
 }
 
 }  // namespace mono3d

@@ -32,21 +32,20 @@ ViewParams DepthMapFuser::Params(const DepthMap& map) const {
 }
 
 bool DepthMapFuser::Upload(const DepthMap& map) {
-  Pack(map, context_.options.with_confidence, packed_);
-  num_candidates_ = packed_.num_candidates;
-  if (num_candidates_ == 0) return false;
   if (map.camera.width != width_px_ || map.camera.height != height_px_) {
     buffers_ = DepthMapBuffers(context_.device, map.camera.width, map.camera.height);
     width_px_ = map.camera.width;
     height_px_ = map.camera.height;
   }
-  buffers_.Upload(context_.device, packed_);
+  num_candidates_ = buffers_.Write(context_.device, [&](const PackedPixels& to) {
+    return Pack(map, context_.options.with_confidence, to);
+  });
+  if (num_candidates_ == 0) return false;
   context_.kernels.Prepare(context_.recorder, Params(map), buffers_);
   return true;
 }
 
-std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map,
-                                                         const DepthMap& inferred,
+std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map, const DepthMap& whole,
                                                          const Anchor& anchor,
                                                          const Similarity& S_world_kf, int submap) {
   SurfelStorage& surfels = model_.surfels;
@@ -66,7 +65,7 @@ std::optional<DepthMapFuser::Counts> DepthMapFuser::Fuse(const DepthMap& map,
   counts.exposure = CorrectColours(map);
   counts.num_removed = ChangeSurfels(map, number);
   surfels.EndInsert(num_new_, static_cast<std::uint32_t>(counts.num_removed));
-  counts.num_inferred = FuseInferred(map, inferred, number, submap);
+  counts.num_inferred = FuseInferred(map, whole, number, submap);
   past_views_.Push(context_.device, map, number, buffers_);
   counts.num_merged = num_candidates_ - num_new_;
   counts.num_inserted = num_new_;
@@ -111,7 +110,7 @@ void DepthMapFuser::Associate(const DepthMap& map, int submap) {
   const std::vector<std::uint32_t> new_pixels = ListSelected(selected);
   buffers_.new_pixels.Upload(std::span(new_pixels));
   num_new_ = static_cast<std::uint32_t>(new_pixels.size());
-  new_spheres_ = SpheresOfNew(params, new_pixels, packed_.depth);
+  new_spheres_ = SpheresOfNew(params, new_pixels, buffers_.depths());
 }
 
 // The colours of the model are those of its first image's exposure: what is uploaded comes to it,
@@ -156,14 +155,13 @@ std::uint32_t DepthMapFuser::ChangeSurfels(const DepthMap& map, std::uint32_t nu
   return buffers_.num_removed.Download<std::uint32_t>().front();
 }
 
-std::int64_t DepthMapFuser::FuseInferred(const DepthMap& map, const DepthMap& inferred,
+std::int64_t DepthMapFuser::FuseInferred(const DepthMap& map, const DepthMap& whole,
                                          std::uint32_t number, int submap) {
   const InferredFuser::View view{Params(map), anchors_, buffers_, visible_, number, submap};
   inferred_.GiveWay(view);
   const auto& changed = inferred_.changed_anchors();
   changed_anchors_.insert(changed_anchors_.end(), changed.begin(), changed.end());
-  if (inferred.depth.empty()) return 0;
-  return inferred_.Fuse(view, inferred, colours_, past_views_);
+  return inferred_.Fuse(view, whole, colours_, past_views_);
 }
 
 void DepthMapFuser::NoteChanges() {
@@ -209,7 +207,6 @@ void DepthMapFuser::Rest() {
   past_views_.Clear();
   inferred_.Rest();
   buffers_ = {};
-  packed_ = {};
   width_px_ = height_px_ = 0;
 }
 

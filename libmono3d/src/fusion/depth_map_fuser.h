@@ -38,11 +38,11 @@ class DepthMapFuser {
     std::int64_t num_inferred = 0;  // pixels that became or confirmed an inferred surfel
     Exposure exposure;              // of its image, against the model's colours
   };
-  // Fuses what was uploaded as the next anchor, of this submap, and behind it what the depth map
-  // infers (OnlyInferred). Where there is no room for its new
-  // surfels, the model becomes coarser. Nothing, with the model as it was or coarser, where that is
-  // not enough; num_wanted() new surfels were to be inserted then.
-  std::optional<Counts> Fuse(const DepthMap& map, const DepthMap& inferred, const Anchor& anchor,
+  // Fuses what was uploaded as the next anchor, of this submap, and behind it what the `whole`
+  // depth map infers. Where there is no room for its new surfels, the model becomes coarser.
+  // Nothing, with the model as it was or coarser, where that is not enough; num_wanted() new
+  // surfels were to be inserted then.
+  std::optional<Counts> Fuse(const DepthMap& map, const DepthMap& whole, const Anchor& anchor,
                              const Similarity& S_world_kf, int submap);
   std::uint32_t num_wanted() const { return num_new_; }
 
@@ -70,7 +70,7 @@ class DepthMapFuser {
   ViewParams Params(const DepthMap& map) const;
   void Associate(const DepthMap& map, int submap);
   Exposure CorrectColours(const DepthMap& map);
-  std::int64_t FuseInferred(const DepthMap& map, const DepthMap& inferred, std::uint32_t number,
+  std::int64_t FuseInferred(const DepthMap& map, const DepthMap& whole, std::uint32_t number,
                             int submap);
   std::uint32_t ChangeSurfels(const DepthMap& map, std::uint32_t number);
   void NoteChanges();
@@ -80,11 +80,10 @@ class DepthMapFuser {
   FusionContext& context_;
   SurfelModel& model_;
   DepthMapBuffers buffers_;
-  PackedDepthMap packed_;  // kept for its memory
-  AnchorTable anchors_;    // as the depth map's camera has them
-  BlockList visible_;      // what the stages work on
-  BlockList compared_;     // of those, for the exposure
-  BlockList added_;        // of what is new
+  AnchorTable anchors_;  // as the depth map's camera has them
+  BlockList visible_;    // what the stages work on
+  BlockList compared_;   // of those, for the exposure
+  BlockList added_;      // of what is new
   InferredFuser inferred_;
   PastViews past_views_;
   std::vector<std::uint32_t> colours_;    // of its image, corrected; empty without one

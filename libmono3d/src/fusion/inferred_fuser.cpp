@@ -4,7 +4,9 @@
 #include "fusion/inferred_fuser.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "fusion/coarsen.h"
@@ -65,16 +67,28 @@ void InferredFuser::GiveWay(const View& view) {
   }
 }
 
-std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
-                                 std::span<const std::uint32_t> colours, PastViews& past) {
-  Pack(inferred, context_.options.with_confidence, packed_, colours);
-  if (packed_.num_candidates == 0) return 0;
-  if (inferred.camera.width != width_px_ || inferred.camera.height != height_px_) {
-    width_px_ = inferred.camera.width;
-    height_px_ = inferred.camera.height;
+// Returns the number of candidates.
+std::int64_t InferredFuser::Write(const DepthMap& map, std::span<const std::uint32_t> colours) {
+  const bool is_new = map.camera.width != width_px_ || map.camera.height != height_px_;
+  if (is_new) {
+    width_px_ = map.camera.width;
+    height_px_ = map.camera.height;
     buffers_ = DepthMapBuffers(context_.device, width_px_, height_px_);
+    pixels_.clear();
   }
-  buffers_.Upload(context_.device, packed_);
+  return buffers_.Write(context_.device, [&](const PackedPixels& to) {
+    if (is_new) {
+      std::ranges::fill(to.depth, 0.0F);
+      std::ranges::fill(to.normal_confidence, std::array<float, 4>{});
+    }
+    return PackInferred(map, context_.options.with_confidence, colours, to, pixels_);
+  });
+}
+
+std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& map,
+                                 std::span<const std::uint32_t> colours, PastViews& past) {
+  if (map.inferred.empty() || cv::countNonZero(map.inferred) == 0) return 0;
+  if (Write(map, colours) == 0) return 0;
   context_.kernels.Prepare(context_.recorder, view.params, buffers_);
   const std::vector<std::uint32_t> new_pixels = SelectUncovered(view);
   const auto num_new = static_cast<std::uint32_t>(new_pixels.size());
@@ -93,7 +107,7 @@ std::int64_t InferredFuser::Fuse(const View& view, const DepthMap& inferred,
   kernels.Merge(recorder, params, view.anchors, buffers_, buffers_.num_removed, surfels, visible_);
   context_.culler.Bound(recorder, visible_, params.num_surfels, surfels);
   kernels.Insert(recorder, params, buffers_, surfels, added_);
-  Review(params, SpheresOfNew(params, new_pixels, packed_.depth), past);
+  Review(params, SpheresOfNew(params, new_pixels, buffers_.depths()), past);
   recorder.Submit(context_.times);
   std::int64_t num_confirmed = 0;
   for (const auto& confirmed : surfels.TakeConfirmed(visible_.numbers())) {
@@ -152,7 +166,7 @@ void InferredFuser::Review(const ViewParams& of_map, std::span<const BlockSphere
 
 void InferredFuser::Rest() {
   buffers_ = {};
-  packed_ = {};
+  pixels_.clear();
   width_px_ = height_px_ = 0;
 }
 

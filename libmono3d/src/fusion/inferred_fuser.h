@@ -34,11 +34,11 @@ class InferredFuser {
 
   // Removes what stands where it matched a surface, and what it sees through.
   void GiveWay(const View& view);
-  // Takes up what it infers (OnlyInferred) where the model has nothing matched in sight; `past`
-  // views may have seen through that. Returns the number of pixels that became or confirmed a
-  // surfel.
-  std::int64_t Fuse(const View& view, const DepthMap& inferred,
-                    std::span<const std::uint32_t> colours, PastViews& past);
+  // Takes up what it infers where the model has nothing matched in sight; `past` views may have
+  // seen through that. `colours`: corrected, empty where it has no image. Returns the number of
+  // pixels that became or confirmed a surfel.
+  std::int64_t Fuse(const View& view, const DepthMap& map, std::span<const std::uint32_t> colours,
+                    PastViews& past);
 
   // Lets go of the memory that is needed only while depth maps come.
   void Rest();
@@ -47,15 +47,16 @@ class InferredFuser {
 
  private:
   void FindVisible(const View& view);
+  std::int64_t Write(const DepthMap& map, std::span<const std::uint32_t> colours);
   std::vector<std::uint32_t> SelectUncovered(const View& view);
   void Review(const ViewParams& of_map, std::span<const BlockSphere> spheres, PastViews& past);
 
   FusionContext& context_;
   SurfelModel& model_;
-  DepthMapBuffers buffers_;  // of what is inferred
-  PackedDepthMap packed_;    // kept for its memory
-  BlockList visible_;        // inferred surfels
-  BlockList added_;          // of what is new
+  DepthMapBuffers buffers_;            // of what is inferred
+  std::vector<std::uint32_t> pixels_;  // of that
+  BlockList visible_;                  // inferred surfels
+  BlockList added_;                    // of what is new
   int width_px_ = 0;
   int height_px_ = 0;
   std::vector<std::uint32_t> changed_anchors_;

@@ -79,13 +79,13 @@ FusionResult VulkanSurfelMap::Integrate(const DepthMap& map, const KeyframePoses
   const DepthMap matched = WithoutInferred(map);
   DepthMap corrected = matched;
   corrected.bgr = vignetting_.Corrected(map.bgr, map.camera);
-  FusionResult result = IntegrateCorrected(corrected, OnlyInferred(map), poses);
+  FusionResult result = IntegrateCorrected(corrected, map, poses);
   if (result.status == FusionStatus::kFused) vignetting_.Add(matched, result.S_world_kf);
   return result;
 }
 
 // Paper, section 3.3: registration with the model, then fusion.
-FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const DepthMap& inferred,
+FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const DepthMap& whole,
                                                  const KeyframePoses& poses) {
   const KeyframePose& keyframe = poses.At(map.keyframe_id);
   (void)Update(poses);
@@ -129,7 +129,7 @@ FusionResult VulkanSurfelMap::IntegrateCorrected(const DepthMap& map, const Dept
   DepthMap weighed = map;
   weighed.depth_sigma_per_square_depth *= registration.evidence.noise;
   const auto counts =
-      fuser_.Fuse(weighed, inferred, anchor, registration.S_world_kf, placement.submap);
+      fuser_.Fuse(weighed, whole, anchor, registration.S_world_kf, placement.submap);
   if (radius_px != fuser_.merge_radius_px()) changes_.AllChanged(model_.anchors.size());
   if (!counts) {
     return Rejected(S_tracker_kf, FusionRejection::kModelFull,

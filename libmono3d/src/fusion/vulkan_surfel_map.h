@@ -48,8 +48,8 @@ class VulkanSurfelMap : public RepairableMap {
   std::int64_t num_surfels() const override { return model_.surfels.num_surfels(); }
 
  private:
-  // Without the falloff of its image.
-  FusionResult IntegrateCorrected(const DepthMap& map, const DepthMap& inferred,
+  // `map`: what the `whole` one matched, its image without the falloff of the lens.
+  FusionResult IntegrateCorrected(const DepthMap& map, const DepthMap& whole,
                                   const KeyframePoses& poses);
   FusionResult Rejected(const Similarity& S_world_kf, FusionRejection rejection,
                         std::string reason) const;

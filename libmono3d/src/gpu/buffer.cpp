@@ -119,7 +119,7 @@ Buffer::Buffer(std::shared_ptr<Device> device, std::size_t size_bytes, std::stri
 
 std::size_t Buffer::size_bytes() const { return memory_ ? memory_->size_bytes : 0; }
 
-const std::byte* Buffer::mapped() const { return memory_ ? memory_->mapped : nullptr; }
+std::byte* Buffer::mapped() const { return memory_ ? memory_->mapped : nullptr; }
 
 const std::string& Buffer::name() const {
   static const std::string kEmpty = "empty buffer";

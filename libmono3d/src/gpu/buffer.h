@@ -69,11 +69,27 @@ class Buffer {
     Download(std::span<T>(copy));
     return copy;
   }
+  // The other way round: where the host writes what is to be in the buffer, the memory itself where
+  // it sees it, else `copy`. EndWrite, with the same copy, makes it so. What is not written stays,
+  // in the buffer or in `copy`.
+  template <typename T>
+  std::span<T> BeginWrite(std::vector<T>& copy) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (std::byte* const memory = mapped()) {
+      return {reinterpret_cast<T*>(memory), size_bytes() / sizeof(T)};
+    }
+    copy.resize(size_bytes() / sizeof(T));
+    return copy;
+  }
+  template <typename T>
+  void EndWrite(const std::vector<T>& copy) {
+    if (mapped() == nullptr) Upload(std::span<const T>(copy));
+  }
 
  private:
   friend class Recorder;
 
-  const std::byte* mapped() const;  // null where the host cannot see it
+  std::byte* mapped() const;  // null where the host cannot see it
 
   void UploadBytes(const void* data, std::size_t size_bytes, std::size_t offset_bytes);
   void DownloadBytes(void* data, std::size_t size_bytes, std::size_t offset_bytes) const;

@@ -27,17 +27,15 @@ bool HasInferred(const DepthMap& map) {
   return !map.inferred.empty() && cv::countNonZero(map.inferred) > 0;
 }
 
-// `values` where the estimate is inferred, or where not; 0 elsewhere.
-cv::Mat OfOneKind(const cv::Mat& values, const cv::Mat& inferred, bool wants_inferred) {
+// `values` where the estimate is not inferred; 0 elsewhere.
+cv::Mat WhereNot(const cv::Mat& inferred, const cv::Mat& values) {
   if (values.empty()) return {};
   cv::Mat chosen(values.size(), CV_32FC1);
   for (int y = 0; y < values.rows; ++y) {
     const auto* from = values.ptr<float>(y);
     const auto* is_inferred = inferred.ptr<std::uint8_t>(y);
     auto* to = chosen.ptr<float>(y);
-    for (int x = 0; x < values.cols; ++x) {
-      to[x] = (is_inferred[x] != 0) == wants_inferred ? from[x] : 0.0F;
-    }
+    for (int x = 0; x < values.cols; ++x) to[x] = is_inferred[x] != 0 ? 0.0F : from[x];
   }
   return chosen;
 }
@@ -50,20 +48,9 @@ DepthMap WithoutInferred(const DepthMap& map) {
   DepthMap matched = map;
   matched.inferred.release();
   if (!HasInferred(map)) return matched;
-  matched.depth = OfOneKind(map.depth, map.inferred, false);
-  matched.confidence = OfOneKind(map.confidence, map.inferred, false);
+  matched.depth = WhereNot(map.inferred, map.depth);
+  matched.confidence = WhereNot(map.inferred, map.confidence);
   return matched;
-}
-
-DepthMap OnlyInferred(const DepthMap& map) {
-  DepthMap inferred = map;
-  if (!HasInferred(map)) {
-    inferred.depth.release();
-    return inferred;
-  }
-  inferred.depth = OfOneKind(map.depth, map.inferred, true);
-  inferred.confidence = OfOneKind(map.confidence, map.inferred, true);
-  return inferred;
 }
 
 DepthMap AtSizeOf(const Frame& frame, const DepthMap& map) {

@@ -60,10 +60,6 @@ std::int64_t CountEstimates(const DepthMap& map);
 // normals in any case, so that there are normals where no estimate is left.
 DepthMap WithoutInferred(const DepthMap& map);
 
-// The map with the estimates that are inferred alone, and with all normals. `depth` is empty where
-// there are none.
-DepthMap OnlyInferred(const DepthMap& map);
-
 // The map at the size of its reference image `frame`: each pixel has the estimate of the nearest
 // one.
 DepthMap AtSizeOf(const Frame& frame, const DepthMap& map);
