@@ -116,39 +116,59 @@ cv::Mat FindContradicted(const SweepGeometry& geometry, const cv::Mat& depth,
                          const cv::Mat& confidence, double tolerance) {
   const cv::Mat inverse_depth = InverseDepths(depth);
   constexpr std::uint8_t kContradicted = 255;
-  constexpr std::uint8_t kBorneOut = 1;  // in one source at least
-  cv::Mat verdicts(depth.size(), CV_8UC1, cv::Scalar(0));
+  cv::Mat contradicted(depth.size(), CV_8UC1, cv::Scalar(0));
   cv::Mat places_of_pixels(inverse_depth.size(), CV_32SC1);
   std::vector<Owner> owners;
+  // Nearly all pixels are borne out by the first source: of the others only the places of those few
+  // matter that are not, which are `open`.
+  std::vector<std::uint8_t> is_asked_for;
+  std::vector<cv::Point> open;
+  bool is_first = true;
   for (const SourceProjection& source : geometry.Projections(0)) {
     if (ShowsNoDepth(source)) continue;
     const Places places(source);
+    for (int y = 0; y < depth.rows; ++y) {
+      places.OfRow(
+          y, inverse_depth.ptr<float>(y),
+          {places_of_pixels.ptr<std::int32_t>(y), static_cast<std::size_t>(inverse_depth.cols)});
+    }
+    is_asked_for.assign(places.size(), is_first ? 1 : 0);
+    for (const cv::Point& pixel : open) {
+      const std::int32_t place = places_of_pixels.at<std::int32_t>(pixel);
+      if (place != kNowhere) is_asked_for[static_cast<std::size_t>(place)] = 1;
+    }
     owners.assign(places.size(), kNobody);
     for (int y = 0; y < depth.rows; ++y) {
       const auto* w = inverse_depth.ptr<float>(y);
       const auto* confidences = confidence.ptr<float>(y);
-      auto* place = places_of_pixels.ptr<std::int32_t>(y);
-      places.OfRow(y, w, {place, static_cast<std::size_t>(inverse_depth.cols)});
+      const auto* place = places_of_pixels.ptr<std::int32_t>(y);
       for (int x = 0; x < depth.cols; ++x) {
-        if (place[x] == kNowhere) continue;
+        if (place[x] == kNowhere || is_asked_for[static_cast<std::size_t>(place[x])] == 0) continue;
         Owner& owner = owners[static_cast<std::size_t>(place[x])];
         owner = SurerOf(owner, OwnerOf(confidences[x], w[x]));
       }
     }
-    for (int y = 0; y < depth.rows; ++y) {
-      const auto* w = inverse_depth.ptr<float>(y);
-      const auto* place = places_of_pixels.ptr<std::int32_t>(y);
-      auto* verdict = verdicts.ptr<std::uint8_t>(y);
-      for (int x = 0; x < depth.cols; ++x) {
-        if (verdict[x] == kBorneOut || place[x] == kNowhere) continue;
-        const Owner owner = owners[static_cast<std::size_t>(place[x])];
-        const bool is_borne_out =
-            owner == kNobody || std::abs(InverseDepthOf(owner) - w[x]) <= float(tolerance);
-        verdict[x] = is_borne_out ? kBorneOut : kContradicted;
+    const auto is_borne_out = [&](const cv::Point& pixel) {
+      const std::int32_t place = places_of_pixels.at<std::int32_t>(pixel);
+      if (place == kNowhere) return false;
+      const Owner owner = owners[static_cast<std::size_t>(place)];
+      const float difference = std::abs(InverseDepthOf(owner) - inverse_depth.at<float>(pixel));
+      const bool agrees = owner == kNobody || difference <= float(tolerance);
+      contradicted.at<std::uint8_t>(pixel) = agrees ? 0 : kContradicted;
+      return agrees;
+    };
+    if (is_first) {
+      for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+          if (depth.at<float>(y, x) > 0 && !is_borne_out({x, y})) open.emplace_back(x, y);
+        }
       }
+    } else {
+      std::erase_if(open, is_borne_out);
     }
+    is_first = false;
   }
-  return verdicts == kContradicted;
+  return contradicted;
 }
 
 }  // namespace mono3d

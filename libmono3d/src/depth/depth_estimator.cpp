@@ -170,7 +170,10 @@ class VulkanDepthEstimator final : public DepthEstimator {
   Buffer certain_depth_;
   Buffer filtered_confidence_;
   MapStorage storage_;
-  std::vector<float> unfiltered_;  // kept, like the buffers; where the host cannot see these
+  // Kept, like the buffers; where the host cannot see these.
+  std::vector<float> unfiltered_;
+  std::vector<float> certain_;
+  std::vector<float> winners_;
   std::vector<float> inferred_inverse_depth_;
   std::vector<float> inferred_confidence_;
   std::vector<float> inferred_normal_;
@@ -318,12 +321,14 @@ EstimateBuffers VulkanDepthEstimator::RefinedWithout(const cv::Mat& doubtful,
                                                      const SweepPlan& plan) {
   const EstimateBuffers refined = Refined(plan);
   if (doubtful.empty()) return refined;
-  cv::Mat inverse_depth(doubtful.size(), CV_32FC1);
-  const std::span<float> values(inverse_depth.ptr<float>(), inverse_depth.total());
-  refined.inverse_depth.Download(values);
-  inverse_depth.setTo(0, doubtful);
-  Reserve(certain_depth_, device_, values.size_bytes(), "depth/certain");
-  certain_depth_.Upload(std::span<const float>(values));
+  Reserve(certain_depth_, device_, sizeof(float) * doubtful.total(), "depth/certain");
+  const std::span<const float> before = refined.inverse_depth.Read(unfiltered_);
+  const std::span<float> certain = certain_depth_.BeginWrite(certain_);
+  const auto* const is_doubtful = doubtful.ptr<std::uint8_t>();
+  for (std::size_t i = 0; i < doubtful.total(); ++i) {
+    certain[i] = is_doubtful[i] != 0 ? 0.0F : before[i];
+  }
+  certain_depth_.EndWrite(certain_);
   return {certain_depth_, refined.confidence};
 }
 
@@ -338,8 +343,8 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
   const EstimateBuffers refined = RefinedWithout(doubtful, plan);
   const std::span<const float> before_filter = refined.inverse_depth.Read(unfiltered_);
   const cv::Mat unfiltered(map.depth.size(), CV_32FC1, const_cast<float*>(before_filter.data()));
-  cv::Mat winners(plan.size.height_px, plan.size.width_px, CV_32FC1);
-  hierarchy_.winners().Download(std::span<float>(winners.ptr<float>(), winners.total()));
+  const cv::Mat winners(static_cast<int>(plan.size.height_px), static_cast<int>(plan.size.width_px),
+                        CV_32FC1, const_cast<float*>(hierarchy_.winners().Read(winners_).data()));
   const cv::Mat cells =
       FindPlanarRegions({.bgr = map.bgr,
                          .depth = map.depth,

@@ -114,7 +114,7 @@ Grid GridOfPath(const Kernel& kernel, LevelSize size, std::uint32_t path) {
 
 DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
     : num_lanes_(Limits(*device).subgroup_size),
-      pyramid_(device, {"depth/pyramid", depth_pyramid_spirv}),
+      pyramid_(device, {"depth/pyramid", depth_pyramid_spirv, kPyramidOnHost}),
       census_(device, {"depth/census", depth_census_spirv}),
       plane_sweep_(device, {"depth/plane_sweep", depth_plane_sweep_spirv}),
       sgm_(device, {"depth/sgm", depth_sgm_spirv}),
@@ -126,17 +126,18 @@ DepthKernels::DepthKernels(const std::shared_ptr<Device>& device)
       median_(device, {"depth/median", depth_median_spirv}),
       normals_(device, {"depth/normals", depth_normals_spirv}),
       upsample_(device, {"depth/upsample", depth_upsample_spirv}),
-      detail_(device, {"depth/detail", depth_detail_spirv}),
+      detail_(device, {"depth/detail", depth_detail_spirv, kDetailOnHost}),
       photometric_(device, {"depth/photometric", depth_photometric_spirv}),
       surface_(device, {"depth/surface", depth_surface_spirv, kSurfaceOnHost}),
-      dog_(device, {"depth/dog", depth_dog_spirv}),
-      texture_filter_(device, {"depth/texture_filter", depth_texture_filter_spirv}),
+      dog_(device, {"depth/dog", depth_dog_spirv, kDogOnHost}),
+      texture_filter_(device,
+                      {"depth/texture_filter", depth_texture_filter_spirv, kTextureFilterOnHost}),
       inference_data_(device, {"depth/inference_data", depth_inference_data_spirv}),
       inference_halve_(device, {"depth/inference_halve", depth_inference_halve_spirv}),
       inference_expand_(device, {"depth/inference_expand", depth_inference_expand_spirv}),
       inference_relax_(
           device, {"depth/inference_relax", depth_inference_relax_spirv, kInferenceRelaxOnHost}),
-      inference_(device, {"depth/inference", depth_inference_spirv}),
+      inference_(device, {"depth/inference", depth_inference_spirv, kInferenceOnHost}),
       inference_normals_(device, {"depth/inference_normals", depth_inference_normals_spirv}) {}
 
 void DepthKernels::Prepare(const DepthEstimatorOptions& options) {

@@ -11,9 +11,14 @@ namespace mono3d {
 // the processor runs in place of shaders/depth/<stage>.comp; what they do, and the shape and unit
 // of their buffers, stands there. They give the same bits. Null where there is none for this
 // processor.
+extern const HostKernel kDetailOnHost;
+extern const HostKernel kDogOnHost;
 extern const HostKernel kFineCensusOnHost;
 extern const HostKernel kFineSgmOnHost;
+extern const HostKernel kInferenceOnHost;
 extern const HostKernel kInferenceRelaxOnHost;
+extern const HostKernel kPyramidOnHost;
 extern const HostKernel kSurfaceOnHost;
+extern const HostKernel kTextureFilterOnHost;
 
 }  // namespace mono3d

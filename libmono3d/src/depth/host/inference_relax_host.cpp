@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the mono3d authors
 
+#include "depth/host/conductance_host.h"
 #include "depth/host/host_kernels.h"
 #include "depth/inference_relax.params.h"
 #include "gpu/host_simd.h"
@@ -26,16 +27,9 @@ struct RelaxSums {
   __m256 depth, confidence, weight;
 };
 
-// Conductance of inference.glsl.
-MONO3D_AVX2 inline __m256 Conductance(__m256 grey, __m256 other) {
-  const __m256 edges = (grey - other) / Splat(6.0F);
-  const __m256 share = Splat(1.0F) / (Splat(1.0F) + edges * edges);
-  return _mm256_max_ps(share * share, Splat(1e-3F));
-}
-
 MONO3D_AVX2 inline void AddNeighbour(__m256 grey, const Vec4& other, __m256 is_inside,
                                      RelaxSums& sums) {
-  const __m256 weight = _mm256_and_ps(is_inside, Conductance(grey, other.z));
+  const __m256 weight = _mm256_and_ps(is_inside, host::Conductance(grey, other.z));
   sums.depth = sums.depth + weight * other.x;
   sums.confidence = sums.confidence + weight * other.y;
   sums.weight = sums.weight + weight;
