@@ -167,8 +167,11 @@ struct Adjusted {
 // An outlier counts as if at the limit, under either motion.
 Adjusted Adjust(BundleAdjustmentProblem problem, const std::vector<CommonPoint>& points,
                 const TwoViewStart& candidate) {
-  constexpr int kSteps = 40;         // all of them robust
-  constexpr double kMinGain = 1e-6;  // a plane seen under little parallax converges slowly
+  // All of them robust. A plane seen under little parallax converges slowly: of a climb over fields
+  // the right motion had 1.8 times the error of the wrong one after 40 steps, and the same at its
+  // end, after some 100.
+  constexpr int kSteps = 200;
+  constexpr double kMinGain = 1e-7;
   SolveBundleAdjustment(problem, {kSteps, 0, kMinGain});
   Adjusted adjusted;
   adjusted.costs.assign(points.size(), 0);
