@@ -207,11 +207,9 @@ class RollingSolver {
   std::vector<MeasurementNoise> noises_;
 };
 
-}  // namespace
-
-PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraModel& sensor,
-                                        const Pose& T_cam_world, const VelocityPrior& prior,
-                                        const std::vector<PointMeasurement>& measurements) {
+PoseAndVelocity OptimiseBoth(const CameraModel& camera, const CameraModel& sensor,
+                             const Pose& T_cam_world, const VelocityPrior& prior,
+                             const std::vector<PointMeasurement>& measurements) {
   constexpr int kRounds = 4;
   constexpr int kRobustRounds = 2;
   RollingSolver solver(camera, sensor, prior, measurements);
@@ -237,6 +235,33 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
   }
   estimate.T_cam_world = state.T_cam_world;
   return {estimate, state.velocity};
+}
+
+// Whether the linear velocity is none that the camera can have, by what is known of it before.
+bool IsImpossible(const CameraVelocity& velocity, const VelocityPrior& prior) {
+  constexpr double kMaxSigmas = 4;
+  return prior.linear_sigma_su_per_s > 0 &&
+         (velocity.linear_su_per_s - prior.mean.linear_su_per_s).norm() >
+             kMaxSigmas * std::sqrt(3.) * prior.linear_sigma_su_per_s;
+}
+
+}  // namespace
+
+PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraModel& sensor,
+                                        const Pose& T_cam_world, const VelocityPrior& prior,
+                                        const std::vector<PointMeasurement>& measurements) {
+  // Of the measurements that fit with the velocity as it is found.
+  constexpr double kMinShareHeld = 0.9;
+  PoseAndVelocity found = OptimiseBoth(camera, sensor, T_cam_world, prior, measurements);
+  if (!IsImpossible(found.velocity, prior)) return found;
+  // Errors that the points of a young map have in common look like it: seen from above, a tilt and
+  // a climb at hundreds of metres per second change a plane alike. What they are taken for then are
+  // errors of the pose, which stay as small as they are.
+  VelocityPrior held = prior;
+  held.linear_sigma_su_per_s = 0;
+  PoseAndVelocity with_held = OptimiseBoth(camera, sensor, T_cam_world, held, measurements);
+  const bool fits = with_held.pose.num_inliers >= kMinShareHeld * found.pose.num_inliers;
+  return fits ? std::move(with_held) : std::move(found);
 }
 
 }  // namespace mono3d::tracking
