@@ -71,9 +71,10 @@ void InferredFuser::GiveWay(const View& view) {
 std::int64_t InferredFuser::Write(const DepthMap& map, std::span<const std::uint32_t> colours) {
   const bool is_new = map.camera.width != width_px_ || map.camera.height != height_px_;
   if (is_new) {
+    // Where there is no memory for them, the size stays that of the old ones.
+    buffers_ = DepthMapBuffers(context_.device, map.camera.width, map.camera.height);
     width_px_ = map.camera.width;
     height_px_ = map.camera.height;
-    buffers_ = DepthMapBuffers(context_.device, width_px_, height_px_);
     pixels_.clear();
   }
   return buffers_.Write(context_.device, [&](const PackedPixels& to) {

@@ -254,9 +254,9 @@ PoseAndVelocity OptimisePoseAndVelocity(const CameraModel& camera, const CameraM
   constexpr double kMinShareHeld = 0.9;
   PoseAndVelocity found = OptimiseBoth(camera, sensor, T_cam_world, prior, measurements);
   if (!IsImpossible(found.velocity, prior)) return found;
-  // Errors that the points of a young map have in common look like it: seen from above, a tilt and
-  // a climb at hundreds of metres per second change a plane alike. What they are taken for then are
-  // errors of the pose, which stay as small as they are.
+  // Seen from above, a tilt and a climb at tens of metres per second change the image of a plane
+  // alike, and errors that the points of a young map have in common decide between them. With the
+  // velocity held they are left to the pose, which they tilt by less.
   VelocityPrior held = prior;
   held.linear_sigma_su_per_s = 0;
   PoseAndVelocity with_held = OptimiseBoth(camera, sensor, T_cam_world, held, measurements);

@@ -169,7 +169,7 @@ Adjusted Adjust(BundleAdjustmentProblem problem, const std::vector<CommonPoint>&
                 const TwoViewStart& candidate) {
   // All of them robust. A plane seen under little parallax converges slowly: of a climb over fields
   // the right motion had 1.8 times the error of the wrong one after 40 steps, and the same at its
-  // end, after some 100.
+  // end, for which 100 were enough.
   constexpr int kSteps = 200;
   constexpr double kMinGain = 1e-7;
   SolveBundleAdjustment(problem, {kSteps, 0, kMinGain});
