@@ -49,6 +49,10 @@ constexpr double kConverged_px = 0.05;
 constexpr double kConverged_s = 0.0005;
 // Of a round with one part of the footage, which only has to come near.
 constexpr std::size_t kCoarsePoints = 1000;
+// Of an image, of the rounds with all parts. A patch is found at about the same wrong place in all
+// images around, so that neither more images nor knowing which patches are bad makes the camera
+// better known, but more points do (decision 17).
+constexpr int kFeatures = 3000;
 // Standard deviation of a tracked point (FeatureOptions::patch_sigma_px) while the camera is still
 // off. With the 0.07 px of a good calibration, what contradicts the camera is left out as an
 // outlier, and what is left draws the adjustment back to it. One of five values tried on two
@@ -60,6 +64,14 @@ constexpr double kPatchSigma_px = 0.25;
 constexpr double kWantedFocalSigma = 0.001;
 // With longer parts: one, and another where the first ones were off.
 constexpr int kRoundsWithLonger = 2;
+// Begun anew: from the prior, near it, and as well as the footage tells it.
+constexpr int kRoundsAnew = 3;
+// Of the focal length: what a calibration that is told is trusted to. Where rounds know it less
+// well, their map may have started wrongly, as over flat ground, where a wrong motion bends the map
+// but explains the images nearly as well.
+constexpr double kDoubtfulFocalSigma = 0.01;
+// Of its standard deviation: a right start knows it many times better than a wrong one.
+constexpr double kBetterStart = 0.5;
 
 struct TrackedMaps {
   std::vector<SparseModel> maps;
@@ -69,8 +81,10 @@ struct TrackedMaps {
 
 // The maps of what can be tracked, with pixels as `camera` shows them. Footage that breaks off with
 // an error is good up to there; who reads all of it will meet the error again.
-void TrackFootage(FrameSource& source, const CameraModel& camera, TrackedMaps& tracked) {
+void TrackFootage(FrameSource& source, const CameraModel& camera, int num_features,
+                  TrackedMaps& tracked) {
   TrackerOptions options;
+  options.features.num_features = num_features;
   options.features.patch_sigma_px = kPatchSigma_px;
   // A map needs no keyframe whose points others show; of the camera it tells as much as any other.
   options.mapping.max_redundant_share = 1;
@@ -117,13 +131,14 @@ std::vector<FootagePart> ChooseParts(std::optional<std::int64_t> num_frames, int
 // What to look at: the parts, then longer ones where those tell too little. Empty: none.
 struct FootageParts {
   std::vector<FootagePart> all;
-  std::vector<FootagePart> longer;
+  std::vector<FootagePart> longer = {};
+  bool is_matched_once = false;  // photographs: each round has the same features
 };
 
 FootageParts ChooseParts(std::optional<std::int64_t> num_frames,
                          const CalibrationOptions& options) {
   constexpr double kMinGrowth = 1.25;  // else they tell no more
-  FootageParts parts{ChooseParts(num_frames, options.num_parts, options.part_frames), {}};
+  FootageParts parts{ChooseParts(num_frames, options.num_parts, options.part_frames)};
   if (!num_frames) return parts;
   const double num_in_share =
       options.max_share * static_cast<double>(*num_frames) / options.num_parts;
@@ -169,7 +184,9 @@ struct SteadiestRound {
   CameraCalibration result;
 };
 
-using TrackParts = std::function<TrackedMaps(const CameraModel&, const std::vector<FootagePart>&)>;
+// With so many features of an image.
+using TrackParts =
+    std::function<TrackedMaps(const CameraModel&, const std::vector<FootagePart>&, int)>;
 
 struct Rounds {
   CameraCalibration result;
@@ -199,12 +216,17 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
   std::vector<CameraModel> begun_with;
   int last_round = options.max_rounds;
   bool was_settled = false;  // with the shorter parts
+  // What the rounds before came to that knew little. Those after it begin with the prior and with
+  // other features, so that their map starts otherwise.
+  std::optional<Rounds> doubtful;
   for (int round = 1; round <= last_round; ++round) {
     if (std::ranges::find(begun_with, camera) != begun_with.end()) break;
     begun_with.push_back(camera);
-    const TrackedMaps tracked = track(camera, parts);
-    rounds.velocity_shortfall = tracked.shortfall.Share();
     const bool is_coarse = parts != all_parts && !is_told;
+    const bool has_more_features = parts == all_parts && !doubtful;
+    const TrackedMaps tracked =
+        track(camera, parts, has_more_features ? kFeatures : FeatureOptions().num_features);
+    rounds.velocity_shortfall = tracked.shortfall.Share();
     const CalibrationMaps maps{tracked.maps, tracked.positions,
                                is_coarse ? kCoarsePoints : kMaxPoints};
     CameraAdjustment adjustment = AdjustToLens(weight, camera, maps);
@@ -288,6 +310,20 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
       steadiest.reset();
       continue;
     }
+    const bool can_begin_anew = !doubtful && !is_told && !footage.is_matched_once;
+    if (is_at_end && can_begin_anew && result.posterior.focal_sigma > kDoubtfulFocalSigma) {
+      if (!is_settled && steadiest && steadiest->change_px <= change_px) result = steadiest->result;
+      doubtful = rounds;
+      is_settled = false;
+      result.contradicts_prior = false;
+      camera = prior.camera;
+      weight = prior;
+      last_round = round + kRoundsAnew;
+      begun_with.clear();
+      before.reset();
+      steadiest.reset();
+      continue;
+    }
     if (is_settled) break;
     if (parts == all_parts && (!steadiest || change_px < steadiest->change_px)) {
       steadiest = {change_px, camera, result};
@@ -298,6 +334,13 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
   if (!is_settled && steadiest && !lens_agrees) {
     camera = steadiest->camera;
     result = steadiest->result;
+  }
+  if (doubtful &&
+      !(result.posterior.focal_sigma < kBetterStart * doubtful->result.posterior.focal_sigma)) {
+    const int num_rounds = result.num_rounds;
+    rounds = std::move(*doubtful);
+    result.num_rounds = num_rounds;
+    camera = result.posterior.camera;
   }
   is_settled = is_settled || was_settled;
   result.change_px = LargestDifference_px(prior.camera, camera);
@@ -381,12 +424,13 @@ CameraCalibration CalibrateCamera(const CameraPrior& prior, const FootageOpener&
   const int width = source->camera().width;
   const int height = source->camera().height;
   std::vector<SparseModel> latest;
-  const auto track = [&](const CameraModel& camera, const std::vector<FootagePart>& parts) {
+  const auto track = [&](const CameraModel& camera, const std::vector<FootagePart>& parts,
+                         int num_features) {
     TrackedMaps tracked;
     for (const FootagePart& part : parts) {
       const std::unique_ptr<FrameSource> footage =
           open(camera.Resized(told.width, told.height), part.start, part.num_frames);
-      TrackFootage(*footage, camera, tracked);
+      TrackFootage(*footage, camera, num_features, tracked);
     }
     latest = tracked.maps;
     return tracked;
@@ -411,12 +455,12 @@ CameraCalibration CalibrateCameraOfPhotos(const CameraPrior& prior, const Footag
   const calibration::PhotoFootage footage(*source, at_size.camera, photos);
   CameraCalibration result = Calibrate(
       at_size,
-      [&](const CameraModel& camera, const std::vector<FootagePart>&) {
+      [&](const CameraModel& camera, const std::vector<FootagePart>&, int) {
         TrackedMaps placed{footage.Map(camera), {}};
         placed.positions = calibration::PositionsOf(placed.maps, positions);
         return placed;
       },
-      {{{0, options.part_frames}}, {}}, options);
+      {.all = {{0, options.part_frames}}, .is_matched_once = true}, options);
   calibration::BringToSize(prior, result);
   return result;
 }
