@@ -338,8 +338,14 @@ Rounds CalibrateInRounds(const CameraPrior& prior, const TrackParts& track, Foot
   if (doubtful &&
       !(result.posterior.focal_sigma < kBetterStart * doubtful->result.posterior.focal_sigma)) {
     const int num_rounds = result.num_rounds;
+    const IntrinsicsVariation also_seen = result.variation;
     rounds = std::move(*doubtful);
     result.num_rounds = num_rounds;
+    // One map may take the motion of a section of the image for the camera's where the other does
+    // not.
+    IntrinsicsVariation& seen = result.variation;
+    seen.principal_point_px = std::max(seen.principal_point_px, also_seen.principal_point_px);
+    seen.focal_share = std::max(seen.focal_share, also_seen.focal_share);
     camera = result.posterior.camera;
   }
   is_settled = is_settled || was_settled;
