@@ -35,7 +35,9 @@ struct CalibrationOptions {
   // calibration costs beside a run.
   int max_part_frames = 320;
   double max_share = 0.25;
-  // How often they are tracked at most, each time with the camera of the time before.
+  // How often they are tracked at most, each time with the camera of the time before. Longer parts
+  // come after that, twice at most, and a new beginning from the prior where the focal length is
+  // known to no better than 1 %, three times at most.
   int max_rounds = 6;
 
   void Visit(OptionVisitor& visit);
