@@ -314,6 +314,23 @@ TEST_F(Calibration, FindsThatAToldOneIsWrongWhereItsMapsCannotTell) {
   EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
 }
 
+// As where its map started wrongly: what is tracked at first tells no focal length.
+TEST_F(Calibration, BeginsAnewWhereTheFocalLengthStaysInDoubt) {
+  const CameraModel truth = tracking::SmallCamera();
+  CameraPrior prior = DefaultCameraPrior(truth.width, truth.height);
+  prior.camera.fx = prior.camera.fy = 1.2 * truth.fx;
+  const std::vector<Frame> straight = FlyStraight(truth, 25);
+  int num_with_prior = 0;  // once for the size, once for the first round
+  const FootageOpener open = [&](const CameraModel& camera, int start, int max_frames) {
+    if (camera == prior.camera) ++num_with_prior;
+    return Footage(num_with_prior > 2 ? *frames_ : straight)(camera, start, max_frames);
+  };
+  const CameraCalibration found = CalibrateCamera(prior, open, {.max_rounds = 2});
+  EXPECT_EQ(num_with_prior, 3);
+  EXPECT_TRUE(found.determines_focal_length);
+  EXPECT_NEAR(found.posterior.camera.fx, truth.fx, 0.02 * truth.fx);
+}
+
 // What is told of the lens is right, and says nothing of the shutter.
 TEST_F(Calibration, LearnsTheReadoutTimeBesideAToldLens) {
   CameraModel sensor = tracking::SmallCamera();
