@@ -281,7 +281,10 @@ int Reconstruct(ReconstructArguments& arguments, const DeviceOptions& device_opt
   if (arguments.source.stride == kStrideByMotion) record.num_passed_over_images = 0;
   const std::string folder_of_surfels = arguments.pipeline.fusion.storage.folder;
   MadeRun made = MakeRunInFolder(arguments, device, camera, control, record, nullptr);
-  if (MayBePlacedTogether(arguments, made.outcome)) {
+  const bool may_be_better = MayBePlacedTogether(arguments, made.outcome);
+  if (may_be_better && ShowOtherPlaces(arguments, made.outcome)) {
+    std::printf("%s\n", OtherPlacesLine(made.outcome).c_str());
+  } else if (may_be_better) {
     arguments.pipeline.fusion.storage.folder = folder_of_surfels;
     PlaceTogether(arguments, device, camera, control, record, made);
   }

@@ -115,6 +115,30 @@ TEST_F(PlacedTogether, AreSomeOfManyThatShowNothingNew) {
   EXPECT_EQ(ReadTrajectory(Run() / "trajectory.txt").size(), (num_images + stride - 1) / stride);
 }
 
+// A film that is cut from one place to another: the negatives of a mirror's images show none of the
+// first one.
+TEST_F(PlacedTogether, AreNotWhereMapsShowNothingInCommon) {
+  constexpr std::size_t kNumOfPlace = 24;
+  const std::vector<std::string> images = ListImages(kShippedFlight);
+  for (std::size_t i = 0; i < kNumOfPlace; ++i) {
+    const std::filesystem::path image = images[i];
+    std::filesystem::copy_file(image, Images() / image.filename());
+    cv::Mat negative = cv::imread(image.string());
+    cv::flip(negative, negative, 1);
+    cv::bitwise_not(negative, negative);
+    cv::imwrite((Images() / ("9" + image.filename().string())).string(), negative);
+  }
+  // A new map is begun after a second without a pose.
+  const CommandResult result = Reconstruct(" --fps 5");
+  ASSERT_EQ(result.exit_status, 0) << result.errors;
+  EXPECT_THAT(result.output, Not(HasSubstr("placed together")));
+  EXPECT_THAT(result.output,
+              HasSubstr(" of 48 images are in the model; the others are in 1 map of other places"));
+  EXPECT_GE(ReadTrajectory(Run() / "trajectory.txt").size() +
+                ReadTrajectory(Run() / "trajectory_map1.txt").size(),
+            2 * kNumOfPlace - 3);
+}
+
 TEST_F(PlacedTogether, LeaveTheResultWhereTheyAreNoBetter) {
   Copy(0, kGapFrom);
   cv::RNG random(7);

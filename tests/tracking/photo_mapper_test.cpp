@@ -13,6 +13,7 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
@@ -450,6 +451,21 @@ TEST(PhotoMapperOptions, RefuseWhatMakesNoSense) {
   options = {};
   options.min_parallax_deg = 0;
   EXPECT_THROW(options.Validate(), UsageError);
+}
+
+// Seen in a mirror a place is another one.
+TEST(ShowTheSame, WhereImagesOfTwoGroupsShareAPlace) {
+  const auto in_group = [](std::size_t group, std::size_t number, bool is_mirrored = false) {
+    return GroupedImage{group, [number, is_mirrored] {
+                          Frame frame = Houses().frames[number];
+                          if (is_mirrored) cv::flip(frame.bgr, frame.bgr, 1);
+                          return std::optional<Frame>(frame);
+                        }};
+  };
+  const GroupedImage cannot_be_read{1, [] { return std::optional<Frame>(); }};
+  EXPECT_TRUE(ShowTheSame(std::vector{in_group(0, 0), in_group(1, 8), in_group(1, 1)}));
+  EXPECT_FALSE(ShowTheSame(std::vector{in_group(0, 0), in_group(0, 1), in_group(1, 0, true)}));
+  EXPECT_FALSE(ShowTheSame(std::vector{in_group(0, 0), in_group(0, 1), cannot_be_read}));
 }
 
 TEST(Continuity, TellsAVideoFromPhotographs) {

@@ -10,7 +10,6 @@
 #include <system_error>
 
 #include "common/photo_cameras.h"
-#include "mono3d/geometry/camera_model.h"
 
 namespace mono3d::tools {
 namespace {
@@ -20,10 +19,7 @@ Footage FootageOfFolder(const std::string& input, const CameraArguments& camera,
                         const FrameSourceOptions& source) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(input, ignored)) return Footage::kVideo;
-  CameraModel as_taken = FindPrior(input, camera).camera;
-  as_taken.distortion = {};
-  as_taken.lens = LensModel::kBrown;
-  as_taken.shutter = {};
+  const CameraModel as_taken = CameraAsTaken(input, camera);
   const auto open = [&](int start, int max_frames) {
     FrameSourceOptions part = source;
     part.stride = std::max(1, part.stride);
@@ -36,6 +32,14 @@ Footage FootageOfFolder(const std::string& input, const CameraArguments& camera,
 }
 
 }  // namespace
+
+CameraModel CameraAsTaken(const std::string& input, const CameraArguments& camera) {
+  CameraModel as_taken = FindPrior(input, camera).camera;
+  as_taken.distortion = {};
+  as_taken.lens = LensModel::kBrown;
+  as_taken.shutter = {};
+  return as_taken;
+}
 
 Footage FootageOf(const std::string& input, const CameraArguments& camera,
                   const FrameSourceOptions& source) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "mono3d/pipeline/pipeline.h"
 #include "mono3d/pipeline/run_writer.h"
@@ -25,6 +26,8 @@ struct RunOutcome {
   std::int64_t num_posed = 0;      // images with a pose in any map
   double images_per_keyframe = 0;  // of those that were followed; 0: there is no keyframe
   double wall_s = 0;
+  // Positions of the images of each map in the input, in the order of time.
+  std::vector<std::vector<std::int64_t>> images_of_maps = {};
 
   // More of its images are in the model, and that is not broken where the other one is not.
   bool IsBetterThan(const RunOutcome& other) const {
@@ -44,6 +47,14 @@ RunOutcome OutcomeOf(const Reconstruction& reconstruction, const RunRecord& reco
 // followed, or the run goes on in an earlier map; nor where all were followed, and are in several
 // maps because the camera turned on the spot: nobody would say that their common scale is a guess.
 bool MayBePlacedTogether(const ReconstructArguments& arguments, const RunOutcome& tracked);
+
+// Whether nothing is gained by it: nearly all images have a pose, and of the maps that they are in
+// no two show the same, as where a film is cut from one place to another. A few images of each map
+// are matched with those of the others, its first and its last among them.
+bool ShowOtherPlaces(const ReconstructArguments& arguments, const RunOutcome& tracked);
+
+// What is said of them.
+std::string OtherPlacesLine(const RunOutcome& tracked);
 
 // Which images are placed: every one, or, of the images of a video that show next to nothing new,
 // every so many. Neighbours in time look most alike, and images that are matched with such alone

@@ -4,15 +4,18 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 
 #include "mono3d/core/export.h"
 #include "mono3d/core/options.h"
 #include "mono3d/core/timing.h"
+#include "mono3d/image/frame.h"
 #include "mono3d/tracking/tracker.h"
 
 namespace MONO3D_EXPORT mono3d {
@@ -67,6 +70,17 @@ struct PhotoMapperOptions {
 // Constraints are ignored. `times`, where given, must outlive it.
 std::unique_ptr<Tracker> CreatePhotoMapper(const PhotoMapperOptions& options = {},
                                            StageTimes* times = nullptr);
+
+// One of some images in groups, as the images of several maps.
+struct GroupedImage {
+  std::size_t group = 0;
+  std::function<std::optional<Frame>()> open;  // called once; nothing: it cannot be read
+};
+
+// Do two images of different groups show the same? Features are matched as CreatePhotoMapper does
+// it, every image with each of another group: the time grows with the square of their number. False
+// when stopped.
+bool ShowTheSame(std::span<const GroupedImage> images, const PhotoMapperOptions& options = {});
 
 // How much of one picture the next one shows again: the share of its features that are found there,
 // over the share that is found in the picture itself, turned and resized a little; 0 to 1, and 1

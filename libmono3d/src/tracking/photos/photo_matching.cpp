@@ -136,23 +136,6 @@ std::optional<EpipolarGeometry> FitEpipolarGeometry(const PhotoFeatures& a, cons
   return EpipolarGeometry{*std::move(F), ransac.sigma_px};
 }
 
-std::optional<PhotoPair> Verified(const std::vector<PhotoFeatures>& photos, std::size_t a,
-                                  std::size_t b, const PhotoMapperOptions& options) {
-  const std::vector<FeatureMatch> matches =
-      MatchPhotoFeatures(photos[a], photos[b], std::numeric_limits<std::size_t>::max());
-  if (static_cast<int>(matches.size()) < options.min_matches) return std::nullopt;
-  const auto geometry = FitEpipolarGeometry(photos[a], photos[b], matches, options.seed);
-  if (!geometry || geometry->model.num_inliers < options.min_matches ||
-      geometry->model.num_inliers < kMinEpipolarShare * static_cast<double>(matches.size())) {
-    return std::nullopt;
-  }
-  PhotoPair pair{a, b, {}};
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (geometry->model.is_inlier[i] != 0) pair.matches.push_back(matches[i]);
-  }
-  return pair;
-}
-
 }  // namespace
 
 std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const PhotoFeatures& b,
@@ -193,12 +176,29 @@ std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
   return {chosen.begin(), chosen.end()};
 }
 
+std::optional<PhotoPair> MatchPhotoPair(const std::vector<PhotoFeatures>& photos, std::size_t a,
+                                        std::size_t b, const PhotoMapperOptions& options) {
+  const std::vector<FeatureMatch> matches =
+      MatchPhotoFeatures(photos[a], photos[b], std::numeric_limits<std::size_t>::max());
+  if (static_cast<int>(matches.size()) < options.min_matches) return std::nullopt;
+  const auto geometry = FitEpipolarGeometry(photos[a], photos[b], matches, options.seed);
+  if (!geometry || geometry->model.num_inliers < options.min_matches ||
+      geometry->model.num_inliers < kMinEpipolarShare * static_cast<double>(matches.size())) {
+    return std::nullopt;
+  }
+  PhotoPair pair{a, b, {}};
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (geometry->model.is_inlier[i] != 0) pair.matches.push_back(matches[i]);
+  }
+  return pair;
+}
+
 std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,
                                    const PhotoMapperOptions& options) {
   const auto chosen = ChoosePhotoPairs(photos, options);
   std::vector<std::optional<PhotoPair>> verified(chosen.size());
   ForEachPair(chosen.size(), options, [&](std::size_t i) {
-    verified[i] = Verified(photos, chosen[i].first, chosen[i].second, options);
+    verified[i] = MatchPhotoPair(photos, chosen[i].first, chosen[i].second, options);
   });
   std::vector<PhotoPair> pairs;
   for (std::optional<PhotoPair>& pair : verified) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,10 @@ std::vector<FeatureMatch> MatchPhotoFeatures(const PhotoFeatures& a, const Photo
 // largest features (preemptive matching: Wu 2013). In the order of a, then b.
 std::vector<std::pair<std::size_t, std::size_t>> ChoosePhotoPairs(
     const std::vector<PhotoFeatures>& photos, const PhotoMapperOptions& options);
+
+// The matches of two photos that one epipolar geometry explains; nothing where there are too few.
+std::optional<PhotoPair> MatchPhotoPair(const std::vector<PhotoFeatures>& photos, std::size_t a,
+                                        std::size_t b, const PhotoMapperOptions& options);
 
 // Those pairs whose matches one epipolar geometry explains, with these matches alone.
 std::vector<PhotoPair> MatchPhotos(const std::vector<PhotoFeatures>& photos,

@@ -40,10 +40,10 @@ std::size_t NumInLargest(const PhotoMaps& placed) {
   return placed.maps.empty() ? 0 : placed.maps.front().photos.size();
 }
 
-// Of which photos more matches of the same pairs may make a larger map: those that a chain of pairs
-// links to the largest map there is, and those of a chain that is longer than it.
-std::vector<bool> MayComeByMoreMatches(const PhotoMaps& placed, const std::vector<PhotoPair>& pairs,
-                                       std::size_t num_photos) {
+// Which photos may make a larger map: those that a chain of pairs links to the largest map there
+// is, and those of a chain that is longer than it.
+std::vector<bool> MayMakeLarger(const PhotoMaps& placed, const std::vector<PhotoPair>& pairs,
+                                std::size_t num_photos) {
   std::vector<std::size_t> chain_of(num_photos);  // the first photo of the chain that each is in
   std::iota(chain_of.begin(), chain_of.end(), std::size_t{0});
   for (bool has_changed = true; has_changed;) {
@@ -159,6 +159,8 @@ void PhotoTracker::PlaceByMoreFeatures() {
     }
   }
   std::vector<PhotoPair> pairs = Match(features);
+  // Parts that show nothing in common are none the larger for it.
+  if (!AreSomeLeft(MayMakeLarger(*placed_, pairs, frames_.size()))) return;
   {
     const ScopedStageTimer timer(times_, "tracking/photo_matching");
     pairs = MatchAlongEpipolarLines(features, std::move(pairs), options_);
@@ -174,7 +176,7 @@ void PhotoTracker::Place() {
   {
     std::vector<PhotoPair> pairs = Match(features_);
     placed_ = PlaceBy(features_, pairs);
-    if (AreSomeLeft(MayComeByMoreMatches(*placed_, pairs, frames_.size()))) {
+    if (AreSomeLeft(MayMakeLarger(*placed_, pairs, frames_.size()))) {
       PlaceByMoreMatches(std::move(pairs));
     }
   }
