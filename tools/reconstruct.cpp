@@ -347,7 +347,8 @@ int main(int argc, char** argv) {
   tool.app().add_flag(
       "--photos,!--video", arguments.photos,
       "the images are photographs in any order, or a video; else it is found out, and "
-      "up to 400 images that cannot be followed are placed together");
+      "up to 400 images that cannot be followed are placed together, unless they are whole maps of "
+      "places that have nothing in common");
   tool.app().add_flag("--live", arguments.pipeline.is_live,
                       "images come at the pace of their time stamps, as from a camera; nothing "
                       "waits for depth, what there is no time for is dropped and counted; a camera "

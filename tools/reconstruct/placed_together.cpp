@@ -105,7 +105,9 @@ bool ShowOtherPlaces(const ReconstructArguments& arguments, const RunOutcome& tr
                         }});
     }
   }
-  return !ShowTheSame(images, arguments.pipeline.photos) && !StopRequested();
+  PhotoMapperOptions options = arguments.pipeline.photos;
+  options.stop = &StopRequested();
+  return !ShowTheSame(images, options) && !StopRequested();
 }
 
 std::string OtherPlacesLine(const RunOutcome& tracked) {

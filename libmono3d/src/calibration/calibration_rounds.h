@@ -64,15 +64,18 @@ class CalibrationRounds {
   };
 
   bool LooksAtAll() const { return parts_ == footage_.all; }
-  // Of the next round: from which camera, under what weight and over which parts.
+  // Forgets the rounds before: those that follow have another weight or other parts.
   void Restart();
   bool DoRound();  // false: there is nothing more to find
   CameraAdjustment AdjustTracked();
   Step AfterNothingTracked();
   Change TakeAdjustment(const CameraAdjustment& adjustment);
   Step CompareWithTold(const CameraAdjustment& adjustment);
+  // Where too little is known, and that has not been tried: the rounds that follow look at longer
+  // parts, or begin with the prior. False: neither.
   bool LooksLonger();
   bool BeginsAnew(double change_px);
+  // Of the two beginnings.
   void ChooseBetterBeginning();
   LearnedCamera Conclude();
 
