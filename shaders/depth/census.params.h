@@ -8,6 +8,7 @@
 MONO3D_PARAMS_BEGIN(CensusParams)
 uint width_px;
 uint height_px;
+uint quarter_turns;  // of the pictures, census.glsl
 MONO3D_PARAMS_END
 
 #endif

@@ -30,6 +30,9 @@ layout(binding = 3, std430) writeonly buffer Costs {
 #include "depth/projections.glsl"
 #include "depth/sources.glsl"
 
+// Is any picture turned? Where none is the words need no turning.
+layout(constant_id = 2) const bool kWithTurns = false;
+
 const int kBlocksPerInvocation = 8;  // as kernels.cpp dispatches
 
 const uint kInvalidCost = 255u;
@@ -73,6 +76,14 @@ struct Side {
   uint num_visible;
 };
 
+// The words of a block of a source, top left, top right, bottom left and bottom right, in the order
+// of the reference's pixels that they show.
+uvec4 InOrderOfReference(uvec4 words, int source) {
+  const uint quarter_turns = (params.quarter_turns >> (2 * (source + 1))) & 3u;
+  words = (quarter_turns & 1u) != 0u ? words.ywxz : words;
+  return quarter_turns >= 2u ? words.wzyx : words;
+}
+
 void AddSource(inout Side side, int source, vec2 at, uvec4 reference) {
   const vec4 limits = bounds[source];
   const bool visible =
@@ -80,8 +91,8 @@ void AddSource(inout Side side, int source, vec2 at, uvec4 reference) {
   const ivec2 corner = visible ? ivec2(at) : ivec2(0);
   const int texel = kFirstFineCensusTexel + (source + 1) * image_texels +
                     corner.y * texels_per_row + corner.x;
-  const uvec4 words =
-      uvec4(imageLoad(census, texel).xy, imageLoad(census, texel + texels_per_row).xy);
+  uvec4 words = uvec4(imageLoad(census, texel).xy, imageLoad(census, texel + texels_per_row).xy);
+  if (kWithTurns) words = InOrderOfReference(words, source);
   const uvec4 distances = uvec4(bitCount(words ^ reference));
   side.sums += visible ? distances : uvec4(0);
   side.num_visible += visible ? 1u : 0u;

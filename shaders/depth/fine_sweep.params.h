@@ -10,6 +10,7 @@ uint width_px;
 uint height_px;
 float inverse_depth;       // of plane 0, the farthest, 1/su
 float inverse_depth_step;  // 1/su
+uint quarter_turns;        // of the pictures, census.glsl
 MONO3D_PARAMS_END
 
 #endif

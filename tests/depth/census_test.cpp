@@ -8,14 +8,15 @@
 namespace mono3d {
 namespace {
 
-std::vector<std::uint64_t> CensusOnDevice(const std::vector<cv::Mat>& images) {
+std::vector<std::uint64_t> CensusOnDevice(const std::vector<cv::Mat>& images,
+                                          std::uint32_t quarter_turns = 0) {
   const LevelSize size{static_cast<std::uint32_t>(images[0].cols),
                        static_cast<std::uint32_t>(images[0].rows)};
   const std::size_t plane = size.num_strided_pixels();
   const Buffer census = MakeBuffer<std::uint32_t>(2 * plane * images.size());
   Recorder recorder(TestDevice());
   TestKernels().Census(recorder, ImagesToBuffer(images), size,
-                       static_cast<std::uint32_t>(images.size()), census);
+                       static_cast<std::uint32_t>(images.size()), quarter_turns, census);
   recorder.Submit();
   const auto words = census.Download<std::uint32_t>();
   std::vector<std::uint64_t> result;
@@ -40,28 +41,58 @@ TEST(CensusTransform, FindsTheDarkerNeighboursOfATinyImage) {
   EXPECT_EQ(CensusOnDevice({image})[1], expected);
 }
 
+// One image for each number of quarter turns.
+constexpr unsigned kNumTurns = 4;
+constexpr std::uint32_t kTurnsOfImages = 0b11'10'01'00;
+
 TEST(CensusTransform, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSizes) {
-    const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
-    std::vector<std::uint64_t> expected = reference::Census(images[0]);
-    const std::vector<std::uint64_t> second = reference::Census(images[1]);
-    expected.insert(expected.end(), second.begin(), second.end());
-    EXPECT_EQ(CensusOnDevice(images), expected) << size.width_px << "x" << size.height_px;
+    std::vector<cv::Mat> images;
+    std::vector<std::uint64_t> expected;
+    for (unsigned turns = 0; turns < kNumTurns; ++turns) {
+      images.push_back(RandomImage(size, random));
+      const std::vector<std::uint64_t> of_image = reference::Census(images.back(), turns);
+      expected.insert(expected.end(), of_image.begin(), of_image.end());
+    }
+    EXPECT_EQ(CensusOnDevice(images, kTurnsOfImages), expected)
+        << size.width_px << "x" << size.height_px;
   }
 }
 
 TEST(FineCensus, EqualsReferenceBitForBit) {
   std::mt19937 random = SeededByTestName();
   for (const LevelSize size : kSizes) {
-    const std::vector<cv::Mat> images = {RandomImage(size, random), RandomImage(size, random)};
-    const Buffer census = MakeBuffer<std::uint32_t>(2 * 2 * NumFineCensusTexels(size));
+    std::vector<cv::Mat> images;
+    reference::FineCensus expected;
+    for (unsigned turns = 0; turns < kNumTurns; ++turns) {
+      images.push_back(RandomImage(size, random));
+      expected.push_back(reference::HalfCensus(images.back(), turns));
+    }
+    const Buffer census = MakeBuffer<std::uint32_t>(kNumTurns * 2 * NumFineCensusTexels(size));
     Recorder recorder(TestDevice());
-    TestKernels().FineCensus(recorder, ImagesToBuffer(images), size, 2, census);
+    TestKernels().FineCensus(recorder, ImagesToBuffer(images), size, kNumTurns, kTurnsOfImages,
+                             census);
     recorder.Submit();
-    const reference::FineCensus expected = {reference::HalfCensus(images[0]),
-                                            reference::HalfCensus(images[1])};
-    EXPECT_EQ(FineCensusOf(census, size, 2), expected) << size.width_px << "x" << size.height_px;
+    EXPECT_EQ(FineCensusOf(census, size, kNumTurns), expected)
+        << size.width_px << "x" << size.height_px;
+  }
+}
+
+// The same surface in a picture that is turned clockwise has the same bits.
+TEST(CensusTransform, FollowsThePictureThroughQuarterTurns) {
+  std::mt19937 random = SeededByTestName();
+  const cv::Mat image = RandomImage({24, 17}, random);
+  const auto upright = reference::Census(image);
+  const auto upright_half = reference::HalfCensus(image);
+  cv::Mat turned = image;
+  cv::Point at(9, 7);
+  for (unsigned turns = 1; turns < kNumTurns; ++turns) {
+    at = {turned.rows - 1 - at.y, at.x};
+    cv::rotate(turned.clone(), turned, cv::ROTATE_90_CLOCKWISE);
+    const auto pixel = static_cast<std::size_t>(at.y * turned.cols + at.x);
+    EXPECT_EQ(CensusOnDevice({turned}, turns)[pixel], upright[7 * 24 + 9]) << turns;
+    EXPECT_EQ(reference::HalfCensus(turned, turns)[pixel], upright_half[7 * 24 + 9]) << turns;
   }
 }
 

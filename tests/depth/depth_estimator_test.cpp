@@ -77,6 +77,27 @@ TEST(DepthEstimator, FindsItAsExactlyWhereTheExposureJumps) {
   EXPECT_NEAR(cv::mean(jumping.map.confidence)[0], cv::mean(constant.map.confidence)[0], 0.02);
 }
 
+// Flights there and back, and cameras held upright and across.
+TEST(DepthEstimator, FindsItInPicturesTurnedByQuarters) {
+  PlaneScene scene;
+  scene.camera = scene.camera.Resized(128, 128);
+  const cv::Mat truth = scene.TrueDepth();
+  const DepthResult upright = Estimate(scene.Bundle(), FullResolution());
+  ASSERT_EQ(upright.status, DepthStatus::kEstimated) << upright.reason;
+  for (const unsigned turns : {1U, 2U, 3U}) {
+    ImageBundle bundle = scene.Bundle();
+    for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
+      if (i != bundle.reference_index()) TurnImage(i, turns, bundle);
+    }
+    const DepthResult turned = Estimate(bundle, FullResolution());
+    ASSERT_EQ(turned.status, DepthStatus::kEstimated) << turns << ": " << turned.reason;
+    EXPECT_NEAR(ShareWithin(turned.map.depth, truth, kFineTolerance),
+                ShareWithin(upright.map.depth, truth, kFineTolerance), 0.02)
+        << turns;
+    EXPECT_NEAR(cv::mean(turned.map.confidence)[0], cv::mean(upright.map.confidence)[0], 0.01);
+  }
+}
+
 bool AreTheSame(const DepthMap& a, const DepthMap& b) {
   const auto same = [](const cv::Mat& one, const cv::Mat& other) {
     return one.total() == other.total() &&

@@ -25,21 +25,29 @@ namespace {
   return ::testing::AssertionFailure() << "other bytes";
 }
 
-// A size of no whole groups of pixels, a bundle of another size, and what is not matched.
+// A size of no whole groups of pixels, a bundle of another size, what is not matched, and pictures
+// that are turned.
 TEST(DepthHostKernels, GiveTheBitsOfTheShaders) {
   if (TestDevice()->host_threads() == nullptr) GTEST_SKIP() << "the driver runs all kernels";
   struct Case {
     PlaneScene scene;
     int level;
+    unsigned quarter_turns = 0;  // of the first image
   };
-  std::vector<Case> cases = {{PlaneScene(), 1}, {PlaneScene(), 0}, {PlaneScene(), 0}};
+  std::vector<Case> cases = {{PlaneScene(), 1},
+                             {PlaneScene(), 0},
+                             {PlaneScene(), 0},
+                             {PlaneScene(), 0, 1},
+                             {PlaneScene(), 0, 2}};
   cases[1].scene.camera = cases[1].scene.camera.Resized(67, 141);
   cases[2].scene.num_images = 3;
   cases[2].scene.blank_px = 30;
-  for (const auto& [scene, level] : cases) {
+  cases[3].scene.camera = cases[3].scene.camera.Resized(101, 101);
+  for (const auto& [scene, level, quarter_turns] : cases) {
     DepthEstimatorOptions options;
     options.pyramid.level = level;
-    const ImageBundle bundle = scene.Bundle();
+    ImageBundle bundle = scene.Bundle();
+    TurnImage(0, quarter_turns, bundle);
     const DepthResult host = CreateDepthEstimator(TestDevice(), options)->Estimate(bundle);
     const DepthResult shaders = CreateDepthEstimator(ShaderTestDevice(), options)->Estimate(bundle);
     ASSERT_EQ(host.status, shaders.status) << host.reason << shaders.reason;

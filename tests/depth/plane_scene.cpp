@@ -3,6 +3,7 @@
 
 #include "depth/plane_scene.h"
 
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace mono3d {
@@ -91,6 +92,20 @@ ImageBundle PlaneScene::Bundle() const {
     }
   }
   return bundle;
+}
+
+void TurnImage(std::size_t index, unsigned quarter_turns, ImageBundle& bundle) {
+  Frame& frame = bundle.keyframes[index].frame;
+  for (unsigned i = 0; i < quarter_turns; ++i) {
+    const CameraModel upright = frame.camera;
+    cv::rotate(frame.bgr.clone(), frame.bgr, cv::ROTATE_90_CLOCKWISE);
+    std::swap(frame.camera.fx, frame.camera.fy);
+    std::swap(frame.camera.width, frame.camera.height);
+    frame.camera.cx = upright.height - 1 - upright.cy;
+    frame.camera.cy = upright.cx;
+    const Eigen::Quaterniond back = RotationExp(Eigen::Vector3d(0, 0, -std::numbers::pi / 2));
+    bundle.T_ref_cam[index] = bundle.T_ref_cam[index] * Pose(back, Eigen::Vector3d::Zero());
+  }
 }
 
 }  // namespace mono3d

@@ -26,4 +26,8 @@ struct PlaneScene {
   cv::Mat TrueDepth() const;
 };
 
+// The same bundle with the picture of image `index` turned clockwise by quarters, as by a camera
+// that is held turned. An odd number of them needs square pictures.
+void TurnImage(std::size_t index, unsigned quarter_turns, ImageBundle& bundle);
+
 }  // namespace mono3d

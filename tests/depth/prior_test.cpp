@@ -92,9 +92,15 @@ TEST(Prior, HoldsTheDepthsOfTheNeighbourhood) {
 
 constexpr int kSideTolerance = 5;
 
-// With a source that sees nothing it is as of a bundle with fewer images on one side.
-void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
-                                std::mt19937& random, bool with_bounds = false) {
+struct SweepCase {
+  std::size_t num_sources = 4;
+  bool last_sees_nothing = false;  // as of a bundle with fewer images on one side
+  bool with_bounds = false;
+  bool with_turns = false;  // by one quarter more from source to source
+};
+
+void ExpectSweepEqualsReference(const SweepCase& sweep, std::mt19937& random) {
+  const std::size_t num_sources = sweep.num_sources;
   reference::FineCensus census(1 + num_sources);
   for (auto& image : census) {
     for (std::size_t p = 0; p < kFine.num_pixels(); ++p) {
@@ -110,14 +116,18 @@ void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
     projections.push_back(
         {Eigen::Matrix3d::Identity(), Eigen::Vector3d(50 * place + 2, 3 * place, 0.01 * place)});
   }
-  if (last_sees_nothing) {
+  if (sweep.last_sees_nothing) {
     projections.back() = {Eigen::Vector3d(0, 0, -1).asDiagonal(), Eigen::Vector3d::Zero()};
   }
-  if (with_bounds) SetBounds(kFine, projections);
+  if (sweep.with_bounds) SetBounds(kFine, projections);
+  for (unsigned i = 0; i < projections.size() && sweep.with_turns; ++i) {
+    projections[i].quarter_turns = (i + 1) % 4;
+  }
   const FineSweepParams params{.width_px = kFine.width_px,
                                .height_px = kFine.height_px,
                                .inverse_depth = 0,
-                               .inverse_depth_step = 0.01f};
+                               .inverse_depth_step = 0.01f,
+                               .quarter_turns = PackQuarterTurns(projections)};
   const auto ranges = RandomFineRanges(kFine, random);
   const Buffer costs = MakeBuffer<std::uint8_t>(kFinePlanes * NumFinePixels(kFine));
   Recorder recorder(TestDevice());
@@ -137,9 +147,12 @@ void ExpectSweepEqualsReference(std::size_t num_sources, bool last_sees_nothing,
 TEST(FineSweep, EqualsReferenceButForRounding) {
   std::mt19937 random = SeededByTestName();
   for (const std::size_t num_sources : {2, 4, 8}) {
-    ExpectSweepEqualsReference(num_sources, false, random);
-    ExpectSweepEqualsReference(num_sources, true, random);
-    ExpectSweepEqualsReference(num_sources, false, random, true);
+    for (const SweepCase& sweep : {SweepCase{.num_sources = num_sources},
+                                   SweepCase{.num_sources = num_sources, .last_sees_nothing = true},
+                                   SweepCase{.num_sources = num_sources, .with_bounds = true},
+                                   SweepCase{.num_sources = num_sources, .with_turns = true}}) {
+      ExpectSweepEqualsReference(sweep, random);
+    }
   }
 }
 

@@ -35,21 +35,31 @@ void AddPoints(const DepthAt& depth_at, PosedKeyframe& posed) {
   }
 }
 
-}  // namespace
-
-PosedKeyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg,
-                           double scale) {
+PosedKeyframe MakeBeforeWall(std::int64_t id, const Eigen::Quaterniond& rotation,
+                             double baseline_ratio, double scale) {
   const double wall = scale * kMedianDepth_su;
-  const Pose T_world_cam(RotationExp(Eigen::Vector3d(0, rotation_deg * kRadians, 0)),
-                         Eigen::Vector3d(baseline_ratio * wall, 0, 0));
+  const Pose T_world_cam(rotation, Eigen::Vector3d(baseline_ratio * wall, 0, 0));
   PosedKeyframe posed = At(id, T_world_cam);
   AddPoints(
       [&](const Eigen::Vector3d& ray) {
-        const double forward = (T_world_cam.rotation() * ray).z();
+        const double forward = (rotation * ray).z();
         return forward > 0.1 ? wall / forward : 0;
       },
       posed);
   return posed;
+}
+
+}  // namespace
+
+PosedKeyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg,
+                           double scale) {
+  const Eigen::Quaterniond rotation = RotationExp(Eigen::Vector3d(0, rotation_deg * kRadians, 0));
+  return MakeBeforeWall(id, rotation, baseline_ratio, scale);
+}
+
+PosedKeyframe MakeRolled(std::int64_t id, double baseline_ratio, double roll_deg) {
+  const Eigen::Quaterniond rotation = RotationExp(Eigen::Vector3d(0, 0, roll_deg * kRadians));
+  return MakeBeforeWall(id, rotation, baseline_ratio, 1);
 }
 
 PosedKeyframe MakeAboveGround(std::int64_t id, const Pose& T_world_cam, double height_su) {

@@ -28,6 +28,9 @@ struct PosedKeyframe {
 PosedKeyframe MakeKeyframe(std::int64_t id, double baseline_ratio, double rotation_deg = 0,
                            double scale = 1);
 
+// The same camera held turned by `roll_deg` about its optical axis; the wall has no end.
+PosedKeyframe MakeRolled(std::int64_t id, double baseline_ratio, double roll_deg);
+
 // A camera at `T_world_cam` above the ground, the plane y = `height_su`, with the points of the
 // ground that it sees up to 40 heights away.
 PosedKeyframe MakeAboveGround(std::int64_t id, const Pose& T_world_cam, double height_su);

@@ -96,6 +96,26 @@ TEST(ChooseSources, ClimbsInAnglesOnBothSides) {
   EXPECT_NEAR(choice->baseline_ratio, 0.13, 1e-9);
 }
 
+// Cameras held across and upside down see the same; what is turned in between does not match. A
+// rotation is the same whichever sign its quaternion has.
+TEST(Compare, CountsTheTurnBeyondWholeQuarters) {
+  const auto roll_between = [](double reference_deg, double other_deg) {
+    const PosedKeyframe reference = MakeRolled(0, 0, reference_deg);
+    const PosedKeyframe other = MakeRolled(1, 0.05, other_deg);
+    const std::vector<KeyframePose> poses = {reference.pose, other.pose};
+    return Compare(View(reference.keyframe), View(other.keyframe), KeyframePoses(0, poses))
+        .roll_deg;
+  };
+  EXPECT_NEAR(roll_between(0, 0), 0, 1e-6);
+  EXPECT_NEAR(roll_between(0, 90), 0, 1e-6);
+  EXPECT_NEAR(roll_between(0, 180), 0, 1e-6);
+  EXPECT_NEAR(roll_between(0, -90), 0, 1e-6);
+  EXPECT_NEAR(roll_between(0, 20), 20, 1e-6);
+  EXPECT_NEAR(roll_between(20, 170), 30, 1e-6);
+  EXPECT_NEAR(roll_between(10, -125), 45, 1e-6);
+  EXPECT_NEAR(roll_between(-170, 175), 15, 1e-6);  // 345 degrees by the sign of the quaternion
+}
+
 TEST(ChooseSources, TakesFewerWhereThereAreFewer) {
   const auto choice = Wall({-0.06, 0, 0.06, 0.13}).Choose(1);
   ASSERT_TRUE(choice);

@@ -29,7 +29,7 @@ void CoarseLevel::RecordSweep(Recorder& recorder, const SweepPlan& plan,
   Reserve(sums_, device_, 2 * cost_bytes, "depth/sums");
   const std::vector<float> packed = Pack(projections, plan.size);
   projections_.Upload(std::span<const float>(packed));
-  kernels_.Census(recorder, images, plan.size, num_images, census_);
+  kernels_.Census(recorder, images, plan.size, num_images, PackQuarterTurns(projections), census_);
   kernels_.PlaneSweep(recorder, {projections.size(), options_.plane_sweep.side_tolerance},
                       {.width_px = plan.size.width_px,
                        .height_px = plan.size.height_px,

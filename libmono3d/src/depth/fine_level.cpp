@@ -90,13 +90,15 @@ void FineLevel::RecordSweep(Recorder& recorder, const Level& level,
   // Bound even where it is not written.
   Reserve(more_paths_, device_, NumPaths(level) > kFewPaths ? PathBytes(plan.size) : 16,
           "depth/more_paths");
+  const std::uint32_t quarter_turns = PackQuarterTurns(projections);
   kernels_.FineCensus(recorder, images, plan.size, static_cast<std::uint32_t>(1 + num_sources),
-                      census_);
+                      quarter_turns, census_);
   kernels_.FineSweep(recorder, {num_sources, options_.plane_sweep.side_tolerance},
                      {.width_px = plan.size.width_px,
                       .height_px = plan.size.height_px,
                       .inverse_depth = static_cast<float>(plan.inverse_depth),
-                      .inverse_depth_step = static_cast<float>(plan.step)},
+                      .inverse_depth_step = static_cast<float>(plan.step),
+                      .quarter_turns = quarter_turns},
                      census_, projections_[index], volumes());
 }
 

@@ -81,6 +81,12 @@ Constants ConstantsOf(const SweepSources& sources) {
           static_cast<std::uint32_t>(sources.side_tolerance)};
 }
 
+Constants FineSweepConstants(const SweepSources& sources, std::uint32_t quarter_turns) {
+  Constants constants = ConstantsOf(sources);
+  constants.push_back(quarter_turns != 0 ? 1u : 0u);
+  return constants;
+}
+
 // Of the last of so many directions; of the others as of one.
 Constants FineSgmConstants(std::uint32_t num_paths, bool sub_plane) {
   return {num_paths - 1, sub_plane ? 1u : 0u};
@@ -158,7 +164,7 @@ void DepthKernels::Prepare(const DepthEstimatorOptions& options) {
   normals_.With({1u});
   texture_filter_.With({1u});
   plane_sweep_.With(ConstantsOf(sources));
-  fine_sweep_.With(ConstantsOf(sources));
+  fine_sweep_.With(FineSweepConstants(sources, 0));
   photometric_.With({static_cast<std::uint32_t>(sources.num_sources / 2)});
   winner_takes_all_.With({sub_plane ? 1u : 0u});
   for (const std::uint32_t num_paths :
@@ -180,9 +186,11 @@ void DepthKernels::Pyramid(Recorder& recorder, const Buffer& fine, LevelSize siz
 }
 
 void DepthKernels::Census(Recorder& recorder, const Buffer& images, LevelSize size,
-                          std::uint32_t num_images, const Buffer& census) {
+                          std::uint32_t num_images, std::uint32_t quarter_turns,
+                          const Buffer& census) {
   const Kernel& kernel = census_.With();
-  recorder.Dispatch(kernel, {images, census}, CensusParams{size.width_px, size.height_px},
+  recorder.Dispatch(kernel, {images, census},
+                    CensusParams{size.width_px, size.height_px, quarter_turns},
                     GridOf(kernel, size.groups_per_row(),
                            DivideRoundingUp(size.height_px, kCensusRows), num_images));
 }
@@ -236,9 +244,11 @@ void DepthKernels::Prior(Recorder& recorder, const PriorParams& params, const Bu
 }
 
 void DepthKernels::FineCensus(Recorder& recorder, const Buffer& images, LevelSize size,
-                              std::uint32_t num_images, const Buffer& census) {
+                              std::uint32_t num_images, std::uint32_t quarter_turns,
+                              const Buffer& census) {
   const Kernel& kernel = fine_census_.With();
-  recorder.Dispatch(kernel, {images, census}, FineCensusParams{size.width_px, size.height_px},
+  recorder.Dispatch(kernel, {images, census},
+                    FineCensusParams{size.width_px, size.height_px, quarter_turns},
                     GridOf(kernel, size.groups_per_row(),
                            DivideRoundingUp(size.height_px, kCensusRows), num_images));
 }
@@ -246,7 +256,7 @@ void DepthKernels::FineCensus(Recorder& recorder, const Buffer& images, LevelSiz
 void DepthKernels::FineSweep(Recorder& recorder, const SweepSources& sources,
                              const FineSweepParams& params, const Buffer& census,
                              const Buffer& projections, const FineVolumes& volumes) {
-  const Kernel& kernel = fine_sweep_.With(ConstantsOf(sources));
+  const Kernel& kernel = fine_sweep_.With(FineSweepConstants(sources, params.quarter_turns));
   recorder.Dispatch(kernel, {census, projections, volumes.ranges, volumes.costs}, params,
                     GridOf(kernel, (params.width_px + kFineSweepColumns - 1) / kFineSweepColumns,
                            DivideRoundingUp(params.height_px, kFineSweepRows)));

@@ -80,9 +80,10 @@ class DepthKernels {
 
   // The coarsest level.
 
-  // Two words for each of size.num_strided_pixels() pixels of each image.
+  // Two words for each of size.num_strided_pixels() pixels of each image. `quarter_turns`:
+  // PackQuarterTurns.
   void Census(Recorder& recorder, const Buffer& images, LevelSize size, std::uint32_t num_images,
-              const Buffer& census);
+              std::uint32_t quarter_turns, const Buffer& census);
   // params.padded_planes bytes a pixel.
   void PlaneSweep(Recorder& recorder, const SweepSources& sources, const PlaneSweepParams& params,
                   const Buffer& census, const Buffer& projections, const Buffer& costs);
@@ -104,7 +105,7 @@ class DepthKernels {
              const Buffer& coarse_normals, const Buffer& images, const FineVolumes& volumes);
   // NumFineCensusTexels of each image.
   void FineCensus(Recorder& recorder, const Buffer& images, LevelSize size,
-                  std::uint32_t num_images, const Buffer& census);
+                  std::uint32_t num_images, std::uint32_t quarter_turns, const Buffer& census);
   // Reads volumes.ranges, writes volumes.costs.
   void FineSweep(Recorder& recorder, const SweepSources& sources, const FineSweepParams& params,
                  const Buffer& census, const Buffer& projections, const FineVolumes& volumes);

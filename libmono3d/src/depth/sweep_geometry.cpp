@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/angles.h"
 #include "mono3d/core/statistics.h"
 
 namespace mono3d {
@@ -130,6 +131,7 @@ SweepGeometry::SweepGeometry(const ImageBundle& bundle)
     source_cameras_.push_back(keyframe.frame.camera);
     source_bounds_.push_back(BoundsOfLevels(keyframe.frame));
     projections_.back().bounds = source_bounds_.back().front();
+    projections_.back().quarter_turns = QuarterTurnsOf(T_src_ref.rotation()).num;
     largest_baseline_su_ = std::max(largest_baseline_su_, T_src_ref.translation().norm());
   }
 }
@@ -198,6 +200,14 @@ std::vector<float> Pack(const SourceProjections& projections, const LevelSize& s
     for (int i = 0; i < 9; ++i) packed.push_back(static_cast<float>(projection.A(i / 3, i % 3)));
     for (int i = 0; i < 3; ++i) packed.push_back(static_cast<float>(projection.b(i)));
     PackBounds(projection.bounds, size, packed);
+  }
+  return packed;
+}
+
+std::uint32_t PackQuarterTurns(const SourceProjections& projections) {
+  std::uint32_t packed = 0;
+  for (std::size_t i = 0; i < projections.size(); ++i) {
+    packed |= projections[i].quarter_turns << (2 * (i + 1));
   }
   return packed;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct SourceProjection {
   Eigen::Vector3d b;
   PixelBounds bounds = {};     // of the source
   PixelBounds reference = {};  // the same of the reference, for all sources
+  // By which the source's picture is turned against the reference's: T_src_ref in quarters of a
+  // turn about the optical axis, rounded.
+  unsigned quarter_turns = 0;
 
   // Does the source see the point of this pixel, and of this inverse depth?
   bool Sees(const Eigen::Vector2d& pixel, double inverse_depth) const {
@@ -102,6 +106,10 @@ CameraModel HalvedCamera(CameraModel camera, int level);
 // bounds, all within images of `size`.
 inline constexpr std::size_t kMaxProjectionBytes = (4 + 16 * kMaxSources) * sizeof(float);
 std::vector<float> Pack(const SourceProjections& projections, const LevelSize& size);
+
+// The quarter turns of the reference (none) and of the sources, as shaders/depth/census.glsl reads
+// them.
+std::uint32_t PackQuarterTurns(const SourceProjections& projections);
 
 // Range of inverse depths that holds nearly all of the scene, from a sample of its depths: their 2
 // % and 98 % quantiles with a margin. Empty for fewer than 25 depths that are finite and positive.

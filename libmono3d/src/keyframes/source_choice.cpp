@@ -14,7 +14,7 @@ namespace {
 constexpr double kMinShare = 0.3;
 // Census windows of surfaces seen at half or twice the size do not match.
 constexpr double kMaxScale = 2;
-// Neither do those of pictures turned by so much.
+// Neither do those of pictures turned by so much, beyond the quarter turns that windows follow.
 constexpr double kMaxRoll_deg = 30;
 // Two thirds of a pixel at f = 700 px and a third of a pixel of matching error: no depth.
 constexpr double kNoBaselineRatio = 0.002;

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/clamped_int.h"
+#include "geometry/angles.h"
 #include "image/image_state.h"
 #include "image/state_archive.h"
 #include "mono3d/core/statistics.h"
@@ -27,15 +27,8 @@ constexpr float kHiddenFactor = 1.5F;
 // With fewer points around a place they do not show what is there.
 constexpr std::size_t kMinNumAround = 5;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegrees;
-}
-
-// Of T_a_b, the part about the optical axis of a: how much the picture is turned.
-double Roll_deg(const Eigen::Quaterniond& R_a_b) {
-  return std::abs(2 * std::atan2(R_a_b.z(), R_a_b.w())) * kDegrees;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegreesPerRadian;
 }
 
 }  // namespace
@@ -163,7 +156,7 @@ CommonView Compare(const View& reference, const View& other, const KeyframePoses
   CommonView common;
   common.baseline_su = T_ref_other.translation();
   common.baseline_ratio = BaselineRatio(reference, other, poses);
-  common.roll_deg = Roll_deg(T_ref_other.rotation());
+  common.roll_deg = std::abs(QuarterTurnsOf(T_ref_other.rotation()).remainder_deg);
   std::vector<double> scales;
   int num_sharp = 0;
   for (const Eigen::Vector3d& p_ref : reference.points()) {

@@ -79,12 +79,12 @@ inline constexpr double kMinSharpScale = 0.8;
 
 // What two views have in common, by the points of the first, the reference.
 struct CommonView {
-  double share = 0;                // of the reference's points that the other view sees
-  double sharp_share = 0;          // of those that it shows in the reference's detail
-  double angle_deg = 0;            // median angle between the rays from the two cameras
-  double scale = 1;                // median size in the other view over the size in the reference
-  double roll_deg = 0;             // between the two, about the optical axis
-  double baseline_ratio = 0;       // distance of the cameras over the median depth that the two see
+  double share = 0;           // of the reference's points that the other view sees
+  double sharp_share = 0;     // of those that it shows in the reference's detail
+  double angle_deg = 0;       // median angle between the rays from the two cameras
+  double scale = 1;           // median size in the other view over the size in the reference
+  double roll_deg = 0;        // between the two, about the optical axis, from the next quarter turn
+  double baseline_ratio = 0;  // distance of the cameras over the median depth that the two see
   Eigen::Vector3d baseline_su;     // to the other camera, in the reference's frame and own unit
   std::vector<double> angles_deg;  // of each point that both see
 };

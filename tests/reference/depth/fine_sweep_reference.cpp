@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <opencv2/core/types.hpp>
 
 #include "reference/depth/plane_sweep_reference.h"
 
@@ -29,7 +30,13 @@ int SideCost(const FineCensus& census, const SourceProjections& projections, std
     const PixelBounds& bounds = projections[s].bounds;
     if (!bounds.Contain({column, row}) || !bounds.Contain({column + 1, row + 1})) continue;
     if (!projections[s].reference.Contain({x / 2 * 2, y / 2 * 2})) continue;
-    const auto place = static_cast<std::size_t>((row + y % 2) * width + column + x % 2);
+    // From the middle of the block, in halves of a pixel; in a picture that is turned clockwise.
+    cv::Point from_middle(x % 2 * 2 - 1, y % 2 * 2 - 1);
+    for (unsigned i = 0; i < projections[s].quarter_turns; ++i) {
+      from_middle = {-from_middle.y, from_middle.x};
+    }
+    const auto place = static_cast<std::size_t>((row + (from_middle.y + 1) / 2) * width + column +
+                                                (from_middle.x + 1) / 2);
     sum += std::popcount(census[1 + s][place] ^ census[0][pixel]);
     ++num_visible;
   }

@@ -20,25 +20,35 @@ namespace {
 
 constexpr std::size_t kCensusLanes = 32;  // pixels at once
 
-// The 32 neighbours in the order of their bits: of even rows of the window five, of odd ones four.
+constexpr int kCensusReach = 4;  // px, of a window turned by one quarter, in rows
+
+// The 32 neighbours in the order of their bits: of even rows of the window four, of odd ones five;
+// in a picture that is turned by quarters (census.glsl), where it shows them.
 struct CensusPattern {
   struct Neighbour {
     int x, y;
   };
   std::array<Neighbour, 32> neighbours{};
 
-  constexpr CensusPattern() {
+  explicit constexpr CensusPattern(unsigned quarter_turns) {
     std::size_t i = 0;
     for (int y = -3; y <= 3; ++y) {
-      for (int x = y % 2 == 0 ? -3 : -4; x <= 4; x += 2) neighbours[i++] = {x, y};
+      for (int x = y % 2 == 0 ? -3 : -4; x <= 4; x += 2) {
+        Neighbour neighbour{x, y};
+        for (unsigned turn = 0; turn < quarter_turns; ++turn) {
+          neighbour = {-neighbour.y, neighbour.x};
+        }
+        neighbours[i++] = neighbour;
+      }
     }
   }
 };
-constexpr CensusPattern kPattern;
 
 // Of the 32 pixels from `centre` on.
+template <unsigned kQuarterTurns>
 MONO3D_AVX2 inline void CensusOfPixels(const std::uint8_t* centre, std::ptrdiff_t row_bytes,
                                        std::uint32_t* words) {
+  static constexpr CensusPattern kPattern(kQuarterTurns);
   const auto load = [](const std::uint8_t* from) { return reinterpret_cast<const __m256i*>(from); };
   const __m256i here = _mm256_loadu_si256(load(centre));
   __m256i bytes[4];
@@ -80,26 +90,36 @@ MONO3D_AVX2 inline void StorePairs(const std::uint32_t* words, std::size_t num,
   }
 }
 
+template <unsigned kQuarterTurns>
 MONO3D_AVX2 void CensusOfRow(const std::uint8_t* row, std::ptrdiff_t row_bytes, std::size_t num,
                              std::uint32_t* words) {
   if (num < kCensusLanes) {
     // Rows of a narrow image end before 32 pixels: through a copy that is as wide.
-    std::array<std::uint8_t, 7 * (kCensusLanes + 8)> window{};
+    constexpr std::ptrdiff_t kRows = 2 * kCensusReach + 1;
     constexpr std::ptrdiff_t kWindowBytes = kCensusLanes + 8;
-    for (std::ptrdiff_t y = 0; y < 7; ++y) {
-      std::copy_n(row + (y - 3) * row_bytes - 4, num + 8, window.data() + y * kWindowBytes);
+    std::array<std::uint8_t, kRows * kWindowBytes> window{};
+    for (std::ptrdiff_t y = 0; y < kRows; ++y) {
+      std::copy_n(row + (y - kCensusReach) * row_bytes - 4, num + 8,
+                  window.data() + y * kWindowBytes);
     }
     std::array<std::uint32_t, kCensusLanes> all;
-    CensusOfPixels(window.data() + 3 * kWindowBytes + 4, kWindowBytes, all.data());
+    CensusOfPixels<kQuarterTurns>(window.data() + kCensusReach * kWindowBytes + 4, kWindowBytes,
+                                  all.data());
     std::copy_n(all.data(), num, words);
     return;
   }
   for (std::size_t x = 0; x < num; x += kCensusLanes) {
     // The last ones overlap those before.
     const std::size_t first = std::min(x, num - kCensusLanes);
-    CensusOfPixels(row + first, row_bytes, words + first);
+    CensusOfPixels<kQuarterTurns>(row + first, row_bytes, words + first);
   }
 }
+
+using CensusOfRowFunction = void (*)(const std::uint8_t*, std::ptrdiff_t, std::size_t,
+                                     std::uint32_t*);
+// By quarter turns.
+constexpr CensusOfRowFunction kCensusOfRow[] = {CensusOfRow<0>, CensusOfRow<1>, CensusOfRow<2>,
+                                                CensusOfRow<3>};
 
 void RunFineCensus(const HostDispatch& dispatch, std::uint32_t part, std::uint32_t num_parts) {
   const auto push = dispatch.PushAs<FineCensusParams>();
@@ -118,7 +138,8 @@ void RunFineCensus(const HostDispatch& dispatch, std::uint32_t part, std::uint32
     const std::uint8_t* const row = dispatch.BufferAs<const std::uint8_t>(0) +
                                     4 * image * PaddedWords(size) +
                                     (y + kImagePadding) * row_bytes + kImagePadding;
-    CensusOfRow(row, static_cast<std::ptrdiff_t>(row_bytes), num, words.data());
+    kCensusOfRow[push.quarter_turns >> (2 * image) & 3](row, static_cast<std::ptrdiff_t>(row_bytes),
+                                                        num, words.data());
     StorePairs(words.data(), num,
                dispatch.BufferAs<std::uint32_t>(1) +
                    2 * (image * NumFineCensusTexels(size) + 2 + y * num));
