@@ -137,6 +137,32 @@ TEST(DepthEstimator, FindsItWithoutAnyDepthKnownBefore) {
   EXPECT_LT(result.max_depth_su, 10);
 }
 
+// Crowns of trees above a road: the points that the tracker has lie on what is farther.
+TEST(DepthEstimator, FindsWhatIsNearerThanAllPoints) {
+  PlaneScene scene;
+  scene.plane = {-0.6, 0, 1};
+  const cv::Mat truth = scene.TrueDepth();
+  ImageBundle bundle = scene.Bundle();
+  std::vector<float>& points = bundle.keyframes[bundle.reference_index()].sparse_depths_su;
+  std::erase_if(points, [](float depth) { return depth < 2.4F; });
+  ASSERT_GE(points.size(), 30U);
+  const DepthResult result = Estimate(bundle, FullResolution());
+  ASSERT_EQ(result.status, DepthStatus::kEstimated) << result.reason;
+  int num_near = 0;
+  int num_good = 0;
+  for (int y = 0; y < truth.rows; ++y) {
+    for (int x = 10; x < truth.cols; ++x) {  // the leftmost columns leave the view of one side
+      const float expected = truth.at<float>(y, x);
+      if (expected > 1.9F) continue;
+      ++num_near;
+      const float found = result.map.depth.at<float>(y, x);
+      num_good += std::abs(found - expected) <= kDepthTolerance * expected ? 1 : 0;
+    }
+  }
+  EXPECT_GE(num_near, 0.3 * double(truth.total()));
+  EXPECT_GE(num_good, 0.9 * num_near);
+}
+
 TEST(DepthEstimator, FindsItInThreeToNineImages) {
   const auto estimator = CreateDepthEstimator(TestDevice());
   for (const int num_images : {9, 3, 7, 5}) {  // with buffers of larger bundles before smaller

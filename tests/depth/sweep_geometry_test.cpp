@@ -102,6 +102,31 @@ TEST(SweepPlan, GoesCoarserUntilThePlanesFit) {
   EXPECT_EQ(PlanSweep(geometry, range, limits).level, 1);
 }
 
+TEST(AddNearerPlanes, GoesOnAtTheSameStepAsFarAsAnythingIsSeen) {
+  const SweepGeometry geometry(PlaneScene().Bundle());
+  const SweepPlan plan = PlanSweep(geometry, {0.3, 0.6}, NoLimits());
+  const auto nearest_estimate = [](const SweepPlan& of) {
+    return of.inverse_depth + of.step * (of.num_planes - 2);
+  };
+  SweepPlan longer = plan;
+  AddNearerPlanes(geometry, 1.2, NoLimits(), longer);
+  EXPECT_EQ(longer.inverse_depth, plan.inverse_depth);
+  EXPECT_EQ(longer.step, plan.step);
+  EXPECT_EQ(longer.level, plan.level);
+  EXPECT_GE(nearest_estimate(longer), 1.2);
+  EXPECT_LT(nearest_estimate(longer) - longer.step, 1.2);
+  SweepLimits limits = NoLimits();
+  limits.max_planes = plan.num_planes + 2;
+  SweepPlan limited = plan;
+  AddNearerPlanes(geometry, 1.2, limits, limited);
+  EXPECT_EQ(limited.num_planes, limits.max_planes);
+  // The nearest source is a tenth of the depth away and sees nothing that is nearer than that.
+  SweepPlan longest = plan;
+  AddNearerPlanes(geometry, 100, NoLimits(), longest);
+  EXPECT_GE(geometry.VisibleShare(nearest_estimate(longest)), 0.1);
+  EXPECT_LT(geometry.VisibleShare(nearest_estimate(longest) + longest.step), 0.1);
+}
+
 TEST(RangeOfDepths, HoldsAllButOutliersWithAMargin) {
   std::vector<float> depths;
   for (int i = 0; i < 100; ++i) depths.push_back(10 + 0.1f * float(i));

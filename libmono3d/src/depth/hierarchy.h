@@ -62,7 +62,7 @@ class Hierarchy {
   void RecordPyramid(Recorder& recorder, const LevelSize& full, int level);
   std::optional<InverseDepthRange> SearchRange(Recorder& recorder, const SweepGeometry& geometry,
                                                StageTimes* times);
-  SweepPlan Plan(const SweepGeometry& geometry, const InverseDepthRange& range, int level) const;
+  SweepLimits LimitsFrom(int level) const;
   int FinestLevel(const CameraModel& camera) const;  // of the images that were uploaded
   int CoarsestLevel(const CameraModel& camera, int finest) const;
 

@@ -13,6 +13,9 @@ namespace {
 // level.
 constexpr std::uint32_t kMinSide = 32;
 
+// Nearer surfaces are seen by no source but at the border of the reference.
+constexpr double kMinSeen = 0.1;
+
 // Bytes of the sums of SGM, the largest volume.
 std::uint64_t SumBytes(const LevelSize& size, std::uint32_t padded_planes) {
   return std::uint64_t{2} * size.num_pixels() * padded_planes;
@@ -45,6 +48,23 @@ SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& rang
     const LevelSize coarser = plan.size.Halved();
     if (fits || std::min(coarser.width_px, coarser.height_px) < kMinSide) return plan;
   }
+}
+
+void AddNearerPlanes(const SweepGeometry& geometry, double nearest, const SweepLimits& limits,
+                     SweepPlan& plan) {
+  const auto fits = [&](std::uint32_t num_planes) {
+    return num_planes <= limits.max_planes &&
+           SumBytes(plan.size, limits.padded_planes(num_planes)) <= limits.max_buffer_bytes;
+  };
+  // No estimate is taken from the outermost plane.
+  const auto nearest_estimate = [&] {
+    return plan.inverse_depth + plan.step * (plan.num_planes - 2);
+  };
+  while (nearest_estimate() < nearest && fits(plan.num_planes + 1) &&
+         geometry.VisibleShare(nearest_estimate() + plan.step) >= kMinSeen) {
+    ++plan.num_planes;
+  }
+  plan.padded_planes = limits.padded_planes(plan.num_planes);
 }
 
 SweepPlan Finer(const SweepPlan& plan, const CameraModel& camera) {

@@ -36,6 +36,11 @@ LevelSize SizeAtLevel(const CameraModel& camera, int level);
 SweepPlan PlanSweep(const SweepGeometry& geometry, const InverseDepthRange& range,
                     const SweepLimits& limits);
 
+// Adds planes at the same step up to the inverse depth `nearest`, as far as the limits allow and a
+// source still sees a tenth of the reference there.
+void AddNearerPlanes(const SweepGeometry& geometry, double nearest, const SweepLimits& limits,
+                     SweepPlan& plan);
+
 // The same grid of planes one level finer, with twice the planes. Requires plan.level > 0.
 SweepPlan Finer(const SweepPlan& plan, const CameraModel& camera);
 
