@@ -64,7 +64,8 @@ TEST(SurfelExport, LeavesOutRemovedSurfelsAndThoseOfTooFewMaps) {
 TEST(SurfelExport, LeavesOutWhatIsNotSure) {
   // Confidences 1.5 / 4 and 1 / 2.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  const PointCloud sure = ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.45});
+  const PointCloud sure =
+      ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.45, .gap_confidence = 1});
   ASSERT_EQ(sure.size(), kNine);
   EXPECT_EQ(sure.points[0].x(), 7);
   EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.35}).size(),
@@ -74,13 +75,15 @@ TEST(SurfelExport, LeavesOutWhatIsNotSure) {
 TEST(SurfelExport, KeepsTheSurestShareWhereHardlyAnythingIsSure) {
   // Of confidences 1.5 / 4 and 1 / 2 none reaches what is asked for.
   const Surfels surfels = Ninefold(ThreeSurfels());
-  const PointCloud surest = ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9});
+  const PointCloud surest =
+      ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9, .gap_confidence = 1});
   ASSERT_EQ(surest.size(), kNine);
   EXPECT_EQ(surest.confidences.front(), 0.5F);
   EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9, .min_share = 0.6})
                 .size(),
             2 * kNine);
-  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.min_confidence = 0.9, .min_share = 0})
+  EXPECT_TRUE(ToPointCloud(surfels, kAtTheOrigin, kFrames,
+                           {.min_confidence = 0.9, .gap_confidence = 1, .min_share = 0})
                   .empty());
 }
 
@@ -94,7 +97,42 @@ TEST(SurfelExport, LeavesOutWhatMoreSpeaksAgainstThanFor) {
   surfels.history[0] = {0, 1, 0, 43U << 16};
   EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), 2 * kNine);
   surfels.history[0][3] = 42U << 16;
-  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {}).size(), kNine);
+  EXPECT_EQ(ToPointCloud(Ninefold(surfels), kAtTheOrigin, kFrames, {.gap_confidence = 1}).size(),
+            kNine);
+}
+
+// A wall of sure surfels, a radius apart, and a wall of unsure ones that begins on it and goes on
+// beside it.
+TEST(SurfelExport, FillsGapsWithWhatIsLessSure) {
+  constexpr int kColumns = 6;
+  constexpr int kRows = 4;
+  Surfels surfels;
+  const auto add_wall = [&](int first_column, int end_column, float z, std::uint32_t confidence) {
+    for (int i = first_column * kRows; i < end_column * kRows; ++i) {
+      surfels.position_radius.push_back(
+          {static_cast<float>(i / kRows), static_cast<float>(i % kRows), z, 1});
+      surfels.normal_weight.push_back({0, 0, -1, 10});
+      surfels.history.push_back({0, 1, 0, confidence << 16});
+    }
+  };
+  add_wall(0, kColumns, 9, 256);
+  add_wall(3, 12, 9.5, 13);  // an expected error of two percent
+  const PointCloud cloud = ToPointCloud(surfels, kAtTheOrigin, kFrames, {});
+  // Columns 0 to 5 are taken, and column 6 is 1.1 radii from them.
+  ASSERT_EQ(cloud.size(), std::size_t{(kColumns + 5) * kRows});
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const bool is_sure = i < std::size_t{kColumns * kRows};
+    EXPECT_EQ(cloud.points[i].z(), is_sure ? 9 : 9.5);
+    if (is_sure) continue;
+    EXPECT_GE(cloud.points[i].x(), 7);
+    EXPECT_LT(cloud.confidences[i], 0.05F);
+  }
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.gap_confidence = 1}).size(),
+            std::size_t{kColumns * kRows});
+  // Below the limit of gaps nothing is exported.
+  for (auto& history : surfels.history) history[3] = std::min(history[3], 11U << 16);
+  add_wall(0, kColumns, 9, 256);
+  EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {}).size(), std::size_t{kColumns * kRows});
 }
 
 TEST(SurfelExport, LeavesOutWhatStandsAlone) {
@@ -138,6 +176,8 @@ TEST(SurfelExport, RefusesOptionsOutOfRange) {
   EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_confidence = 1}),
                UsageError);
   EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.min_share = 1.5}), UsageError);
+  EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.gap_confidence = -0.1}),
+               UsageError);
   EXPECT_THROW(ToPointCloud(ThreeSurfels(), kAtTheOrigin, kFrames, {.voxel_radii = -1}),
                UsageError);
 }

@@ -10,7 +10,7 @@
 namespace mono3d::tools {
 
 // The options of the modules that people set: --help lists these, --help-all the others as well.
-inline constexpr std::array<std::string_view, 24> kCommonOptions = {
+inline constexpr std::array<std::string_view, 25> kCommonOptions = {
     // mono3d-reconstruct and mono3d-depth
     "tracking.max_side_px",
     "keyframes.num_images",
@@ -20,6 +20,7 @@ inline constexpr std::array<std::string_view, 24> kCommonOptions = {
     "fusion.max_surfels",
     "fusion.export.min_observations",
     "fusion.export.min_confidence",
+    "fusion.export.gap_confidence",
     // mono3d-simulate
     "scene.kind",
     "scene.seed",

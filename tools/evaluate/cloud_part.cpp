@@ -10,6 +10,7 @@
 #include "evaluate/trajectory_part.h"
 #include "mono3d/core/error.h"
 #include "mono3d/core/options.h"
+#include "mono3d/fusion/surfel_map.h"
 #include "mono3d/io/ply_file.h"
 
 namespace mono3d::tools {
@@ -76,30 +77,55 @@ Table ShareTable(const ModelEvaluation& model) {
   return table;
 }
 
-// What was matched and what was inferred, each by itself.
-Table InferredTable(const ModelEvaluation& model) {
+enum class SurfelKind { kSure, kUnsure, kInferred };
+constexpr SurfelKind kSurfelKinds[] = {SurfelKind::kSure, SurfelKind::kUnsure,
+                                       SurfelKind::kInferred};
+
+// By what models are exported with; a cloud without confidences is sure.
+SurfelKind KindOf(const PointCloud& cloud, std::size_t i) {
+  if (IsInferred(cloud, i)) return SurfelKind::kInferred;
+  const bool is_sure = cloud.confidences.empty() ||
+                       double(cloud.confidences[i]) >= SurfelExportOptions().min_confidence;
+  return is_sure ? SurfelKind::kSure : SurfelKind::kUnsure;
+}
+
+std::string NameOfKind(SurfelKind kind) {
+  switch (kind) {
+    case SurfelKind::kSure:
+      return "matched";
+    case SurfelKind::kUnsure:
+      return "matched, of a confidence below " +
+             FormatNumber(SurfelExportOptions().min_confidence, 2);
+    case SurfelKind::kInferred:
+      return "inferred";
+  }
+  return {};
+}
+
+// What was matched, surely or not, and what was inferred, each by itself.
+Table KindTable(const ModelEvaluation& model) {
   const CloudError& error = model.cloud.error;
   const PointCloud& estimate = model.cloud.estimate_in_truth;
   Table table;
   table.title = "Model: accuracy of what was matched and of what was inferred";
-  table.columns = {"surfels", "number"};
+  table.columns = {"surfels", "number", "RMSE to plane, m"};
   for (const CloudShares& shares : error.shares) {
     table.columns.push_back("to plane, within " +
                             FormatPercent(shares.threshold_m / *model.mean_depth_m));
   }
-  for (const bool is_inferred : {false, true}) {
+  for (const SurfelKind kind : kSurfelKinds) {
     std::vector<double> distances_m;
     for (std::size_t i = 0; i < estimate.size(); ++i) {
-      if (IsInferred(estimate, i) != is_inferred) continue;
-      distances_m.push_back(error.estimate_plane_distances_m[i]);
+      if (KindOf(estimate, i) == kind) distances_m.push_back(error.estimate_plane_distances_m[i]);
     }
-    table.rows.push_back(
-        {is_inferred ? "inferred" : "matched", std::to_string(distances_m.size())});
+    if (distances_m.empty()) continue;
+    table.rows.push_back({NameOfKind(kind), std::to_string(distances_m.size()),
+                          FormatNumber(ComputeStatistics(distances_m).rmse)});
     for (const CloudShares& shares : error.shares) {
       const auto near = std::ranges::count_if(
           distances_m, [&](double distance_m) { return distance_m <= shares.threshold_m; });
-      table.rows.back().push_back(FormatPercent(
-          static_cast<double>(near) / std::max(1.0, static_cast<double>(distances_m.size()))));
+      table.rows.back().push_back(
+          FormatPercent(static_cast<double>(near) / static_cast<double>(distances_m.size())));
     }
   }
   return table;
@@ -209,9 +235,8 @@ Section ModelSection(const ModelEvaluation& model, bool with_pictures) {
   section.tables = {DistanceTable(model)};
   if (!model.cloud.error.shares.empty()) {
     section.tables.push_back(ShareTable(model));
-    if (!model.cloud.estimate_in_truth.inferred.empty()) {
-      section.tables.push_back(InferredTable(model));
-    }
+    const Table kinds = KindTable(model);
+    if (kinds.rows.size() > 1) section.tables.push_back(kinds);
   }
   if (model.surface) section.tables.push_back(SurfaceTable(*model.surface, model.mean_depth_m));
   if (model.mesh) {

@@ -21,6 +21,10 @@ namespace {
 // is a mismatch that nothing has contradicted yet. Eight: the pixels around one.
 constexpr int kMinNeighbours = 8;
 
+// Places that fill gaps are as far from all that is surer. Nearer ones are mostly the uncertain
+// edges of surfaces that are there already.
+constexpr double kGapRadii = 1.5;
+
 // Where depth maps infer the same, this many make it more likely to be right; more of them do not,
 // as measured against true depth maps.
 constexpr float kMostGuesses = 4;
@@ -79,10 +83,18 @@ double LimitOfConfidence(const SurfelParts& matched, const SurfelExportOptions& 
   return histogram.LimitFor(options);
 }
 
+// Of one kind of surfels, by their confidence.
+struct ByConfidence {
+  PointCloud sure;
+  PointCloud unsure;  // of gap_confidence alone; none of those that are inferred
+};
+
 // Adds the surfels that the options ask for, each by what it holds alone.
 void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similarity> S_world_anchor,
                std::span<const std::uint32_t> frames, const SurfelExportOptions& options,
-               PointCloud& cloud) {
+               ByConfidence& chosen) {
+  const auto limit = static_cast<float>(options.min_confidence);
+  const float gap_limit = is_inferred ? limit : static_cast<float>(options.gap_confidence);
   std::optional<std::uint32_t> last_anchor;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
@@ -91,9 +103,8 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
     const float confidence = Confidence(history, is_inferred);
-    if (!IsWanted(surfels, i, options) || confidence < static_cast<float>(options.min_confidence)) {
-      continue;
-    }
+    if (!IsWanted(surfels, i, options) || confidence < std::min(limit, gap_limit)) continue;
+    PointCloud& cloud = confidence < limit ? chosen.unsure : chosen.sure;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
     const std::uint32_t anchor = AnchorOf(surfels, i);
@@ -126,17 +137,19 @@ void WithEachList(PointCloud& cloud, const Act& act) {
   act(cloud.first_frames);
 }
 
-PointCloud Chosen(const SurfelParts& parts, bool is_inferred,
-                  std::span<const Similarity> S_world_anchor, std::span<const std::uint32_t> frames,
-                  const SurfelExportOptions& options) {
-  PointCloud cloud;
+ByConfidence Chosen(const SurfelParts& parts, bool is_inferred,
+                    std::span<const Similarity> S_world_anchor,
+                    std::span<const std::uint32_t> frames, const SurfelExportOptions& options) {
+  ByConfidence chosen;
   // A list that has to grow is there twice, or three times, meanwhile; what is not written to takes
   // no memory.
-  WithEachList(cloud, [&](auto& values) { values.reserve(parts.num_at_most); });
+  for (PointCloud* cloud : {&chosen.sure, &chosen.unsure}) {
+    WithEachList(*cloud, [&](auto& values) { values.reserve(parts.num_at_most); });
+  }
   parts.for_each([&](const Surfels& surfels) {
-    AddChosen(surfels, is_inferred, S_world_anchor, frames, options, cloud);
+    AddChosen(surfels, is_inferred, S_world_anchor, frames, options, chosen);
   });
-  return cloud;
+  return chosen;
 }
 
 // Without the surfels that are marked. In its own memory: a model may take most of what there is.
@@ -173,7 +186,7 @@ void AppendSurfels(const PointCloud& more, PointCloud& cloud) {
 // Of the inferred surfels those that say more than the matched ones and do not stand alone.
 // `matched` is as it was afterwards: a copy of it might be all the memory that is left.
 PointCloud BesideMatched(PointCloud inferred, PointCloud& matched) {
-  const std::vector<bool> is_in_place = FindInPlaceOfOthers(inferred, matched);
+  const std::vector<bool> is_in_place = FindNear(inferred, matched, kFootprintRadii);
   PointCloud beside = Without(is_in_place, std::move(inferred));
   const std::size_t num_matched = matched.size();
   AppendSurfels(beside, matched);
@@ -204,20 +217,21 @@ ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
                      std::span<const Similarity> S_world_anchor,
                      std::span<const std::uint32_t> frames, const SurfelExportOptions& asked_for) {
   asked_for.Validate();
-  ChosenSurfels chosen{{}, {}, asked_for};
+  ChosenSurfels chosen{{}, {}, {}, asked_for};
   SurfelExportOptions& options = chosen.options;
-  PointCloud& cloud = chosen.matched;
-  cloud = Chosen(matched, false, S_world_anchor, frames, options);
+  ByConfidence by_confidence = Chosen(matched, false, S_world_anchor, frames, options);
   const double num_at_least = options.min_share * static_cast<double>(matched.num_at_most);
-  if (options.min_confidence > 0 && static_cast<double>(cloud.size()) < num_at_least) {
+  if (options.min_confidence > 0 && static_cast<double>(by_confidence.sure.size()) < num_at_least) {
     const double limit = LimitOfConfidence(matched, options);
     if (limit < options.min_confidence) {
       options.min_confidence = limit;
-      cloud = Chosen(matched, false, S_world_anchor, frames, options);
+      by_confidence = Chosen(matched, false, S_world_anchor, frames, options);
     }
   }
+  chosen.matched = std::move(by_confidence.sure);
+  chosen.unsure = std::move(by_confidence.unsure);
   if (options.with_inferred) {
-    chosen.inferred = Chosen(inferred, true, S_world_anchor, frames, options);
+    chosen.inferred = Chosen(inferred, true, S_world_anchor, frames, options).sure;
   }
   return chosen;
 }
@@ -225,7 +239,12 @@ ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
 PointCloud ToPointCloud(ChosenSurfels chosen) {
   const SurfelExportOptions& options = chosen.options;
   PointCloud cloud = std::move(chosen.matched);
+  PointCloud unsure = std::move(chosen.unsure);
   PointCloud guessed = std::move(chosen.inferred);
+  if (!unsure.empty()) {
+    const std::vector<bool> is_near = FindNear(unsure, cloud, kGapRadii);
+    AppendSurfels(Without(is_near, std::move(unsure)), cloud);
+  }
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   if (options.min_confidence > 0 && !guessed.empty()) {
     guessed = BesideMatched(std::move(guessed), cloud);

@@ -16,8 +16,9 @@
 namespace mono3d {
 
 // The surfels that are not removed and meet the options, in their order; the fields as
-// SurfelMap::Export states them. With a min_confidence above 0, those that stand alone among the
-// others are left out as well (FindIsolated: fewer than 8 within three radii).
+// SurfelMap::Export states them; those of gap_confidence behind those of min_confidence. With a
+// min_confidence above 0, those that stand alone among the others are left out as well
+// (FindIsolated: fewer than 8 within three radii).
 // `S_world_anchor` and `frames`, of which depth map that is: per anchor.
 PointCloud ToPointCloud(const Surfels& surfels, std::span<const Similarity> S_world_anchor,
                         std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
@@ -36,13 +37,14 @@ PointCloud ToPointCloud(const Surfels& matched, const Surfels& inferred,
 // The surfels that meet the options by what each holds alone.
 struct ChosenSurfels {
   PointCloud matched;
+  PointCloud unsure;  // of gap_confidence alone
   PointCloud inferred;
   SurfelExportOptions options;  // with the least confidence that was taken
 };
 ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
                      std::span<const Similarity> S_world_anchor,
                      std::span<const std::uint32_t> frames, const SurfelExportOptions& options);
-// Without those that stand alone or in the place of others.
+// Without those that stand alone or in the place of surer ones.
 PointCloud ToPointCloud(ChosenSurfels chosen);
 
 }  // namespace mono3d

@@ -23,9 +23,6 @@ constexpr std::int32_t kMaxReach = 32;  // in cells
 // resolution, three radii a cell.
 constexpr std::int32_t kMaxCell = (1 << 20) - 1 - kMaxReach;
 
-// Footprints of pixels lie apart by this share of a surfel's radius.
-constexpr double kFootprintRadii = 0.7071;
-
 // The first surfel of each cell, in one piece of memory: entries lie where their hash says or
 // behind.
 class FirstOfCells {
@@ -184,11 +181,11 @@ std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours, st
   });
 }
 
-std::vector<bool> FindInPlaceOfOthers(const PointCloud& surfels, const PointCloud& others) {
+std::vector<bool> FindNear(const PointCloud& surfels, const PointCloud& others, double radii) {
   if (others.empty()) return std::vector<bool>(surfels.size(), false);
   const Neighbourhood neighbourhood(others);
   return ForEach(surfels.size(), 0, [&](std::size_t i) {
-    return neighbourhood.Has(1, surfels.points[i], kFootprintRadii * surfels.radii[i]);
+    return neighbourhood.Has(1, surfels.points[i], radii * surfels.radii[i]);
   });
 }
 

@@ -21,8 +21,10 @@ inline constexpr double kNeighbourRadii = 3;
 std::vector<bool> FindIsolated(const PointCloud& surfels, int min_neighbours,
                                std::size_t first = 0);
 
-// Whether each surfel has one of the `others` in its place: no farther away than the footprints of
-// neighbouring pixels.
-std::vector<bool> FindInPlaceOfOthers(const PointCloud& surfels, const PointCloud& others);
+// Footprints of neighbouring pixels lie apart by this share of a surfel's radius.
+inline constexpr double kFootprintRadii = 0.7071;
+
+// Whether each surfel has one of the `others` within so many of its radii.
+std::vector<bool> FindNear(const PointCloud& surfels, const PointCloud& others, double radii);
 
 }  // namespace mono3d

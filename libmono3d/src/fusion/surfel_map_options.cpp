@@ -73,6 +73,8 @@ void SurfelExportOptions::Visit(OptionVisitor& visit) {
   visit("min_observations", min_observations,
         "depth maps that must agree on a surfel of the exported model");
   visit("min_confidence", min_confidence, "confidence that it must have, 0 to 1");
+  visit("gap_confidence", gap_confidence,
+        "confidence that is enough where nothing surer is near; 1: nothing fills such gaps");
   visit("min_share", min_share,
         "share of what was matched that is exported whatever its confidence");
   visit("voxel_radii", voxel_radii,
@@ -87,6 +89,8 @@ void SurfelExportOptions::Validate() const {
                 min_observations);
   RequireOption(min_confidence >= 0 && min_confidence < 1, "fusion.export.min_confidence",
                 "in [0, 1)", min_confidence);
+  RequireOption(gap_confidence >= 0 && gap_confidence <= 1, "fusion.export.gap_confidence",
+                "in [0, 1]", gap_confidence);
   RequireOption(min_share >= 0 && min_share <= 1, "fusion.export.min_share", "in [0, 1]",
                 min_share);
   RequireOption(voxel_radii >= 0 && std::isfinite(voxel_radii), "fusion.export.voxel_radii", ">= 0",
