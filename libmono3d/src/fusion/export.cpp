@@ -143,9 +143,7 @@ ByConfidence Chosen(const SurfelParts& parts, bool is_inferred,
   ByConfidence chosen;
   // A list that has to grow is there twice, or three times, meanwhile; what is not written to takes
   // no memory.
-  for (PointCloud* cloud : {&chosen.sure, &chosen.unsure}) {
-    WithEachList(*cloud, [&](auto& values) { values.reserve(parts.num_at_most); });
-  }
+  WithEachList(chosen.sure, [&](auto& values) { values.reserve(parts.num_at_most); });
   parts.for_each([&](const Surfels& surfels) {
     AddChosen(surfels, is_inferred, S_world_anchor, frames, options, chosen);
   });
