@@ -129,6 +129,12 @@ TEST(SurfelExport, FillsGapsWithWhatIsLessSure) {
   }
   EXPECT_EQ(ToPointCloud(surfels, kAtTheOrigin, kFrames, {.gap_confidence = 1}).size(),
             std::size_t{kColumns * kRows});
+  // Nor where the same share of the depth is a larger error: farther away.
+  Surfels farther = surfels;
+  for (std::size_t i = std::size_t{kColumns * kRows}; i < farther.size(); ++i) {
+    farther.position_radius[i][3] = 1.2F;
+  }
+  EXPECT_EQ(ToPointCloud(farther, kAtTheOrigin, kFrames, {}).size(), std::size_t{kColumns * kRows});
   // Below the limit of gaps nothing is exported.
   for (auto& history : surfels.history) history[3] = std::min(history[3], 11U << 16);
   add_wall(0, kColumns, 9, 256);

@@ -162,6 +162,21 @@ PointCloud Without(const std::vector<bool>& is_left_out, PointCloud cloud) {
   return cloud;
 }
 
+// Of the unsure surfels those that fill gaps between the sure ones: far enough from all of them,
+// and with an expected error of no more scene units than gap_confidence means at the distance of
+// the median sure surfel, of which radii tell. Two percent of a great distance is no surface.
+PointCloud FillingGaps(PointCloud unsure, const PointCloud& sure, double gap_confidence) {
+  if (unsure.empty() || sure.empty()) return unsure;
+  std::vector<bool> is_left_out = FindNear(unsure, sure, kGapRadii);
+  // Of one undisputed observation of confidence p, c = p / (p + 1), the error goes with 1 / p - 1.
+  const auto error_of = [](double c) { return (1 - c) / c - 1; };
+  const double most = error_of(gap_confidence) * UpperMedian(sure.radii);
+  for (std::size_t i = 0; i < unsure.size(); ++i) {
+    if (error_of(unsure.confidences[i]) * unsure.radii[i] > most) is_left_out[i] = true;
+  }
+  return Without(is_left_out, std::move(unsure));
+}
+
 PointCloud WithoutIsolated(PointCloud cloud) {
   const std::vector<bool> is_isolated = FindIsolated(cloud, kMinNeighbours, 0);
   return Without(is_isolated, std::move(cloud));
@@ -239,10 +254,8 @@ PointCloud ToPointCloud(ChosenSurfels chosen) {
   PointCloud cloud = std::move(chosen.matched);
   PointCloud unsure = std::move(chosen.unsure);
   PointCloud guessed = std::move(chosen.inferred);
-  if (!unsure.empty()) {
-    const std::vector<bool> is_near = FindNear(unsure, cloud, kGapRadii);
-    AppendSurfels(Without(is_near, std::move(unsure)), cloud);
-  }
+  unsure = FillingGaps(std::move(unsure), cloud, options.gap_confidence);
+  AppendSurfels(unsure, cloud);
   if (options.min_confidence > 0) cloud = WithoutIsolated(std::move(cloud));
   if (options.min_confidence > 0 && !guessed.empty()) {
     guessed = BesideMatched(std::move(guessed), cloud);

@@ -110,8 +110,9 @@ struct SurfelExportOptions {
   // only where one depth map alone saw it) and what has fewer than 8 others within three radii.
   double min_confidence = 1.0 / 7;
   // Enough where nothing of min_confidence is within one and a half radii. 1/22: one undisputed
-  // observation with an expected error of two percent of the depth, as of crowns of trees. 1: such
-  // places stay empty.
+  // observation with an expected error of two percent of the depth, as of crowns of trees. Of what
+  // is farther away than the median surfel (by its radius) less, so that the error is no larger. 1:
+  // such places stay empty.
   double gap_confidence = 1.0 / 22;
   // Of what was matched, the surest, whatever their confidence: a few images of a camera that
   // hardly moved show a scene too, if to some percent of the depth.
