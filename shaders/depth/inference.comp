@@ -5,9 +5,10 @@
 // resolution the state is the mean of the four pixels of half the resolution around, weighted by
 // distance and likeness of grey values. It is believed where planes that won the sweep, though not
 // clearly enough to be an estimate, are near: that of the second nearest of five pixels around
-// counts; or where it is that of a plane that is believed as a whole; and where enough sources see
-// it. Confidence falls with the distance from it, and is never above kMostConfidence. No
-// estimate elsewhere, and in the sky. One pixel an invocation; a quarter of a tile is a workgroup.
+// counts; or where it is that of a plane that is believed as a whole, or near what was matched on a
+// coarser level; and where enough sources see it. Confidence falls with the distance from it, and
+// is never above kMostConfidence. No estimate elsewhere, and in the
+// sky. One pixel an invocation; a quarter of a tile is a workgroup.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -28,7 +29,7 @@ layout(binding = 6, r32ui) uniform readonly uimageBuffer tiles;  // inference_ti
 layout(binding = 7, std430) writeonly buffer InverseDepth {  // 1/su
   float inverse_depth[];
 };
-layout(binding = 8, std430) writeonly buffer Confidence {
+layout(binding = 8, std430) writeonly buffer Confidence {  // negative: matched on a coarser level
   float confidence[];
 };
 
@@ -105,12 +106,16 @@ void main() {
   const float from_winners = DifferenceFromWinners(x, y, w) / params.inverse_depth_step;
   const float difference = IsBelieved(cell) ? min(from_winners, 1.0) : from_winners;
   const float matched = imageLoad(depth, pixel).x;
-  const bool inferred = matched <= 0.0 && w > 0.0 && ReferenceShows(vec2(x, y)) &&
-                        difference <= params.max_difference &&
-                        NumViews(x, y, w) >= params.min_views &&
-                        cell.w >= 0.0;
-  if (!inferred) return;
+  if (matched > 0.0 || w <= 0.0 || cell.w < 0.0 || !ReferenceShows(vec2(x, y))) return;
+  const float num_views = NumViews(x, y, w);
+  const bool is_guess = difference <= params.max_difference && num_views >= params.min_views;
+  const float from_coarse = IsMatchedCoarsely(cell) ? abs(w - cell.x) / cell.y : kNone;
+  const bool is_coarse =
+      from_coarse <= params.max_difference && num_views >= params.min_coarse_views;
+  if (!is_guess && !is_coarse) return;
   inverse_depth[pixel] = w;
-  confidence[pixel] = clamp(sums.y / sums.z / (1.0 + difference * difference), kLeastConfidence,
-                            kMostConfidence);
+  const float guessed = is_guess ? sums.y / sums.z / (1.0 + difference * difference) : 0.0;
+  const float coarsely = is_coarse ? cell.z / (1.0 + from_coarse * from_coarse) : 0.0;
+  const float surer = clamp(max(guessed, coarsely), kLeastConfidence, kMostConfidence);
+  confidence[pixel] = is_coarse ? -surer : surer;
 }

@@ -13,6 +13,7 @@ uint winner_level;         // its halvings
 float inverse_depth_step;  // between its planes, 1/su
 float max_difference;      // from the winner, planes
 float min_views;           // sources that must see the point
+float min_coarse_views;    // the same where it was matched on a coarser level
 MONO3D_PARAMS_END
 
 #endif

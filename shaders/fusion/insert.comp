@@ -11,7 +11,7 @@
 
 layout(binding = 0, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 1, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
-layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
+layout(binding = 2, r32ui) uniform readonly uimageBuffer colour;  // per pixel, surfel.glsl
 layout(binding = 3, r32ui) uniform readonly uimageBuffer new_pixels;  // in their order
 layout(binding = 4, r32ui) uniform readonly uimageBuffer blocks;  // to fill
 layout(binding = 5, std430) writeonly buffer PositionRadius { vec4 position_radius[]; };
@@ -35,7 +35,8 @@ void main() {
   position_radius[slot] =
       vec4(ray * z, SurfelRadius(z, normal.xyz, ray) * float(params.merge_radius_px));
   normal_weight[slot] = vec4(normal.xyz, normal.w / (sigma * sigma));
-  history[slot] = uvec4(Colour10From8(imageLoad(colour, int(i)).x), Pack16(1u, 0u),
+  const uint rgb8 = imageLoad(colour, int(i)).x;
+  history[slot] = uvec4(Colour10From8(rgb8) | CoarseMatchOfPixel(rgb8), Pack16(1u, 0u),
                         Pack16(params.map_index, params.map_index),
                         Pack16(params.map_index, ConfidenceSteps(normal.w)));
 }

@@ -15,7 +15,7 @@
 layout(binding = 0, r32ui) uniform readonly uimageBuffer association;  // per surfel
 layout(binding = 1, r32f) uniform readonly imageBuffer depth;  // su, height x width
 layout(binding = 2, rgba32f) uniform readonly imageBuffer candidate;  // per pixel
-layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;  // per pixel, 0xBBGGRR
+layout(binding = 3, r32ui) uniform readonly uimageBuffer colour;  // per pixel, surfel.glsl
 layout(binding = 4, rgba32f) uniform readonly imageBuffer old_position_radius;  // per surfel, as
 layout(binding = 5, rgba32f) uniform readonly imageBuffer old_normal_weight;  // the three below
 layout(binding = 6, rgba32ui) uniform readonly uimageBuffer old_history;
@@ -39,8 +39,10 @@ vec3 MergedColour(vec3 old, vec3 measured, float share) {
 }
 
 uvec4 MergedHistory(uvec4 old, uint pixel, float share, float confidence) {
-  const vec3 measured = UnpackColour(Colour10From8(imageLoad(colour, int(pixel)).x));
-  return uvec4(PackColour(MergedColour(UnpackColour(old.x), measured, share)),
+  const uint rgb8 = imageLoad(colour, int(pixel)).x;
+  const vec3 measured = UnpackColour(Colour10From8(rgb8));
+  return uvec4(PackColour(MergedColour(UnpackColour(old.x), measured, share)) |
+                   CoarseMatchOf(old.x) | CoarseMatchOfPixel(rgb8),
                Pack16(Low16(old.y) + 1u, High16(old.y)), Pack16(Low16(old.z), params.map_index),
                Pack16(Low16(old.w), High16(old.w) + ConfidenceSteps(confidence)));
 }

@@ -10,9 +10,11 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <random>
 
 #include "depth/plane_scene.h"
 #include "depth/single_views.h"
+#include "depth/stage_testing.h"
 #include "depth/sweep_geometry.h"
 #include "gpu/test_device.h"
 #include "mono3d/core/error.h"
@@ -340,6 +342,37 @@ TEST(DepthEstimator, InfersASurfaceWithoutTexture) {
     }
   }
   EXPECT_GE(num_near, int(0.9 * num_inferred));
+}
+
+// Leaves that no two images show alike, on branches that all of them show: the left half of each
+// image has noise of its own, in every pixel.
+TEST(DepthEstimator, MatchesWhatIsRoughOnACoarserLevel) {
+  PlaneScene scene;
+  scene.camera = scene.camera.Resized(640, 384);
+  ImageBundle bundle = scene.Bundle();
+  std::mt19937 random = SeededByTestName();
+  std::normal_distribution<double> noise(0, 30);
+  for (Keyframe& keyframe : bundle.keyframes) {
+    cv::Mat image = keyframe.frame.bgr.clone();
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols / 2; ++x) {
+        const double grey = image.at<cv::Vec3b>(y, x)[0] + noise(random);
+        image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(grey));
+      }
+    }
+    keyframe.frame.bgr = image;
+  }
+  const DepthMap map = Estimate(bundle, FullResolution()).map;
+  Validate(map);
+  const cv::Mat truth = scene.TrueDepth();
+  ASSERT_FALSE(map.inferred.empty());
+  const cv::Mat coarsely = map.inferred == kCoarselyMatched;
+  const int num_coarse = cv::countNonZero(coarsely.colRange(0, 320));
+  EXPECT_GE(num_coarse, 320 * 384 / 4);
+  EXPECT_EQ(cv::countNonZero(coarsely.colRange(360, 640)), 0);
+  const cv::Mat error = cv::abs(map.depth / truth - 1);
+  const cv::Mat is_near = (error < 0.02) & coarsely;
+  EXPECT_GE(cv::countNonZero(is_near), 0.9 * cv::countNonZero(coarsely));
 }
 
 TEST(DepthEstimator, DoesNotDependOnScale) {

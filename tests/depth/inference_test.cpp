@@ -20,7 +20,7 @@ using Texel = InferenceMap::value_type;
 // Float against double: a few roundings.
 constexpr float kRelative = 2e-5F;
 
-// Of sky, of a plane that is believed as a whole or not, or neither.
+// Of sky, of a plane that is believed as a whole or not, matched on a coarser level, or none of it.
 InferenceMap RandomCells(LevelSize size, std::mt19937& random) {
   InferenceMap cells(std::size_t{(size.width_px + 3) / 4} * ((size.height_px + 3) / 4));
   for (Texel& cell : cells) {
@@ -31,6 +31,9 @@ InferenceMap RandomCells(LevelSize size, std::mt19937& random) {
     const bool is_believed = is_plane && random() % 2 == 0;
     cell = {values[0], 0.1F * values[1], -0.1F * values[2],
             is_sky ? -1.F : (is_believed ? 1.F + confidence : confidence)};
+    if (is_sky || is_plane) continue;
+    const bool is_coarse = random() % 2 == 0;
+    cell = {2 * values[0], is_coarse ? 0.1F * values[1] : 0.F, 0.125F * values[2], 0.F};
   }
   return cells;
 }
@@ -157,7 +160,7 @@ void ExpectStageEqualsReference(bool with_bounds, std::size_t min_per_inferred,
       const LevelSize of_winners = level == 0 ? size : size.Halved();
       const std::size_t n = size.num_pixels();
       const InferenceParams params{
-          size.width_px, size.height_px, of_winners.width_px, level, 0.1F, 3, 2};
+          size.width_px, size.height_px, of_winners.width_px, level, 0.1F, 3, 2, 1};
       SourceProjections projections = SourcesToTheRight(4);
       if (with_bounds) SetBounds(size, projections);
       const auto depth = RandomValues(n, 0.5F, 2, 0.5, random);
@@ -297,6 +300,7 @@ std::pair<std::vector<float>, std::vector<float>> InferPlane(const cv::Mat& cell
                               .step = 0.02,
                               .projections = SourcesToTheRight(4),
                               .min_views = 2,
+                              .min_coarse_views = 1,
                               .cells = cells,
                               .tiles = tiles,
                               .normals = {kSize.width_px, kSize.height_px, 80, 80, 45, 30, 0.02F}});

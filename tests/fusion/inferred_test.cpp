@@ -65,6 +65,36 @@ TEST(Inferred, IsExportedMarkedWhereTwoDepthMapsAgree) {
   EXPECT_TRUE(model->Export(SurfelExportOptions{.with_inferred = false}).inferred.empty());
 }
 
+// Known to 1.6 percent, so that one is enough where nothing else is.
+TEST(Inferred, FillsGapsAtOnceWhereItWasMatchedOnACoarserLevel) {
+  const auto map_of = [](unsigned seed, std::uint8_t kind) {
+    TrackedMap map = GuessingMap(seed);
+    map.confidence(kGuess).setTo(0.0625);
+    map.inferred(kGuess).setTo(kind);
+    return map;
+  };
+  // In the middle of the gap, in which nothing is near what was matched.
+  const auto num_in_gap = [](const PointCloud& cloud) {
+    EXPECT_EQ(NumInferred(cloud), 0U);
+    return std::ranges::count_if(cloud.confidences, [](float c) { return c < 0.14F; });
+  };
+  const auto num_after = [&](std::uint8_t first, std::uint8_t second) {
+    const auto model = CreateTrackedModel(InferredUnregistered());
+    model->Integrate(map_of(1, first));
+    if (second != 0) model->Integrate(map_of(2, second));
+    return num_in_gap(model->Export(SurfelExportOptions{}));
+  };
+  const int num_at_least = (kGuess.width - 6) * (kGuess.height - 6);
+  EXPECT_EQ(num_after(kInferred, 0), 0);
+  EXPECT_GE(num_after(kCoarselyMatched, 0), num_at_least);
+  EXPECT_EQ(num_after(kInferred, kInferred), 0);
+  EXPECT_GE(num_after(kInferred, kCoarselyMatched), num_at_least);
+  EXPECT_GE(num_after(kCoarselyMatched, kInferred), num_at_least);
+  const auto model = CreateTrackedModel(InferredUnregistered());
+  model->Integrate(map_of(1, kCoarselyMatched));
+  EXPECT_EQ(num_in_gap(model->Export(SurfelExportOptions{.gap_confidence = 1})), 0);
+}
+
 TEST(Inferred, ChangesNothingThatIsMatched) {
   SurfelMapOptions options;
   const auto with = CreateTrackedModel(options);

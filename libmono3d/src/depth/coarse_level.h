@@ -31,12 +31,7 @@ class CoarseLevel {
   void Record(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,
               const Buffer& images, bool is_last);
 
-  const Buffer& inverse_depth() const {
-    return winner_selection_.inverse_depth();
-  }  // 1/su; 0: no estimate
-  const Buffer& confidence() const { return winner_selection_.confidence(); }  // 0 to 1
-  // Inverse depth before the median, 0 where it is no estimate.
-  const Buffer& winners() const { return winner_selection_.winners().inverse_depth; }
+  const WinnerSelection& results() const { return winner_selection_; }
 
  private:
   void RecordSweep(Recorder& recorder, const SweepPlan& plan, const SourceProjections& projections,

@@ -13,6 +13,7 @@
 
 #include "depth/buffers.h"
 #include "depth/bundle_checks.h"
+#include "depth/coarse_matches.h"
 #include "depth/contradictions.h"
 #include "depth/grey_images.h"
 #include "depth/hierarchy.h"
@@ -110,7 +111,8 @@ void ClearHidden(const cv::Mat& hidden, DepthMap& map) {
   ClearWhere(at_size, map);
 }
 
-// Of all pixels, row by row; confidence 0: nothing is inferred.
+// Of all pixels, row by row; confidence 0: nothing is inferred, below 0: it was matched on a
+// coarser level.
 struct InferredValues {
   std::span<const float> inverse_depth;
   std::span<const float> confidence;
@@ -122,11 +124,12 @@ void AddInferred(const cv::Rect& pixels, const InferredValues& inferred, DepthMa
     const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.depth.cols);
     for (int x = pixels.x; x < pixels.br().x; ++x) {
       const std::size_t i = row + static_cast<std::size_t>(x);
-      if (!(inferred.confidence[i] > 0)) continue;
+      const float confidence = inferred.confidence[i];
+      if (confidence == 0) continue;
       const float* const normal = &inferred.normal[3 * i];
-      map.inferred.at<std::uint8_t>(y, x) = 255;
+      map.inferred.at<std::uint8_t>(y, x) = confidence > 0 ? kInferred : kCoarselyMatched;
       map.depth.at<float>(y, x) = 1 / inferred.inverse_depth[i];
-      map.confidence.at<float>(y, x) = inferred.confidence[i];
+      map.confidence.at<float>(y, x) = std::abs(confidence);
       map.normal.at<cv::Vec3f>(y, x) = {normal[0], normal[1], normal[2]};
     }
   }
@@ -148,6 +151,7 @@ class VulkanDepthEstimator final : public DepthEstimator {
   EstimateBuffers Refined(const SweepPlan& plan) const;
   EstimateBuffers RefinedWithout(const cv::Mat& doubtful, const SweepPlan& plan);
   cv::Mat ClearDoubtful(const SweepGeometry& geometry, const SweepPlan& plan, DepthMap& map) const;
+  void AddCoarseMatches(const cv::Mat& depth, cv::Mat& cells);
   void Infer(const SweepGeometry& geometry, const SweepPlan& plan, const cv::Mat& doubtful,
              DepthMap& map);
 
@@ -332,6 +336,40 @@ EstimateBuffers VulkanDepthEstimator::RefinedWithout(const cv::Mat& doubtful,
   return {certain_depth_, refined.confidence};
 }
 
+// Cells without a plane that were matched on a coarser level alone (inference.glsl).
+void VulkanDepthEstimator::AddCoarseMatches(const cv::Mat& depth, cv::Mat& cells) {
+  const auto map_of = [](const Buffer& buffer, const LevelSize& size) {
+    cv::Mat map(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_32FC1);
+    buffer.Download(std::span(map.ptr<float>(), map.total()));
+    return map;
+  };
+  std::vector<CoarseMatches> levels;
+  const auto results = hierarchy_.results();
+  for (std::size_t i = results.size() - 1; i-- > 0;) {
+    const auto& [plan, selection] = results[i];
+    levels.push_back({.level = plan.level,
+                      .step = plan.step,
+                      .winners = map_of(selection->winners().inverse_depth, plan.size),
+                      .uniqueness = map_of(selection->winners().confidence, plan.size),
+                      .inverse_depth = map_of(selection->inverse_depth(), plan.size)});
+  }
+  if (levels.empty()) return;
+  cv::Mat response(depth.rows, 4 * ((depth.cols + 3) / 4), CV_32SC1);
+  response_.Download(std::span(response.ptr<std::int32_t>(), response.total()));
+  const cv::Mat coarse = FindCoarseMatches(
+      {.levels = levels,
+       .depth = depth,
+       .response = response.colRange(0, depth.cols),
+       .min_response = MinResponse(options_.dog, noise_) * kDogUnitsPerGrey,
+       .min_uniqueness = static_cast<float>(options_.winner_takes_all.min_uniqueness),
+       .min_support = options_.median.min_support});
+  cells.forEach<cv::Vec4f>([&coarse](cv::Vec4f& cell, const int* at) {
+    if (cell[3] != 0) return;
+    const cv::Vec3f& matched = coarse.at<cv::Vec3f>(at);
+    cell = {matched[0], matched[1], matched[2], 0};
+  });
+}
+
 // Adds what is inferred to the map of what was matched, which stays as it is.
 void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan& plan,
                                  const cv::Mat& doubtful, DepthMap& map) {
@@ -345,7 +383,7 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
   const cv::Mat unfiltered(map.depth.size(), CV_32FC1, const_cast<float*>(before_filter.data()));
   const cv::Mat winners(static_cast<int>(plan.size.height_px), static_cast<int>(plan.size.width_px),
                         CV_32FC1, const_cast<float*>(hierarchy_.winners().Read(winners_).data()));
-  const cv::Mat cells =
+  cv::Mat cells =
       FindPlanarRegions({.bgr = map.bgr,
                          .depth = map.depth,
                          .unfiltered = unfiltered,
@@ -354,6 +392,7 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
                          .sky = FindSky(map.bgr, map.depth),
                          .step = plan.step,
                          .max_difference = static_cast<int>(options_.inference.max_difference)});
+  AddCoarseMatches(map.depth, cells);
   inference_.Record(recorder_,
                     {.size = SizeAtLevel(map.camera, 0),
                      .images = hierarchy_.images(0),
@@ -366,6 +405,7 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
                      .step = plan.step,
                      .projections = geometry.Projections(0),
                      .min_views = std::max(options_.refinement.min_views, kMinViewsToInfer),
+                     .min_coarse_views = options_.refinement.min_views,
                      .cells = cells,
                      .tiles = tiles,
                      .normals = ParamsOfNormals(geometry, plan)});
@@ -378,6 +418,9 @@ void VulkanDepthEstimator::Infer(const SweepGeometry& geometry, const SweepPlan&
   for (const std::uint32_t tile : tiles) {
     AddInferred(PixelsOfTile(tile, map.depth.size()), inferred, map);
   }
+  // What was matched on a coarser level may be seen by one source.
+  const cv::Mat views = FindSingleViews(geometry, map.depth);
+  ClearWhere(map.inferred & (views == kDoubtfulSingle), map);
 }
 
 void VulkanDepthEstimator::RecordRefinement(const SweepGeometry& geometry, const SweepPlan& plan) {

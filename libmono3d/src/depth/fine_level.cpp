@@ -29,8 +29,7 @@ FineLevel::FineLevel(std::shared_ptr<Device> device, DepthKernels& kernels,
     : device_(std::move(device)),
       kernels_(kernels),
       options_(options),
-      penalties_(UploadPenalties(device_, options.sgm)),
-      winner_selection_(device_, kernels, options) {}
+      penalties_(UploadPenalties(device_, options.sgm)) {}
 
 std::uint64_t FineLevel::LargestBufferBytes(LevelSize size, std::size_t num_sources) {
   return std::max(PathBytes(size), CensusBytes(size, num_sources));
@@ -102,18 +101,26 @@ void FineLevel::RecordSweep(Recorder& recorder, const Level& level,
                      census_, projections_[index], volumes());
 }
 
+WinnerSelection& FineLevel::SelectionOf(int level) {
+  while (winner_selections_.size() <= static_cast<std::size_t>(level)) {
+    winner_selections_.emplace_back(device_, kernels_, options_);
+  }
+  return winner_selections_[static_cast<std::size_t>(level)];
+}
+
 void FineLevel::RecordWinnerSelection(Recorder& recorder, const Level& level) {
   const SweepPlan& plan = level.plan;
-  winner_selection_.Prepare(plan.size);
+  WinnerSelection& selection = SelectionOf(plan.level);
+  selection.Prepare(plan.size);
   kernels_.FineSgm(recorder, penalties_, NumPaths(level), options_.winner_takes_all.sub_plane,
                    {.width_px = plan.size.width_px,
                     .height_px = plan.size.height_px,
-                    .max_cost = winner_selection_.MaxCost(level.is_last),
-                    .min_uniqueness = winner_selection_.MinUniqueness(level.is_last),
+                    .max_cost = selection.MaxCost(level.is_last),
+                    .min_uniqueness = selection.MinUniqueness(level.is_last),
                     .inverse_depth = static_cast<float>(plan.inverse_depth),
                     .inverse_depth_step = static_cast<float>(plan.step)},
-                   volumes(), winner_selection_.winners());
-  winner_selection_.RecordMedian(recorder, plan, level.is_last);
+                   volumes(), selection.winners());
+  selection.RecordMedian(recorder, plan, level.is_last);
 }
 
 void FineLevel::Record(Recorder& recorder, const Level& level, const SourceProjections& projections,

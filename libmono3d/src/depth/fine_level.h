@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <deque>
 #include <memory>
 
 #include "depth/kernels.h"
@@ -36,19 +37,15 @@ class FineLevel {
   static std::uint64_t LargestBufferBytes(LevelSize size, std::size_t num_sources);
 
   // `images` holds padded images of plan.size, the reference first; `coarse_depth` inverse
-  // depth of the coarser level, which may be inverse_depth() of the level before. The results are
-  // there after recorder.Submit(), plan.size.num_pixels() floats each.
+  // depth of the coarser level. The results are there after recorder.Submit(),
+  // plan.size.num_pixels() floats each.
   void Record(Recorder& recorder, const Level& level, const SourceProjections& projections,
               const Buffer& images, const Buffer& coarse_depth);
 
-  const Buffer& inverse_depth() const {
-    return winner_selection_.inverse_depth();
-  }  // 1/su; 0: no estimate
-  const Buffer& confidence() const {
-    return winner_selection_.confidence();
-  }  // of the last level, 0 to 1
-  // Inverse depth before the median, negative where it is no estimate; of the last level.
-  const Buffer& winners() const { return winner_selection_.winners().inverse_depth; }
+  // Of a level that was recorded.
+  const WinnerSelection& results(int level) const {
+    return winner_selections_[static_cast<std::size_t>(level)];
+  }
 
  private:
   void RecordPrior(Recorder& recorder, const Level& level, const Buffer& images,
@@ -57,14 +54,15 @@ class FineLevel {
                    const Buffer& images);
   std::uint32_t NumPaths(const Level& level) const;
   FineVolumes volumes() const { return {ranges_, costs_, paths_, more_paths_}; }
+  WinnerSelection& SelectionOf(int level);
   void RecordWinnerSelection(Recorder& recorder, const Level& level);
 
   std::shared_ptr<Device> device_;
   DepthKernels& kernels_;
   DepthEstimatorOptions options_;
   SgmPenalties penalties_;
-  WinnerSelection winner_selection_;
-  std::vector<Buffer> projections_;  // by level: all are read at Submit
+  std::deque<WinnerSelection> winner_selections_;  // by level
+  std::vector<Buffer> projections_;                // by level: all are read at Submit
   Buffer coarse_normals_;
   Buffer ranges_;
   Buffer census_;

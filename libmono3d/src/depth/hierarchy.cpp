@@ -119,7 +119,7 @@ std::optional<InverseDepthRange> Hierarchy::SearchRange(Recorder& recorder,
                        levels_[static_cast<std::size_t>(plan.level)], true);
   recorder.Submit(times);
   std::vector<float> depths(plan.size.num_pixels());
-  coarse_level_.inverse_depth().Download(std::span<float>(depths));
+  coarse_level_.results().inverse_depth().Download(std::span<float>(depths));
   for (float& depth : depths) depth = depth > 0 ? 1 / depth : 0;
   return RangeOfDepths(depths);
 }
@@ -136,19 +136,15 @@ SweepPlan Hierarchy::Record(Recorder& recorder, const SweepGeometry& geometry,
   RecordPyramid(recorder, SizeAtLevel(camera, 0), std::max(plan.level, kDetailLevel));
   coarse_level_.Record(recorder, plan, geometry.Projections(plan.level),
                        levels_[static_cast<std::size_t>(plan.level)], plan.level <= finest);
-  inverse_depth_ = &coarse_level_.inverse_depth();
-  confidence_ = &coarse_level_.confidence();
-  winners_ = &coarse_level_.winners();
+  results_.assign(1, {plan, &coarse_level_.results()});
   while (plan.level > finest) {
     const CameraModel coarse_camera = HalvedCamera(camera, plan.level);
     plan = Finer(plan, camera);
     fine_level_.Record(
         recorder, {.coarse_camera = coarse_camera, .plan = plan, .is_last = plan.level == finest},
         geometry.Projections(plan.level), levels_[static_cast<std::size_t>(plan.level)],
-        *inverse_depth_);
-    inverse_depth_ = &fine_level_.inverse_depth();
-    confidence_ = &fine_level_.confidence();
-    winners_ = &fine_level_.winners();
+        results_.back().selection->inverse_depth());
+    results_.push_back({plan, &fine_level_.results(plan.level)});
   }
   return plan;
 }

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "depth/coarse_level.h"
@@ -13,6 +14,7 @@
 #include "depth/kernels.h"
 #include "depth/sweep_geometry.h"
 #include "depth/sweep_plan.h"
+#include "depth/winner_selection.h"
 #include "gpu/buffer.h"
 #include "gpu/recorder.h"
 #include "mono3d/core/timing.h"
@@ -43,11 +45,18 @@ class Hierarchy {
   SweepPlan Record(Recorder& recorder, const SweepGeometry& geometry,
                    const InverseDepthRange& range);
 
+  struct LevelResults {
+    SweepPlan plan;
+    const WinnerSelection* selection = nullptr;
+  };
+
   // Of the finest level: inverse depth in 1/su, 0: no estimate; confidence 0 to 1.
-  const Buffer& inverse_depth() const { return *inverse_depth_; }
-  const Buffer& confidence() const { return *confidence_; }
+  const Buffer& inverse_depth() const { return finest().inverse_depth(); }
+  const Buffer& confidence() const { return finest().confidence(); }
   // Inverse depth before the median, 1/su; 0 or less: no estimate.
-  const Buffer& winners() const { return *winners_; }
+  const Buffer& winners() const { return finest().winners().inverse_depth; }
+  // Of all levels, the coarsest one first.
+  std::span<const LevelResults> results() const { return results_; }
   // Padded images of a level up to kDetailLevel, the reference and then the sources.
   const Buffer& images(int level) const { return levels_[static_cast<std::size_t>(level)]; }
 
@@ -65,6 +74,7 @@ class Hierarchy {
   SweepLimits LimitsFrom(int level) const;
   int FinestLevel(const CameraModel& camera) const;  // of the images that were uploaded
   int CoarsestLevel(const CameraModel& camera, int finest) const;
+  const WinnerSelection& finest() const { return *results_.back().selection; }
 
   std::shared_ptr<Device> device_;
   DepthKernels& kernels_;
@@ -74,9 +84,7 @@ class Hierarchy {
   std::size_t num_images_ = 0;
   std::vector<Buffer> levels_;
   Buffer contrast_gains_;
-  const Buffer* inverse_depth_ = nullptr;  // of the level recorded last
-  const Buffer* confidence_ = nullptr;
-  const Buffer* winners_ = nullptr;
+  std::vector<LevelResults> results_;
 };
 
 }  // namespace mono3d

@@ -91,7 +91,8 @@ void Inference::Record(Recorder& recorder, const Input& input) {
                       .winner_level = static_cast<std::uint32_t>(input.winner_level),
                       .inverse_depth_step = static_cast<float>(input.step),
                       .max_difference = static_cast<float>(options_.max_difference),
-                      .min_views = static_cast<float>(input.min_views)},
+                      .min_views = static_cast<float>(input.min_views),
+                      .min_coarse_views = static_cast<float>(input.min_coarse_views)},
                      {tiles_, input.tiles.size()}, input.depth, input.winners,
                      levels_.front().state, input.images, cells_, projections_,
                      {inverse_depth_, confidence_});

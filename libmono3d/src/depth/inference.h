@@ -38,7 +38,8 @@ class Inference {
     double step = 0;          // between its planes, 1/su
     SourceProjections projections;  // at full resolution
     int min_views = 0;              // sources that must see a point
-    cv::Mat cells;                  // FindPlanarRegions
+    int min_coarse_views = 0;       // the same where it was matched on a coarser level
+    cv::Mat cells;                  // FindPlanarRegions, FindCoarseMatches (inference.glsl)
     // In which something was not matched (TilesWithoutDepth), at least one.
     std::span<const std::uint32_t> tiles;
     NormalsParams normals;
@@ -48,8 +49,9 @@ class Inference {
   void Record(Recorder& recorder, const Input& input);
 
   const Buffer& inverse_depth() const { return inverse_depth_; }  // 1/su, matched or inferred
-  const Buffer& confidence() const { return confidence_; }        // above 0 where inferred
-  const Buffer& normals() const { return normals_; }              // of the pixels of `tiles`
+  // Above 0 where inferred; below 0 where it was matched on a coarser level, as `cells` say.
+  const Buffer& confidence() const { return confidence_; }
+  const Buffer& normals() const { return normals_; }  // of the pixels of `tiles`
 
  private:
   // Half the resolution is the first; the last has one pixel.

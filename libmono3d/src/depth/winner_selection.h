@@ -29,7 +29,8 @@ class WinnerSelection {
   // Makes room for size.num_pixels() floats in each buffer; call before the winners are recorded.
   void Prepare(LevelSize size);
 
-  // To be written by the kernel that finds the winners.
+  // To be written by the kernel that finds the winners: inverse depth (fine_winner.glsl) and
+  // uniqueness, 0 to 1.
   EstimateBuffers winners() const { return {winner_depth_, winner_uniqueness_}; }
 
   // Call after the winners are recorded.

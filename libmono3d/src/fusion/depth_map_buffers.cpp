@@ -16,6 +16,7 @@ namespace mono3d {
 namespace {
 
 constexpr std::uint32_t kGrey = 0x808080;
+constexpr std::uint32_t kCoarseMatchOfPixel = 1U << 24;  // surfel.glsl
 
 // What of its confidence a pixel keeps for the angle under which it sees the surface: `along` is
 // its unit normal times the ray, turned towards the camera. Beyond kMaxSlantDeg it shows the edge
@@ -151,6 +152,7 @@ PackedBlocks PackInferred(const DepthMap& map, bool with_confidence,
       if (is_inferred[x] == 0 || !packer.Pack(x)) continue;
       const auto pixel = static_cast<std::uint32_t>(y * map.camera.width + x);
       to.colour[pixel] = colours.empty() ? kGrey : colours[pixel];
+      if (is_inferred[x] == kCoarselyMatched) to.colour[pixel] |= kCoarseMatchOfPixel;
       pixels.push_back(pixel);
     }
   }

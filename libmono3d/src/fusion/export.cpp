@@ -86,7 +86,9 @@ double LimitOfConfidence(const SurfelParts& matched, const SurfelExportOptions& 
 // Of one kind of surfels, by their confidence.
 struct ByConfidence {
   PointCloud sure;
-  PointCloud unsure;  // of gap_confidence alone; none of those that are inferred
+  // Of gap_confidence alone. Of those that no depth map matched in full, only those that one
+  // matched on a coarser level: what one infers from the surface around is too often wrong.
+  PointCloud unsure;
 };
 
 // Adds the surfels that the options ask for, each by what it holds alone.
@@ -94,7 +96,7 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
                std::span<const std::uint32_t> frames, const SurfelExportOptions& options,
                ByConfidence& chosen) {
   const auto limit = static_cast<float>(options.min_confidence);
-  const float gap_limit = is_inferred ? limit : static_cast<float>(options.gap_confidence);
+  const auto gap_limit = static_cast<float>(options.gap_confidence);
   std::optional<std::uint32_t> last_anchor;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
@@ -103,7 +105,9 @@ void AddChosen(const Surfels& surfels, bool is_inferred, std::span<const Similar
     const auto& history = surfels.history[i];
     const std::uint32_t observations = Low16(history[1]);
     const float confidence = Confidence(history, is_inferred);
-    if (!IsWanted(surfels, i, options) || confidence < std::min(limit, gap_limit)) continue;
+    const bool fills_gaps = !is_inferred || IsCoarseMatch(history);
+    const float least = fills_gaps ? std::min(limit, gap_limit) : limit;
+    if (!IsWanted(surfels, i, options) || confidence < least) continue;
     PointCloud& cloud = confidence < limit ? chosen.unsure : chosen.sure;
     const auto& p = surfels.position_radius[i];
     const auto& n = surfels.normal_weight[i];
@@ -243,9 +247,9 @@ ChosenSurfels Choose(const SurfelParts& matched, const SurfelParts& inferred,
   }
   chosen.matched = std::move(by_confidence.sure);
   chosen.unsure = std::move(by_confidence.unsure);
-  if (options.with_inferred) {
-    chosen.inferred = Chosen(inferred, true, S_world_anchor, frames, options).sure;
-  }
+  by_confidence = Chosen(inferred, true, S_world_anchor, frames, options);
+  AppendSurfels(by_confidence.unsure, chosen.unsure);
+  if (options.with_inferred) chosen.inferred = std::move(by_confidence.sure);
   return chosen;
 }
 

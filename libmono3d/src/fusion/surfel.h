@@ -19,7 +19,7 @@ struct Surfels {
   std::vector<Float4> position_radius;  // xyz in the frame of its anchor, su; radius, su
   // Unit normal in that frame, outwards; weight = information on depth, 1/su^2; 0: removed.
   std::vector<Float4> normal_weight;
-  // x: colour, 10 bits each of red, green, blue, red lowest.
+  // x: colour, 10 bits each of red, green, blue, red lowest; kCoarseMatch.
   // y: depth maps that confirm it (low 16 bits); confidence against it: of those that see through
   //    it, in 1/8 (next 8 bits), of those in which it is hidden, 1 at most, in 1/255 (last 8 bits).
   // z: first (low) and last (high) depth map that saw it.
@@ -68,6 +68,12 @@ inline std::uint32_t AnchorOf(const Surfels& surfels, std::size_t i) {
 // Number of the depth map that saw it first: the one to which it is anchored, or one before.
 inline std::uint32_t FirstMapOf(const Surfels& surfels, std::size_t i) {
   return Low16(surfels.history[i][2]);
+}
+
+// Of those that no depth map matched in full, one did on a coarser level of the pyramid.
+inline constexpr std::uint32_t kCoarseMatch = 1U << 30;
+inline bool IsCoarseMatch(const Surfels::Uint4& history) {
+  return (history[0] & kCoarseMatch) != 0;
 }
 
 // The history of a surfel counts depth maps in 16 bits.

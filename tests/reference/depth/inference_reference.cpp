@@ -189,8 +189,11 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
           differences.push_back(std::abs(w - winner) / double(params.inverse_depth_step));
       }
       std::sort(differences.begin(), differences.end());
-      const bool is_believed = IsBelieved(CellOf(cells, size, x, y));
-      const double difference = is_believed ? std::min(differences[1], 1.0) : differences[1];
+      const auto& cell = CellOf(cells, size, x, y);
+      const double difference = IsBelieved(cell) ? std::min(differences[1], 1.0) : differences[1];
+      const bool is_matched_coarsely = cell[3] == 0 && cell[1] > 0;
+      const double from_coarse =
+          is_matched_coarsely ? std::abs(w - double(cell[0])) / double(cell[1]) : 1e30;
       int num_views = 0;
       for (const SourceProjection& source : projections) {
         const Eigen::Vector3d at = source.A * Eigen::Vector3d(x, y, 1) + w * source.b;
@@ -201,16 +204,20 @@ FilteredDepth Inference(const InferenceParams& params, const std::vector<float>&
         num_views += is_visible ? 1 : 0;
       }
       const bool is_matched = depth[At(size, x, y)] > 0;
-      const bool is_inferred = !is_matched && num_views >= int(params.min_views) && w > 0 &&
-                               difference <= double(params.max_difference) &&
-                               !IsSky(cells, size, x, y);
+      const bool is_guess =
+          difference <= double(params.max_difference) && num_views >= int(params.min_views);
+      const bool is_coarse =
+          from_coarse <= double(params.max_difference) && num_views >= int(params.min_coarse_views);
+      const bool is_inferred =
+          !is_matched && w > 0 && !IsSky(cells, size, x, y) && (is_guess || is_coarse);
       inferred.inverse_depth.push_back(is_matched    ? 1 / depth[At(size, x, y)]
                                        : is_inferred ? static_cast<float>(w)
                                                      : 0.F);
+      const double guessed = is_guess ? confidences / weights / (1 + difference * difference) : 0;
+      const double coarsely = is_coarse ? double(cell[2]) / (1 + from_coarse * from_coarse) : 0;
+      const double confidence = std::clamp(std::max(guessed, coarsely), 0.004, 0.125);
       inferred.confidence.push_back(
-          is_inferred ? static_cast<float>(std::clamp(
-                            confidences / weights / (1 + difference * difference), 0.004, 0.125))
-                      : 0.F);
+          is_inferred ? static_cast<float>(is_coarse ? -confidence : confidence) : 0.F);
     }
   }
   return inferred;

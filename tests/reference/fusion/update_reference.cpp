@@ -74,7 +74,8 @@ void MergeOne(const ViewParams& view, const AnchorTransforms& anchors, const Pac
                   std::min(position[3], radius / to_camera.scale));
   const Vector3f n = (1 - share) * Head(normal) + share * to_camera.DirectionToAnchor(n_measured);
   normal = Join(n.normalized(), normal[3] + to_camera.WeightToAnchor(static_cast<float>(weight)));
-  history = {MixColour(history[0], map.colour[pixel], share),
+  const std::uint32_t is_coarse = IsCoarseMatch(history) || (map.colour[pixel] >> 24 & 1U) != 0;
+  history = {MixColour(history[0], map.colour[pixel], share) | is_coarse << 30,
              Pack16(Low16(history[1]) + 1, High16(history[1])),
              Pack16(Low16(history[2]), view.map_index),
              Pack16(Low16(history[3]), High16(history[3]) + ConfidenceSteps(confidence))};
@@ -135,7 +136,8 @@ void Insert(const ViewParams& view, const PackedDepthMap& map, const Candidates&
     const float sigma = InverseDepthSigma(view, 1 / z) * z * z;
     surfels.position_radius.push_back(Join(ray * z, SurfelRadius(view, z, n, ray)));
     surfels.normal_weight.push_back(Join(n, confidence / (sigma * sigma)));
-    surfels.history.push_back({Colour10(map.colour[i]), Pack16(1, 0),
+    const std::uint32_t is_coarse = map.colour[i] >> 24 & 1U;
+    surfels.history.push_back({Colour10(map.colour[i]) | is_coarse << 30, Pack16(1, 0),
                                Pack16(view.map_index, view.map_index),
                                Pack16(view.map_index, ConfidenceSteps(confidence))});
   }

@@ -144,10 +144,12 @@ struct DogOptions {
   void Visit(OptionVisitor& visit);
 };
 
-// Of pixels that were not matched: too little texture, or no plane clearly better than the others.
+// Of pixels that were not matched: too little texture, no plane clearly better than the others, or
+// surfaces so rough that no two images show the same of them.
 struct InferenceOptions {
   // Their depth is that of the smooth surface through the matched pixels around them, where it is
-  // near the best match of the pixel, and DepthMap::inferred. Off: they have no depth.
+  // near the best match of the pixel, or near that of a coarser level of the pyramid, and
+  // DepthMap::inferred. Off: they have no depth.
   bool enabled = true;
   // In planes, which are a pixel of motion in the farthest camera. On indoor video (depth by a
   // time-of-flight sensor) 85 % of what differs by a plane at most is right to 10 %, 71 % of what

@@ -77,8 +77,9 @@ struct FusionResult {
   std::int64_t num_merged = 0;    // pixels that confirmed a surfel
   std::int64_t num_inserted = 0;  // pixels that became a new surfel
   std::int64_t num_removed = 0;   // surfels that stood in free space
-  std::int64_t num_inferred = 0;  // pixels without a match that became or confirmed a surfel
-  std::int64_t num_surfels = 0;   // in the model afterwards
+  // Pixels of DepthMap::inferred that became or confirmed a surfel.
+  std::int64_t num_inferred = 0;
+  std::int64_t num_surfels = 0;  // in the model afterwards
   // What became of depth maps that had waited, and whether the latest part of the model was taken
   // out and made again from its depth maps before that.
   std::vector<RetriedMap> retried;
@@ -111,8 +112,9 @@ struct SurfelExportOptions {
   double min_confidence = 1.0 / 7;
   // Enough where nothing of min_confidence is within one and a half radii. 1/22: one undisputed
   // observation with an expected error of two percent of the depth, as of crowns of trees. Of what
-  // is farther away than the median surfel (by its radius) less, so that the error is no larger. 1:
-  // such places stay empty.
+  // is farther away than the median surfel (by its radius) less, so that the error is no larger.
+  // What was matched on a coarser level alone (kCoarselyMatched) is never more than that. 1: such
+  // places stay empty.
   double gap_confidence = 1.0 / 22;
   // Of what was matched, the surest, whatever their confidence: a few images of a camera that
   // hardly moved show a scene too, if to some percent of the depth.
@@ -120,7 +122,7 @@ struct SurfelExportOptions {
   // More than 0: surfels in one cell of a grid become one; edge of a cell in radii of the median
   // surfel.
   double voxel_radii = 0;
-  // What no depth map matched, but depth maps inferred from the surface around.
+  // What no depth map matched on any level, but depth maps inferred from the surface around.
   bool with_inferred = true;
 
   void Visit(OptionVisitor& visit);
@@ -224,7 +226,7 @@ struct RetryOptions {
 // Where the surfels are. What they are does not depend on it. Those that views of late have not
 // seen leave the device for the memory of the host, and where that is not enough for a file; they
 // come back when a view sees them. Three quarters of what may be on the device are for what was
-// matched, a quarter for what was inferred.
+// matched, a quarter for what was not, or on a coarser level alone.
 struct SurfelStorageOptions {
   // What one view sees is on the device, however much that is, with a warning. 0: a quarter of its
   // memory. Each field of the surfels is one buffer, which a device may not have as large as that.

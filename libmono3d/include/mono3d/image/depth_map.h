@@ -22,6 +22,10 @@ struct MatchedView {
   Pose T_ref_cam;  // into the camera frame of the reference, in its own unit
 };
 
+// Of DepthMap::inferred.
+inline constexpr std::uint8_t kInferred = 255;
+inline constexpr std::uint8_t kCoarselyMatched = 128;
+
 // Depth of one reference image. All images have the camera's size. No estimate: depth 0, normal 0,
 // confidence 0. `normal` and `confidence` may be empty when the estimator does not make them.
 // Lengths are in the own unit of the reference keyframe, whose place in the world is in
@@ -31,8 +35,9 @@ struct DepthMap {
   cv::Mat normal;      // CV_32FC3, unit length, camera frame, towards the camera (n_z < 0)
   cv::Mat confidence;  // CV_32FC1, 0 to 1
   cv::Mat bgr;         // CV_8UC3, the reference image
-  // CV_8UC1, not 0 where the depth was not matched but inferred from the surface around; it then
-  // has little confidence, and is fused apart from what is matched. May be empty.
+  // CV_8UC1, kInferred where the depth was not matched but inferred from the surface around, and
+  // kCoarselyMatched where it was matched on a coarser level of the pyramid alone; 0 elsewhere. It
+  // then has little confidence, and is fused apart from what is matched. May be empty.
   cv::Mat inferred = {};
   CameraModel camera;
   std::int64_t keyframe_id = 0;

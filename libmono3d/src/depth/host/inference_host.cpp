@@ -157,46 +157,72 @@ MONO3D_AVX2 void InferEight(const InferenceParams& push, const InferenceBindings
   const std::size_t first_cell =
       static_cast<std::size_t>(pixels.y >> 2) * ((push.width_px + 3) / 4);
   alignas(32) std::array<float, host::kLanes> cells;
+  alignas(32) std::array<float, host::kLanes> coarse_depths;
+  alignas(32) std::array<float, host::kLanes> coarse_steps;
+  alignas(32) std::array<float, host::kLanes> coarse_confidences;
   alignas(32) std::array<float, host::kLanes> columns;
   for (std::size_t i = 0; i < host::kLanes; ++i) {
-    cells[i] =
-        bindings.cells[4 * (first_cell + static_cast<std::size_t>(pixels.columns[i] >> 2)) + 3];
+    const float* const cell =
+        bindings.cells + 4 * (first_cell + static_cast<std::size_t>(pixels.columns[i] >> 2));
+    coarse_depths[i] = cell[0];
+    coarse_steps[i] = cell[1];
+    coarse_confidences[i] = cell[2];
+    cells[i] = cell[3];
     columns[i] = static_cast<float>(pixels.columns[i]);
   }
   const __m256 cell = _mm256_load_ps(cells.data());
+  const __m256 coarse_step = _mm256_load_ps(coarse_steps.data());
   const __m256 x = _mm256_load_ps(columns.data());
   const __m256 y = Splat(static_cast<float>(pixels.y));
   const __m256 one = Splat(1.0F);
   const __m256 from_winners =
       DifferenceFromWinners(push, bindings, pixels, w) / Splat(push.inverse_depth_step);
+  const __m256 is_no_plane = _mm256_cmp_ps(cell, _mm256_setzero_ps(), _CMP_EQ_OQ);
+  const __m256 is_matched_coarsely =
+      _mm256_and_ps(is_no_plane, Less(_mm256_setzero_ps(), coarse_step));
+  const __m256 from_coarse = host::Select(
+      is_matched_coarsely, host::Abs(w - _mm256_load_ps(coarse_depths.data())) / coarse_step,
+      Splat(kNoWinner));
   const __m256 difference =
       host::Select(Less(one, cell), _mm256_min_ps(from_winners, one), from_winners);
+  const __m256 most = Splat(push.max_difference);
+  const __m256 is_near =
+      _mm256_or_ps(LessOrEqual(difference, most), LessOrEqual(from_coarse, most));
   const float* const shown = bindings.projections;  // bounds of the reference
   const __m256 is_shown = _mm256_and_ps(
       _mm256_and_ps(LessOrEqual(Splat(shown[0]), x), LessOrEqual(Splat(shown[1]), y)),
       _mm256_and_ps(LessOrEqual(x, Splat(shown[2])), LessOrEqual(y, Splat(shown[3]))));
-  const __m256 is_near = _mm256_and_ps(LessOrEqual(difference, Splat(push.max_difference)),
-                                       Less(_mm256_setzero_ps(), w));
   const __m256 is_no_sky = LessOrEqual(_mm256_setzero_ps(), cell);
-  lanes &= host::BitsOf(_mm256_and_ps(_mm256_and_ps(is_shown, is_near), is_no_sky));
+  const __m256 is_above_zero = Less(_mm256_setzero_ps(), w);
+  lanes &= host::BitsOf(
+      _mm256_and_ps(_mm256_and_ps(is_shown, is_near), _mm256_and_ps(is_no_sky, is_above_zero)));
   if (lanes == 0) return;
-  lanes &= host::BitsOf(LessOrEqual(Splat(push.min_views), NumViews(bindings, x, y, w)));
+  const __m256 num_views = NumViews(bindings, x, y, w);
+  const __m256 is_guess =
+      _mm256_and_ps(LessOrEqual(difference, most), LessOrEqual(Splat(push.min_views), num_views));
+  const __m256 is_coarse = _mm256_and_ps(LessOrEqual(from_coarse, most),
+                                         LessOrEqual(Splat(push.min_coarse_views), num_views));
+  lanes &= host::BitsOf(_mm256_or_ps(is_guess, is_coarse));
   if (lanes == 0) return;
 
+  const __m256 guessed =
+      _mm256_and_ps(is_guess, surface.confidence / (one + difference * difference));
+  const __m256 coarsely = _mm256_and_ps(
+      is_coarse, _mm256_load_ps(coarse_confidences.data()) / (one + from_coarse * from_coarse));
   // Of inference.comp: kLeastConfidence and kMostConfidence.
-  const __m256 confidence = _mm256_min_ps(
-      _mm256_max_ps(surface.confidence / (one + difference * difference), Splat(0.004F)),
-      Splat(0.125F));
+  const __m256 confidence =
+      _mm256_min_ps(_mm256_max_ps(_mm256_max_ps(guessed, coarsely), Splat(0.004F)), Splat(0.125F));
   alignas(32) std::array<float, host::kLanes> depths;
   alignas(32) std::array<float, host::kLanes> confidences;
   _mm256_store_ps(depths.data(), w);
   _mm256_store_ps(confidences.data(), confidence);
+  const unsigned coarse_lanes = host::BitsOf(is_coarse);
   const std::size_t first = static_cast<std::size_t>(pixels.y) * push.width_px;
   for (std::size_t i = 0; i < host::kLanes; ++i) {
     if ((lanes >> i & 1U) == 0) continue;
     const std::size_t pixel = first + static_cast<std::size_t>(pixels.columns[i]);
     bindings.inverse_depth[pixel] = depths[i];
-    bindings.confidence[pixel] = confidences[i];
+    bindings.confidence[pixel] = (coarse_lanes >> i & 1U) != 0 ? -confidences[i] : confidences[i];
   }
 }
 

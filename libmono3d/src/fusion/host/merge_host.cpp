@@ -84,10 +84,10 @@ std::uint32_t MergedChannel(std::uint32_t old, std::uint32_t measured, float sha
   return static_cast<std::uint32_t>(std::clamp(merged, 0.0F, 1023.0F) + 0.5F);
 }
 
-// `colour`: 0xBBGGRR.
+// `colour`: of the pixel, as insert.comp reads it.
 Surfels::Uint4 MergedHistory(const Surfels::Uint4& old, std::uint32_t colour, float share,
                              float confidence, std::uint32_t map_index) {
-  std::uint32_t merged = 0;
+  std::uint32_t merged = (old[0] | colour << 6) & kCoarseMatch;
   for (std::uint32_t channel = 0; channel < 3; ++channel) {
     const std::uint32_t measured = 4 * (colour >> (8 * channel) & 0xFFU);
     merged |= MergedChannel(old[0] >> (10 * channel) & 0x3FFU, measured, share) << (10 * channel);
