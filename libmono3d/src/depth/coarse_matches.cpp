@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "depth/image_cells.h"
@@ -29,20 +30,18 @@ constexpr double kMinShareMatched = 0.1;
 constexpr double kMaxShareMatched = 0.5;
 constexpr double kErrorUnit = 1e-3;  // of the depth, as surface.comp has it
 
-double SumIn(const cv::Mat& integral, const cv::Rect& window) {
+int SumIn(const cv::Mat& integral, const cv::Rect& window) {
   const cv::Point end = window.br();
-  return integral.at<double>(end) - integral.at<double>(window.y, end.x) -
-         integral.at<double>(end.y, window.x) + integral.at<double>(window.tl());
+  return integral.at<int>(end) - integral.at<int>(window.y, end.x) -
+         integral.at<int>(end.y, window.x) + integral.at<int>(window.tl());
 }
 
 // At full resolution, with what the windows of all levels share.
 class MatchedPixels {
  public:
-  explicit MatchedPixels(const CoarseMatchesInput& input) : depth_(input.depth) {
-    cv::integral((depth_ > 0) / 255, matched_, CV_64F);
-    cv::Mat response;
-    input.response.convertTo(response, CV_64F);
-    cv::integral(response, response_, CV_64F);
+  explicit MatchedPixels(const CoarseMatchesInput& input)
+      : depth_(input.depth), response_(input.response) {
+    cv::integral((depth_ > 0) / 255, matched_, CV_32S);
   }
 
   // 0: not matched.
@@ -50,17 +49,17 @@ class MatchedPixels {
     const float depth = depth_.at<float>(pixel);
     return depth > 0 ? 1 / double(depth) : 0;
   }
+  double ResponseAt(const cv::Point& pixel) const { return response_.at<std::int32_t>(pixel); }
   cv::Size size() const { return depth_.size(); }
-  double ShareIn(const cv::Rect& window) const { return SumIn(matched_, window) / window.area(); }
-  bool AreAllIn(const cv::Rect& window) const { return SumIn(matched_, window) >= window.area(); }
-  double MeanResponseIn(const cv::Rect& window) const {
-    return SumIn(response_, window) / window.area();
+  double ShareIn(const cv::Rect& window) const {
+    return double(SumIn(matched_, window)) / window.area();
   }
+  bool AreAllIn(const cv::Rect& window) const { return SumIn(matched_, window) == window.area(); }
 
  private:
   cv::Mat depth_;
-  cv::Mat matched_;  // integral images
   cv::Mat response_;
+  cv::Mat matched_;  // integral image
 };
 
 class CoarseLevelMatches {
@@ -93,13 +92,10 @@ class CoarseLevelMatches {
   float ConfidenceAt(const cv::Point& coarse) const {
     const cv::Rect window = WindowAround(coarse, {kWindowReachX, kWindowReachY});
     const double share = pixels_.ShareIn(window);
-    if (share < kMinShareMatched || share > kMaxShareMatched ||
-        pixels_.MeanResponseIn(window) < input_.min_response || !IsSupported(coarse)) {
-      return 0;
-    }
-    std::vector<double> differences = DifferencesOfMatched(coarse);
-    if (differences.empty()) return 0;
-    const double median = UpperMedian(differences);
+    if (share < kMinShareMatched || share > kMaxShareMatched || !IsSupported(coarse)) return 0;
+    Samples samples = SamplesAround(coarse);
+    if (samples.mean_response < input_.min_response || samples.differences.empty()) return 0;
+    const double median = UpperMedian(std::move(samples.differences));
     if (median > kTolerance * matches_.step) return 0;
     const double error = median / double(matches_.inverse_depth.at<float>(coarse));
     return static_cast<float>(1 / (1 + error / kErrorUnit));
@@ -125,20 +121,30 @@ class CoarseLevelMatches {
     return support >= input_.min_support;
   }
 
-  // In inverse depth, of what was matched in the middle of the coarse pixels of the window.
-  std::vector<double> DifferencesOfMatched(const cv::Point& coarse) const {
+  // The pixels in the middle of the coarse ones of a window.
+  struct Samples {
+    double mean_response = 0;
+    std::vector<double> differences = {};  // in inverse depth, of those that were matched
+  };
+
+  Samples SamplesAround(const cv::Point& coarse) const {
     const double middle = matches_.inverse_depth.at<float>(coarse);
     const int side = 1 << matches_.level;
     const cv::Rect image(cv::Point(), pixels_.size());
-    std::vector<double> differences;
+    Samples samples;
+    int num_samples = 0;
     for (int dy = -kWindowReachY; dy <= kWindowReachY; ++dy) {
       for (int dx = -kWindowReachX; dx <= kWindowReachX; ++dx) {
         const cv::Point pixel = (coarse + cv::Point(dx, dy)) * side + cv::Point(side, side) / 2;
-        const double w = image.contains(pixel) ? pixels_.InverseDepthAt(pixel) : 0;
-        if (w > 0) differences.push_back(std::abs(w - middle));
+        if (!image.contains(pixel)) continue;
+        ++num_samples;
+        samples.mean_response += pixels_.ResponseAt(pixel);
+        const double w = pixels_.InverseDepthAt(pixel);
+        if (w > 0) samples.differences.push_back(std::abs(w - middle));
       }
     }
-    return differences;
+    samples.mean_response /= std::max(num_samples, 1);
+    return samples;
   }
 
   const CoarseMatches& matches_;

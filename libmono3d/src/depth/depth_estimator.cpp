@@ -178,6 +178,8 @@ class VulkanDepthEstimator final : public DepthEstimator {
   std::vector<float> unfiltered_;
   std::vector<float> certain_;
   std::vector<float> winners_;
+  std::vector<std::vector<float>> coarse_;
+  std::vector<std::int32_t> responses_;
   std::vector<float> inferred_inverse_depth_;
   std::vector<float> inferred_confidence_;
   std::vector<float> inferred_normal_;
@@ -338,13 +340,15 @@ EstimateBuffers VulkanDepthEstimator::RefinedWithout(const cv::Mat& doubtful,
 
 // Cells without a plane that were matched on a coarser level alone (inference.glsl).
 void VulkanDepthEstimator::AddCoarseMatches(const cv::Mat& depth, cv::Mat& cells) {
-  const auto map_of = [](const Buffer& buffer, const LevelSize& size) {
-    cv::Mat map(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_32FC1);
-    buffer.Download(std::span(map.ptr<float>(), map.total()));
-    return map;
+  const auto results = hierarchy_.results();
+  coarse_.resize(3 * results.size());
+  std::size_t num_read = 0;
+  const auto map_of = [&](const Buffer& buffer, const LevelSize& size) {
+    const std::span<const float> values = buffer.Read(coarse_[num_read++]);
+    return cv::Mat(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_32FC1,
+                   const_cast<float*>(values.data()));
   };
   std::vector<CoarseMatches> levels;
-  const auto results = hierarchy_.results();
   for (std::size_t i = results.size() - 1; i-- > 0;) {
     const auto& [plan, selection] = results[i];
     levels.push_back({.level = plan.level,
@@ -354,8 +358,9 @@ void VulkanDepthEstimator::AddCoarseMatches(const cv::Mat& depth, cv::Mat& cells
                       .inverse_depth = map_of(selection->inverse_depth(), plan.size)});
   }
   if (levels.empty()) return;
-  cv::Mat response(depth.rows, 4 * ((depth.cols + 3) / 4), CV_32SC1);
-  response_.Download(std::span(response.ptr<std::int32_t>(), response.total()));
+  const int stride = 4 * ((depth.cols + 3) / 4);
+  const std::span<const std::int32_t> responses = response_.Read(responses_);
+  const cv::Mat response(depth.rows, stride, CV_32SC1, const_cast<std::int32_t*>(responses.data()));
   const cv::Mat coarse = FindCoarseMatches(
       {.levels = levels,
        .depth = depth,
