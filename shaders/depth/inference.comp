@@ -7,8 +7,8 @@
 // clearly enough to be an estimate, are near: that of the second nearest of five pixels around
 // counts; or where it is that of a plane that is believed as a whole, or near what was matched on a
 // coarser level; and where enough sources see it. Confidence falls with the distance from it, and
-// is never above kMostConfidence. No estimate elsewhere, and in the
-// sky. One pixel an invocation; a quarter of a tile is a workgroup.
+// is never above kMostConfidence. No estimate elsewhere, and in the sky. One pixel an invocation; a
+// quarter of a tile is a workgroup.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

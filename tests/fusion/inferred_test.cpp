@@ -93,6 +93,8 @@ TEST(Inferred, FillsGapsAtOnceWhereItWasMatchedOnACoarserLevel) {
   const auto model = CreateTrackedModel(InferredUnregistered());
   model->Integrate(map_of(1, kCoarselyMatched));
   EXPECT_EQ(num_in_gap(model->Export(SurfelExportOptions{.gap_confidence = 1})), 0);
+  // It was matched, after all.
+  EXPECT_GE(num_in_gap(model->Export(SurfelExportOptions{.with_inferred = false})), num_at_least);
 }
 
 TEST(Inferred, ChangesNothingThatIsMatched) {

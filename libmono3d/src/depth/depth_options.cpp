@@ -59,7 +59,9 @@ void DogOptions::Visit(OptionVisitor& visit) {
 }
 
 void InferenceOptions::Visit(OptionVisitor& visit) {
-  visit("enabled", enabled, "depth of what was not matched, from the surface around it");
+  visit(
+      "enabled", enabled,
+      "depth of what was not matched in full, from the surface around it and from coarser levels");
   visit("max_difference", max_difference, "planes between it and the best match of the pixel");
 }
 

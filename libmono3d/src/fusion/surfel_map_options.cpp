@@ -81,7 +81,7 @@ void SurfelExportOptions::Visit(OptionVisitor& visit) {
         "thin the exported model to one surfel in cells of this edge, in radii of the median "
         "surfel; 0: all");
   visit("with_inferred", with_inferred,
-        "export what is inferred from the surface around as well, marked");
+        "export as well, marked, what is only inferred from the surface around");
 }
 
 void SurfelExportOptions::Validate() const {
