@@ -25,9 +25,9 @@ void RequireUsable(const DepthMap& map) {
   }
 }
 
-// Of what may be on the device: of the surfels that were matched. What is inferred is what is left
-// between them.
-constexpr double kShareOfMatched = 0.75;
+// Of what may be on the device: of the surfels that were matched. Over a forest there are as many
+// others between them.
+constexpr double kShareOfMatched = 0.5;
 
 SurfelStorage StorageFor(FusionContext& context, double share) {
   const SurfelMapOptions& options = context.options;

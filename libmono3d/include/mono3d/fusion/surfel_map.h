@@ -225,8 +225,8 @@ struct RetryOptions {
 
 // Where the surfels are. What they are does not depend on it. Those that views of late have not
 // seen leave the device for the memory of the host, and where that is not enough for a file; they
-// come back when a view sees them. Three quarters of what may be on the device are for what was
-// matched, a quarter for what was not, or on a coarser level alone.
+// come back when a view sees them. Half of what may be on the device is for what was matched, half
+// for what was not, or on a coarser level alone.
 struct SurfelStorageOptions {
   // What one view sees is on the device, however much that is, with a warning. 0: a quarter of its
   // memory. Each field of the surfels is one buffer, which a device may not have as large as that.
